@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fmbs_skfem.bodies import cable, point_mass, sections
+from fmbs_skfem.bodies import cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, linearise, outputs, real_modes
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Motion, System, assemble, check_force, eliminate, fields, joints, loads, probes
+from fmbs_skfem.systems import force as sum_of
 from fmbs_skfem.systems.force_functions import force
 from fmbs_skfem.systems.own_forces import norm
 
@@ -74,7 +75,23 @@ def called_swirl(t: float, at: fields.Place, other: fields.Place, size: Annotate
     return [(at.position, push), (other.position, -push), (at.axes[0], t * other.velocity)]
 
 
-KINDS = (decorated_drag, called_drag, cubic, called_cubic, swirl, called_swirl)
+@force(drives=True)
+def twist(at: fields.Place, moment: Annotated[tuple[float, ...], fields.vector("N m")]) -> Any:
+    return at.turn(moment if len(at.position) == 3 else moment[2])
+
+
+@force(compiled=False, drives=True)
+def called_twist(at: fields.Place, moment: Annotated[tuple[float, ...], fields.vector("N m")]) -> Any:
+    return at.turn(moment if len(at.position) == 3 else moment[2])
+
+
+@force(compiled=False)
+def soft(at: fields.Place, stiffness: Stiffness, length: Annotated[float, fields.quantity("m")], to: fields.End = None) -> Any:
+    apart = at.position - to.position
+    return [(at.position, -stiffness * length * np.tanh(apart / length))]
+
+
+KINDS = (decorated_drag, called_drag, cubic, called_cubic, swirl, called_swirl, twist, called_twist, soft)
 for one in KINDS:
     del loads.Load.known[one.word]
 
@@ -94,10 +111,31 @@ def test_contract_and_the_same_by_both_ways(dim: int) -> None:
         for load in both:
             check_force(beams(dim), load)
         x = np.random.default_rng(0).normal(size=assemble(beams(dim)).size)
-        from fmbs_skfem.systems import force as sum_of
-
         found = [sum_of(assemble(beams(dim), loads=[load]), x, 0.3 * x, 0.4) for load in both]
         assert_allclose(found[1], found[0], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", [twist, called_twist])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_turn_is_the_moment_of_the_package(dim: int, kind: Any) -> None:
+    """On stretched slopes and on frames."""
+    bodies = [*beams(dim), rigid.rigid("disc", 1.0, np.eye(3) if dim == 3 else np.array(1.0), np.zeros(dim), dim=dim)]
+    moment = np.array([0.4, -0.2, 0.3])
+    for at in (A1, At("disc", "frame")):
+        plain = loads.Moment("m", at, moment if dim == 3 else 0.3)
+        both = [assemble(bodies, loads=[load]) for load in (kind("m", at, moment), plain)]
+        x = both[0].x0 + (0.3 * np.random.default_rng(0).normal(size=both[0].size) if at is A1 else 0.0)
+        found, expected = (sum_of(system, x) for system in both)
+        assert_allclose(found, expected, atol=1e-12 * abs(expected).max())
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_differences_are_small_beside_bodies_of_any_size(size: float) -> None:
+    """Vibration on a spring of Python that is soft beyond a tenth of the body."""
+    places = {"a": (-size, 0.0), "b": (size, 0.0)}
+    body = rigid.rigid("b", 2.0, np.array(0.1 * size**2), (0.0, 0.0), dim=2, places=places)
+    system = assemble([body], loads=[soft("spring", At("b", "frame"), 50.0, 0.1 * size)])
+    assert_allclose(real_modes(linearise(eliminate(system)), 3).squares, [0.0, 25.0, 25.0], rtol=1e-7, atol=1e-7)
 
 
 @pytest.mark.parametrize("kind", [decorated_drag, called_drag])

@@ -22,6 +22,7 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from . import own_symbols
+from .constraint_functions import size_of
 from .forces import OfPython
 from .loads import Load, where
 from .own_forces import OwnForce
@@ -79,13 +80,16 @@ class Called(Load, word=None):
             F = np.zeros((len(given), dim))
             for vector, push in kind.act(**values):
                 mine = [k for k, one in enumerate(given) if one is vector]
-                if not mine or np.shape(push) != (dim,):
+                if not mine or np.shape(push) != (dim,) or np.result_type(np.asarray(push), float) != float:
                     expected = f"pairs of a vector of a place and {dim} forces on it"
                     raise InputError(say(f"{where(self)}: {kind.__name__}", expected, f"{vector} and {push}"))
                 F[mine[0]] += push
             return F.ravel()
 
-        draft.forces.terms.append(OfPython(np.array(known.rows, np.int64), found, tuple(known.signals)))
+        length = size_of(draft.layout, set(draft.layout.bodies)) or 1.0
+        counts = [size for one, size in zip(arguments.values(), sizes, strict=True) if one == "place"]
+        vectors = np.repeat([size for count in counts for size in (length, *[1.0] * count)], dim)
+        draft.forces.terms.append(OfPython(np.array(known.rows, np.int64), found, tuple(known.signals), sizes=vectors))
 
 
 def values_of(

@@ -120,6 +120,7 @@ class OfPython:
     signals: tuple[int, ...] = ()  #: (i,) numbers of its histories
     #: y, y', h -> dF/dy, dF/dy' (r, r)
     slopes: Callable[[np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
+    sizes: np.ndarray | float = 1.0  #: (r,) of rows, and of rates in a second, that differences are small beside
 
     def __len__(self) -> int:
         return 1
@@ -128,11 +129,10 @@ class OfPython:
 STEP = 1e-5  #: of differences, relative to the size of the rows and rates
 
 
-def difference(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray) -> np.ndarray:
-    """Derivative (i, r) of a function of x (r,) by central differences of fourth order."""
-    h = STEP * max(1.0, float(np.abs(x).max(initial=0.0)))
-    columns = []
-    for direction in h * np.eye(len(x)):
+def difference(function: Callable[[np.ndarray], np.ndarray], x: np.ndarray, sizes: np.ndarray | float) -> np.ndarray:
+    """Derivative (i, r) of a function of x (r,) by central differences of fourth order, small beside sizes (r,) and x."""
+    columns, steps = [], STEP * np.maximum(sizes, np.abs(x))
+    for direction, h in zip(np.diag(steps), steps, strict=True):
         near, far = (function(x + k * direction) - function(x - k * direction) for k in (1, 2))
         columns.append((8 * near - far) / (12 * h))
     return np.array(columns).T
@@ -161,8 +161,8 @@ def _(force: OfPython, place: Place) -> Force:
         if force.slopes is not None:
             by_row, by_rate = called(y, rates, signals, force.slopes)
         else:
-            by_row = difference(lambda z: called(z, rates, signals), y)
-            by_rate = difference(lambda z: called(y, z, signals), rates)
+            by_row = difference(lambda z: called(z, rates, signals), y, force.sizes)
+            by_rate = difference(lambda z: called(y, z, signals), rates, force.sizes)
         s.H[place.pair : place.pair + count**2] -= s.c[0] * (by_row + s.gh[0] * by_rate).ravel()
 
     pairs = np.stack([np.repeat(rows, count), np.tile(rows, count)], axis=1)

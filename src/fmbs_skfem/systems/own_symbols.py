@@ -35,28 +35,51 @@ class PlaceSymbols:
     rates: tuple[Any, ...] = ()  #: their rates
 
     def turn(self, moment: Any) -> list[tuple[Any, Any]]:
-        """Forces on the axes of a rigid frame that are a moment [N m], a vector in space and a number in the plane.
+        """Forces on the axes that are a moment [N m], a vector in space and a number in the plane; in symbols or numbers.
 
-        On all axes they do the work 1/2 sum_k (m x e_k) . (w x e_k) = m . w.
+        On k axes e at right angles they do the work sum_e f (m x e) . (w x e) / |e|^2 = m . w, f = 1 / k in the plane and 1/2 of
+        a frame in space. Of a slope alone, which has no turn about itself, f = 1 and m counts across it.
         """
-        import sympy
+        dim, count = len(self.axes[0]) if self.axes else 0, len(self.axes)
+        if not count or (dim, count) == (3, 2):
+            got, remedy = ("a surface in space", "name a rim of the plate") if count else ("a point", "name another place")
+            raise InputError(say("turn", "a place with a slope or a frame", got, remedy))
+        share = 1 if count == 1 else 2
+        return [(e, _like(e, _across(moment, e)) / (share * e.dot(e))) for e in self.axes]
 
-        if len(self.axes[0]) == 2:
-            return [(e, moment / 2 * sympy.Matrix([-e[1], e[0]])) for e in self.axes]
-        return [(e, moment.cross(e) / 2) for e in self.axes]
+
+def _across(moment: Any, e: Any) -> list[Any]:
+    """m x e."""
+    if len(e) == 2:
+        return [-moment * e[1], moment * e[0]]
+    return [moment[i] * e[j] - moment[j] * e[i] for i, j in ((1, 2), (2, 0), (0, 1))]
+
+
+def _like(vector: Any, values: list[Any]) -> Any:
+    """Values as an array beside an array, as a matrix of symbols beside one."""
+    if isinstance(vector, np.ndarray):
+        return np.array(values)
+    import sympy
+
+    return sympy.Matrix(values)
 
 
 def norm(vector: Any) -> Any:
-    """|vector| in symbols, whose derivatives are numbers where it is zero, too."""
+    """|vector|, in symbols one whose derivatives are numbers where it is zero, too."""
+    if isinstance(vector, np.ndarray):
+        return float(np.linalg.norm(vector))
     from . import force_symbols
 
     return force_symbols.norm(vector)
 
 
 def turned(angle: Any) -> Any:
-    """An angle, as of atan2, that counts its turns: of less than half a turn a step."""
+    """An angle in symbols, as of atan2, that counts its turns: of less than half a turn a step."""
     from . import force_symbols
 
+    if isinstance(angle, float):
+        remedy = "a function of Python counts turns itself, or leave out compiled=False"
+        raise InputError(say("turned", "an angle in symbols", f"{angle:g}", remedy))
     return force_symbols.turned(angle)
 
 
