@@ -231,6 +231,7 @@ bodies: {ball: {type: point_mass, mass: 2 kg, position: [0, 0]}}
 controllers:
   servo: {type: pid, unit: N, sample: 5 ms, error: "goal - tip.x", rate: -tip.vx, kp: Kp, ki: Ki, kd: Kd, limits: [-20 N, 20 N]}
   hold: {type: state_feedback, unit: N, sample: 10 ms, states: [tip.y - 1 m, tip.vy], gains: [50 N/m, 9 N s/m]}
+  look: {type: table, unit: N, sample: 10 ms, of: tip.x, points: [[0 mm, 1 N], [10 mm, 2 N]]}
 loads:
   f: {type: control_force, at: ball, direction: [1, 0], force: servo}
   g: {type: point_force, at: ball, force: [0, 1], history: "0 * t + thrust"}
@@ -258,6 +259,10 @@ def test_scenes() -> None:
         ("ki: Ki", "ki: Kp", r"controllers.servo.ki: expected a force"),
         ("[50 N/m,", "[50 N,", r"controllers.hold.gains: expected a force"),
         ("gains: [50 N/m, 9 N s/m]", "gains: [50 N/m]", r"controllers.hold.gains: expected one for each of the 2 states, got 1"),
+        ("9 N s/m]}", "9 N s/m], offset: 1 m}", r"controllers.hold.offset: expected offset in N, got length"),
+        ("ki: Ki", "ki: Ki, start: 1 m", r"controllers.servo.start: expected start in N, got length"),
+        ("1 N], [10", "1 Pa], [10", r"controllers.look.points: expected points in N, got pressure"),
+        ("[[0 mm", "[[-1 s", r"controllers.look.points: expected a number .* got '\(tip.x\) / point' \(velocity\)"),
         ("20 N]", "20 m]", r"controllers.servo.limits: expected limits in N, got length"),
         ("[-20 N", "[30 N", r"controllers.servo.limits: expected the smaller limit first"),
         ("goal - tip.x", "goal - top.x", r"controllers.servo.error: expected one of .* got 'top.x'"),

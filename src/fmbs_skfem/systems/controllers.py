@@ -71,6 +71,13 @@ def product(name: str, gain: Quantity, value: OfState, unit: str, more: str = ""
     return of_state(f"{name} * ({value.text}){more}", unit or "1", known | {name: gain})
 
 
+def ratio(x: Quantity, value: OfState) -> OfState:
+    """An expression over x, a plain number where both have the same dimension."""
+    known = dict(value.parameters)
+    name = "_point" if "point" in known else "point"
+    return of_state(f"({value.text}) / {name}", "1", known | {name: x})
+
+
 @dataclass(frozen=True, kw_only=True)
 class Controller(Declared, ABC):
     """An input by a rule of what it reads at every sample instant: a frozen dataclass, see `core.declared`."""
@@ -79,6 +86,16 @@ class Controller(Declared, ABC):
     unit: Annotated[str, UNIT] = ""
     sample: Annotated[float, fields.quantity("s", "> 0"), "between two samples, a whole number of steps"]
     start: Gain = 0.0
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        found = {(key, one.exponents) for key, one in self.outputs() if isinstance(one, Quantity) and any(one.exponents)}
+        for key, exponents in sorted(found):
+            if self.unit != units.unit(exponents):
+                yield key, Problem(f"{key} in {self.unit or 'plain numbers'}", units.describe(exponents))
+
+    def outputs(self) -> Iterator[tuple[str, Any]]:
+        """Names of fields, and numbers in them that are values of the output."""
+        yield "start", self.start
 
     @property
     @abstractmethod
@@ -101,11 +118,13 @@ class Limited(Controller, ABC):
     limits: Pair | None = None
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from super().problems(dim)
         if self.limits and not number(self.limits[0]) < number(self.limits[1]):
             yield "limits", Problem("the smaller limit first", f"{number(self.limits[0]):g} and {number(self.limits[1]):g}")
-        for one in self.limits or ():
-            if isinstance(one, Quantity) and any(one.exponents) and self.unit != units.unit(one.exponents):
-                yield "limits", Problem(f"limits in {self.unit or 'plain numbers'}", units.describe(one.exponents))
+
+    def outputs(self) -> Iterator[tuple[str, Any]]:
+        yield from super().outputs()
+        yield from (("limits", one) for one in self.limits or ())
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -195,9 +214,13 @@ class StateFeedback(Limited):
     offset: Gain = 0.0
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
-        yield from Limited.problems(self, dim)
+        yield from super().problems(dim)
         if len(self.gains) != len(self.states):
             yield "gains", Problem(f"one for each of the {len(self.states)} states", str(len(self.gains)))
+
+    def outputs(self) -> Iterator[tuple[str, Any]]:
+        yield from super().outputs()
+        yield "offset", self.offset
 
     @property
     def reads(self) -> Sequence[OfState]:
@@ -267,6 +290,7 @@ class Table(Controller):
     points: Sequence[Pair]
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from super().problems(dim)
         x = [number(one) for one, _ in self.points]
         if len(x) < 2 or any(b <= a for a, b in itertools.pairwise(x)):
             yield "points", Problem("two points at least, of growing x", ", ".join(f"{one:g}" for one in x) or "none")
@@ -274,6 +298,14 @@ class Table(Controller):
     @property
     def reads(self) -> Sequence[OfState]:
         return [self.of]
+
+    def outputs(self) -> Iterator[tuple[str, Any]]:
+        yield from super().outputs()
+        yield from (("points", u) for _, u in self.points)
+
+    def products(self) -> Iterator[tuple[str, OfState]]:
+        kinds = {x.exponents: x for x, _ in self.points if isinstance(x, Quantity) and any(x.exponents)}
+        yield from (("points", ratio(x, self.of)) for x in kinds.values())
 
     def law(self) -> TableLaw:
         x, u = (np.array([number(point[k]) for point in self.points]) for k in range(2))
