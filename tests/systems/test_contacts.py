@@ -237,6 +237,22 @@ def test_a_shared_stiffness_is_that_of_the_whole_body(touching: str) -> None:
         ball(floor(stiffness=1.0, shared=True))
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("kind", ["ancf", "argyris", "nurbs"])
+def test_plates_touch_with_their_edges(kind: str, dim: int) -> None:
+    """Points of 2 x 3 cells that are halved: each once, on the boundary alone in the plane, where a plate has no thickness."""
+    body = plate("body", rectangle(kind, 2, 3, 2.0, 1.0), 0.02, sections.Material(1e9, 1e3, 0.3), dim=dim)
+    plane = ContactPlane("floor", body="body", point=(0.0, -0.1, 0.0)[:dim], normal=(0.0, 1.0, 0.0)[:dim], shared=True)
+    system = assemble([body], loads=[plane])
+    (term,) = system.loads.forces
+    y = system.probes(system.x0)[term.rows] + system.origin
+    corners = np.array([y[:, :2].min(axis=0), y[:, :2].max(axis=0)])
+    assert_allclose(corners, [[0.0, 0.0], [2.0, 1.0]], atol=1e-12)
+    assert_allclose(term.radius, 0.0 if dim == 2 else 0.01)
+    assert len(y) == (20 if dim == 2 else 35)
+    assert_allclose(term.weights @ y[:, :2] / term.weights.sum(), [1.0, 0.5], atol=1e-12)
+
+
 def test_impact_of_hertz() -> None:
     """N = K s^(3/2): depth (5/4 m v^2 / K)^(2/5), duration 4/5 sqrt(pi) Gamma(2/5) / Gamma(9/10) depth / v = 2.9432 depth / v.
 

@@ -235,6 +235,15 @@ def coincident_sides(space: Surface) -> tuple[Ints, Ints, np.ndarray]:
     return sides[i[found]], sides[j[found]], against[found]
 
 
+def free_sides(space: Surface) -> Ints:
+    """Cells and sides (i, 2) that coincide with no other: the boundary of the surface."""
+    sides = np.indices((len(space.nodes), int(space.parent))).reshape(2, -1).T
+    a, b, _ = coincident_sides(space)
+    inside = np.zeros((len(space.nodes), int(space.parent)), dtype=bool)
+    inside[tuple(np.concatenate([a, b]).T)] = True
+    return sides[~inside.ravel()]
+
+
 def _side_rows(space: Surface, sides: Ints, s: Floats) -> csr_array:
     """Rows (x, n) at fractions of sides."""
     return sample(space, sides[:, 0], side_points(space.parent, sides[:, 1], s))

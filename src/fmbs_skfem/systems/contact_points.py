@@ -18,7 +18,8 @@ from .contact_shapes import distances
 from .places import QUARTER, At, Draft
 
 MOST = 101  #: points along a beam where none are asked for
-SIDE = 2  #: points along each side of a plate's cell
+SIDE = 2  #: parts into which points divide each side of a plate's cell
+SAME = 1e-7  #: numbers of points that differ by less are those of one point
 
 
 @dataclass(frozen=True)
@@ -34,16 +35,20 @@ class Touching:
 
 
 def find_points(name: str, draft: Draft, at: At | None, body: str | None, count: int | None, radius: float | None) -> Touching:
-    """One place, or points all over a body; their radius is that of its section or half its thickness, 0 for rigid bodies."""
+    """One place, or points all over a body; their radius is that of its section or half its thickness, 0 for rigid bodies.
+
+    A planar plate touches with its edges, as it has no thickness in the plane.
+    """
     layout = draft.layout
     part = layout.body(name, At(str(body)) if at is None else at)
-    half, shares = (0.0 if part.space is None else part.radius) if radius is None else radius, np.zeros(0)
+    thin = part.space is None or (layout.dim == 2 and isinstance(part.space, Surface))
+    half, shares = (0.0 if thin else part.radius) if radius is None else radius, np.zeros(0)
     if at is not None or part.space is None:
         places = [At(part.name, place) for place in part.places] if at is None else [at]
         read = [vstack([layout.read(name, place), *(axes_of(name, draft, place) if half > 0.0 else ())]) for place in places]
     else:
         if isinstance(part.space, Surface):
-            functions, shares = surface_rows(part, *surface_points(part.space, count or SIDE))
+            functions, shares = once(part, *(edge_points if thin else surface_points)(part, part.space, count or SIDE))
         else:
             xi = line_points(part, count)
             functions, shares = line_rows(part, xi, half > 0.0), line_shares(part, xi)
@@ -81,23 +86,39 @@ def line_rows(part: Body, xi: np.ndarray, thick: bool) -> Iterator[csr_array]:
         yield csr_array(vstack(found))
 
 
-def surface_points(shape: Surface, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cells (x,) and parent places (x, 2) of side x side points in every cell, and what one has of its parent cell (x,)."""
-    s = (np.arange(side) + 0.5) / side
-    a, b = (x.ravel() for x in np.meshgrid(s, s, indexing="ij"))
-    wide = 1.0 + 0.0 * a if shape.parent is surface.Parent.SQUARE else 1.0 - a
-    count = len(shape.nodes)
-    return np.repeat(np.arange(count), len(a)), np.tile(np.column_stack([a, b * wide]), (count, 1)), np.tile(wide, count)
+def edge_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, np.ndarray]:
+    """Rows (x, b) of points that divide the sides on the boundary of a planar plate into `count` parts, and their lengths (x,)."""
+    sides, s = surface.free_sides(shape), np.linspace(0.0, 1.0, count + 1)
+    (cell, side), corners = np.repeat(sides, len(s), axis=0).T, surface.VERTICES[shape.parent]
+    xi = surface.side_points(shape.parent, side, np.tile(s, len(sides)))
+    rows, a, b = (own(part, surface.sample(shape, cell, xi, k)) for k in range(3))
+    along = corners[(side + 1) % int(shape.parent)] - corners[side]
+    tangents = along[:, :1] * (a @ part.reference) + along[:, 1:] * (b @ part.reference)
+    parts = np.pad(np.full(count - 1, 2.0), 1, constant_values=1.0)
+    return rows, np.tile(parts, len(sides)) * np.linalg.norm(tangents, axis=1)
 
 
-def surface_rows(part: Body, cells: np.ndarray, xi: np.ndarray, wide: np.ndarray) -> tuple[Iterator[csr_array], np.ndarray]:
-    """Rows (c, b c) of points of a surface, and their shares (x,) in its area."""
-    shape = part.space
-    assert isinstance(shape, Surface)
-    rows, *slopes = (own(part, surface.sample(shape, cells, xi, k)) for k in range(3))
-    a, b = (np.pad(slope @ part.reference, ((0, 0), (0, 3 - part.dim))) for slope in slopes)
-    areas = wide * np.linalg.norm(np.cross(a, b), axis=1)
-    return (csr_array(kron(rows[[k]], np.eye(part.dim))) for k in range(rows.shape[0])), areas / areas.sum()
+def surface_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, np.ndarray]:
+    """Rows (x, b) of points that divide every cell of a surface into `count` parts a side, and their areas (x,)."""
+    i, j = np.indices((count + 1, count + 1)).reshape(2, -1)
+    if shape.parent is surface.Parent.SQUARE:
+        parts = np.where(i % count == 0, 1.0, 2.0) * np.where(j % count == 0, 1.0, 2.0)
+    else:
+        i, j = np.array([i, j])[:, i + j <= count]
+        parts = np.array([6.0, 3.0, 1.0])[(i == 0) * 1 + (j == 0) * 1 + (i + j == count) * 1]
+    cells = np.arange(len(shape.nodes))
+    xi = np.tile(np.column_stack([i, j]) / count, (len(cells), 1))
+    rows, a, b = (own(part, surface.sample(shape, np.repeat(cells, len(i)), xi, k)) for k in range(3))
+    normals = np.cross(a @ part.reference, b @ part.reference)
+    return rows, np.tile(parts, len(cells)) * np.linalg.norm(normals, axis=1)
+
+
+def once(part: Body, rows: csr_array, sizes: np.ndarray) -> tuple[Iterator[csr_array], np.ndarray]:
+    """Rows (c, b c) of points with rows (x, b), each once, and their shares (x,) in all sizes."""
+    marks = np.round(rows @ np.random.default_rng(0).random((rows.shape[1], 2)) / SAME).astype(np.int64)
+    _, first, number = np.unique(marks, axis=0, return_index=True, return_inverse=True)
+    shares = np.bincount(number.ravel(), sizes)
+    return (csr_array(kron(rows[[k]], np.eye(part.dim))) for k in first), shares / shares.sum()
 
 
 def axes_of(name: str, draft: Draft, place: At) -> list[csr_array]:

@@ -3,10 +3,10 @@ r"""Contact of places, nodes, beams and plates with shapes: planes, spheres, cyl
     floor: {type: contact_plane, body: hoop, point: [0 m, 0 m], normal: [0, 1], friction: 0.4}
 
 What touches is one place (`at`) or a whole body (`body`): points along a beam with its radius, points of a plate with half its
-thickness, the places of a rigid body. The shape stands still, or is carried by a place (`on`), with whose axes it turns. Forces are
+thickness, in the plane of its edges, the places of a rigid body. The shape stands still, or is carried by a place (`on`), with whose axes it turns. Forces are
 those of `contact_forces`; where nothing is said of them,
 
-    d = L / PRESSED,  k = m g / d     the weight m g of what touches would press one point in by d, L the size of the bodies
+    d = L / PRESSED,  k = m g / d     the weight m g of what touches would press one point in by d, L the size of the bodies, g 9.81 m/s2
     kt = k,  ct = sqrt(kt m / t)  so that what sticks comes to rest, t the number of points
 
 In the plane a beam carries its thickness along: friction turns its sections. In space it acts on the centre line. Steps in which
@@ -140,7 +140,7 @@ class Contact(Touch, ABC):
     at: fields.Carrier = None
     body: fields.BodyName | None = None
     on: fields.Carrier = None
-    points: Annotated[int | None, whole(1, 100_000), "along a beam, or along each side of a plate's cells"] = None
+    points: Annotated[int | None, whole(1, 100_000), "along a beam, or parts of each side of a plate's cells"] = None
     radius: Annotated[float | None, fields.quantity("m", ">= 0"), "of what touches, by default that of the section"] = None
     overlap: Annotated[Literal["push", "keep"], "at the start: pushed apart, or gaps count from there"] = "push"
 
