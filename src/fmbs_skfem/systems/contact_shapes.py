@@ -5,7 +5,7 @@ r"""Shapes that contact meets: signed distances g(z) with their normals n = dg/d
     cylinder       g = |z - z_d e_d| - R,                      about the last axis; from outside one with ends is a box in
                                                                (|z - z_d e_d|, z_d), from inside a tube that ends
     box            g = |max(|z| - h, 0)|, in it max(|z| - h),  h its half sides: edges and corners are round from outside
-    heights        g = (z_d - f) / sqrt(1 + |grad f|^2),       f a smooth cubic through heights on a grid
+    heights        g = n . (z - p),  p the nearest point,      of f, a smooth cubic through heights on a grid
 
 In the plane a sphere is a circle, and so is a cylinder; a height field is a profile. Beyond the ends of a tube and the edges of a
 height field nothing is touched. All numbers may be complex, which is how contact finds its derivatives.
@@ -15,6 +15,8 @@ Source of the cubic: Catmull and Rom, Computer Aided Geometric Design (1974) 317
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..core.jit import jit
@@ -23,6 +25,8 @@ from .contact_law import Scalar
 PLANE, SPHERE, CYLINDER, BOX, HEIGHTS = range(5)
 NUMBERS = {dim: {PLANE: 0, SPHERE: 2, CYLINDER: 3, BOX: dim, HEIGHTS: dim - 1} for dim in (2, 3)}  #: how many sizes they have
 FAR = 1e300  #: distance where a shape has ended [m]
+FEET, HALVES = 20, 10  #: steps to the nearest point of a height field at most, and halves of each
+SINGULAR = 1e-6  #: of the square of a distance: curvature below which a nearest point is none
 OVER = 0.3  #: by how much the cubic rises above all heights at most, over their range: 9 / 32 in space
 
 
@@ -137,37 +141,89 @@ def slopes(u: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
 
 
 @jit
-def field(sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> Scalar:
-    """Distance and normal of heights (i, j) at steps of sizes[0] along the first and sizes[1] along the second axis, from z = 0."""
+def bends(u: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Second derivatives of these by u."""
+    return 2.0 - 3.0 * u, 9.0 * u - 5.0, 4.0 - 9.0 * u, 3.0 * u - 1.0
+
+
+@jit
+def height(sizes: np.ndarray, heights: np.ndarray, x: Scalar, y: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]:
+    """f, f,x, f,y, f,xx, f,xy, f,yy of heights (i, j) at steps of sizes (d,) from 0; the last cells go on beyond the edges.
+
+    A profile is one column, whose shares sum to one and their derivatives to zero.
+    """
     many, across = heights.shape
-    i = int(np.floor(z[0].real / sizes[0]))
-    if i < 0 or i >= many - 1:
-        return FAR + 0.0 * z[0]
-    u = z[0] / sizes[0] - i
-    a, da = shares(u), slopes(u)
-    f, fx, fy = 0.0 * u, 0.0 * u, 0.0 * u
-    if dim == 2:
-        for k in range(4):
-            height = heights[min(max(i + k - 1, 0), many - 1), 0]
-            f += a[k] * height
-            fx += da[k] * height
-    else:
-        j = int(np.floor(z[1].real / sizes[1]))
-        if j < 0 or j >= across - 1:
+    i = min(max(int(np.floor(x.real / sizes[0])), 0), many - 2)
+    j = min(max(int(np.floor(y.real / sizes[-1])), 0), across - 2)
+    wide, deep, u, v = sizes[0], sizes[-1], x / sizes[0] - i, y / sizes[-1] - j
+    a, da, dda, b, db, ddb = shares(u), slopes(u), bends(u), shares(v), slopes(v), bends(v)
+    f, fx, fy, fxx, fxy, fyy = 0.0 * u, 0.0 * u, 0.0 * u, 0.0 * u, 0.0 * u, 0.0 * u
+    for k in range(4):
+        for l in range(4):
+            h = heights[min(max(i + k - 1, 0), many - 1), min(max(j + l - 1, 0), across - 1)]
+            f += a[k] * b[l] * h
+            fx += da[k] * b[l] * h / wide
+            fy += a[k] * db[l] * h / deep
+            fxx += dda[k] * b[l] * h / wide**2
+            fxy += da[k] * db[l] * h / (wide * deep)
+            fyy += a[k] * ddb[l] * h / deep**2
+    return f, fx, fy, fxx, fxy, fyy
+
+
+@jit
+def toward(q: Scalar, p: Scalar, z: Scalar, x: float, y: float, F: Any, bent: float) -> tuple[Scalar, Scalar]:
+    """Newton's step from (x, y) to where the way to (q, p, z) is normal to heights with derivatives F there; bent 0: Gauss's."""
+    f, fx, fy, fxx, fxy, fyy = F
+    over = z - f
+    r, s = q - x + over * fx, p - y + over * fy
+    over = bent * over.real
+    xx, xy, yy = 1.0 + fx * fx - over * fxx, fx * fy - over * fxy, 1.0 + fy * fy - over * fyy
+    det = xx * yy - xy * xy
+    return (yy * r - xy * s) / det, (xx * s - xy * r) / det
+
+
+@jit
+def convex(z: float, F: Any) -> float:
+    """1 where half the square of the distance from a point at a height z is convex in its foot with F, else 0."""
+    f, fx, fy, fxx, fxy, fyy = F
+    xx, xy, yy = 1.0 + fx * fx - (z - f) * fxx, fx * fy - (z - f) * fxy, 1.0 + fy * fy - (z - f) * fyy
+    least = SINGULAR * (1.0 + fx * fx + fy * fy)
+    return 1.0 if xx > least and xx * yy - xy * xy > least else 0.0
+
+
+@jit
+def field(sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np.ndarray) -> Scalar:
+    """Distance and normal of heights (i, j) at steps of sizes[0] along the first and sizes[1] along the second axis, from z = 0.
+
+    Newton's iteration goes from the point below to the nearest one around; its last step carries derivatives.
+    """
+    last = dim - 1
+    for c in range(last):
+        if not 0.0 <= z[c].real < sizes[c] * (heights.shape[c] - 1):
             return FAR + 0.0 * z[0]
-        v = z[1] / sizes[1] - j
-        b, db = shares(v), slopes(v)
-        for k in range(4):
-            for l in range(4):
-                height = heights[min(max(i + k - 1, 0), many - 1), min(max(j + l - 1, 0), across - 1)]
-                f += a[k] * b[l] * height
-                fx += da[k] * b[l] * height
-                fy += a[k] * db[l] * height
-        n[1] = -fy / sizes[1]
-    n[0] = -fx / sizes[0]
-    long = np.sqrt(1.0 + n[0] * n[0] + (n[1] * n[1] if dim == 3 else 0.0 * u))
-    gap = (z[dim - 1] - f) / long
-    for c in range(dim - 1):
-        n[c] = n[c] / long
-    n[dim - 1] = 1.0 / long
+    q, p, up = z[0].real, (z[1].real if dim == 3 else 0.0), z[last].real
+    x, y = q, p
+    F = height(sizes, heights, x, y)
+    way = (up - F[0]) ** 2
+    for _ in range(FEET):
+        dx, dy = toward(q, p, up, x, y, F, convex(up, F))
+        part, found, G, shorter = 1.0, x, F, False
+        for _ in range(HALVES):
+            G = height(sizes, heights, x + part * dx, y + part * dy)
+            found = (q - x - part * dx) ** 2 + (p - y - part * dy) ** 2 + (up - G[0]) ** 2
+            shorter = found < way
+            if shorter:
+                break
+            part *= 0.5
+        if not shorter:
+            break
+        x, y, F, way = x + part * dx, y + part * dy, G, found
+    dx, dy = toward(z[0], z[1] if dim == 3 else 0.0 * z[0], z[last], x, y, F, convex(up, F))
+    f, fx, fy, _, _, _ = height(sizes, heights, x + dx, y + dy)
+    long = np.sqrt(1.0 + fx * fx + fy * fy)
+    n[0], n[last] = -fx / long, 1.0 / long
+    gap = (z[0] - x - dx) * n[0] + (z[last] - f) * n[last]
+    if dim == 3:
+        n[1] = -fy / long
+        gap += (z[1] - y - dy) * n[1]
     return gap

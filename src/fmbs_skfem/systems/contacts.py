@@ -3,10 +3,10 @@ r"""Contact of places, nodes, beams and plates with shapes: planes, spheres, cyl
     floor: {type: contact_plane, body: hoop, point: [0 m, 0 m], normal: [0, 1], friction: 0.4}
 
 What touches is one place (`at`) or a whole body (`body`): points along a beam with its radius, points of a plate with half its
-thickness, in the plane of its edges, the places of a rigid body. The shape stands still, or is carried by a place (`on`), with whose axes it turns. Forces are
-those of `contact_forces`; where nothing is said of them,
+thickness, in the plane of its edges, the places of a rigid body. The shape stands still, or is carried by a place (`on`), with
+whose axes it turns. Forces are those of `contact_forces`; where nothing is said of them,
 
-    d = L / PRESSED,  k = m g / d     the weight m g of what touches would press one point in by d, L the size of the bodies, g 9.81 m/s2
+    d = L / PRESSED,  k = m g / d     the weight m g of what touches would press one point in by d; L its size, g = 9.81 m/s2
     kt = k,  ct = sqrt(kt m / t)  so that what sticks comes to rest, t the number of points
 
 In the plane a beam carries its thickness along: friction turns its sections. In space it acts on the centre line. Steps in which
@@ -175,7 +175,8 @@ class Contact(Touch, ABC):
         if self.overlap == "keep":
             term = replace(term, radius=term.radius + np.minimum(gaps, 0.0))
         else:
-            self.tell_overlaps(gaps, size, "the shape", "move the bodies, or write 'overlap: keep'")
+            reach = max(size, float(np.abs(touching.places - placed[0]).max()))
+            self.tell_overlaps(gaps, reach, "the shape", "move the bodies, or write 'overlap: keep'")
         draft.forces.terms.append(term)
         mark_outline(self.name, draft, term)
         draft.gauges[self.name] = ContactGauge("contact", (), 0.0, term)

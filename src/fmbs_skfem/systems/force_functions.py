@@ -80,7 +80,7 @@ class Called(Load, word=None):
             F = np.zeros((len(given), dim))
             for vector, push in kind.act(**values):
                 mine = [k for k, one in enumerate(given) if one is vector]
-                if not mine or np.shape(push) != (dim,) or np.result_type(np.asarray(push), float) != float:
+                if not mine or np.shape(push) != (dim,) or np.asarray(push).dtype.kind not in "if":
                     expected = f"pairs of a vector of a place and {dim} forces on it"
                     raise InputError(say(f"{where(self)}: {kind.__name__}", expected, f"{vector} and {push}"))
                 F[mine[0]] += push
