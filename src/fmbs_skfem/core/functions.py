@@ -25,7 +25,7 @@ from .units import EXPONENT, NUMBER, PI, TIME, Dimension, Exponents, Quantity
 
 Rule = Callable[..., "Operand"]
 
-REMEDY = "look at the dimensions of its parameters; t is in seconds"
+REMEDY = "look at the dimensions of its parameters and tables (a force / (1 N) is a number); t is in seconds"
 
 
 @dataclass(frozen=True)

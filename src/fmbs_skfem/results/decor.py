@@ -29,6 +29,7 @@ DARK, PALE, DRIVEN = "#303030", "#7F7F7F", "#A83200"
 GLYPHS = {
     "clamp": ("s", DARK),
     "weld": ("D", DARK),
+    "held edge": ("s", DARK),
     "prismatic joint": ("d", PALE),
     "cylindrical joint": ("d", PALE),
     "bushing": ("D", PALE),

@@ -225,7 +225,7 @@ def _glyph(kind: str, centre: Array, radius: float) -> Any:
     import pyvista
 
     x, y, z = (float(value) for value in centre)
-    if kind in ("clamp", "weld", "bushing", "latch"):
+    if kind in ("clamp", "weld", "held edge", "bushing", "latch"):
         side = (1.9 if kind == "clamp" else 1.4) * radius
         return pyvista.Cube(center=(x, y, z), x_length=side, y_length=side, z_length=side)
     if kind in ("driven angle", "driven position"):

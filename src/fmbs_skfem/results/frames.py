@@ -41,6 +41,7 @@ class MarkKind(StrEnum):
     SPHERICAL = "spherical joint"
     CLAMP = "clamp"
     WELD = "weld"
+    EDGE = "held edge"
     UNIVERSAL = "universal joint"
     PRISMATIC = "prismatic joint"
     CYLINDRICAL = "cylindrical joint"

@@ -29,6 +29,8 @@ from .constraint_functions import AXES, Joint, far, needs_other_side, where
 from .places import At, Draft
 from .resultants import Resultant
 
+SHOWN = 5  #: points of a held edge in pictures
+
 
 @dataclass(frozen=True)
 class Edge(Joint):
@@ -63,6 +65,7 @@ class Edge(Joint):
             for k, value in enumerate(mine @ part.reference[:, c]):
                 draft.constraints.row(self.name, f"{AXES[c]} {k + 1}", (1.0, -1, first + k, -1), (-float(value), -1, -1, -1))
         whole = csr_array(vstack([mine for _, mine in order]))
+        show(self, draft, part, shape, sides)
         weights = edge_weights(part, shape, sides)[:, 0]
         draft.constraints.resultants[self.name] = Resultant(
             draft.layout.spread(part, whole),
@@ -90,7 +93,9 @@ class RimNodes(Joint):
     def constrain(self, draft: Draft) -> None:
         name, layout = where(self), draft.layout
         part, shape = whole_shape(name, draft, self.body)
-        cell, side = edge(name, shape, self.edges).T
+        sides = edge(name, shape, self.edges)
+        show(self, draft, part, shape, sides)
+        cell, side = sides.T
         ends = [surface.side_points(shape.parent, side, np.full(len(side), s)) for s in (0.0, 1.0)]
         rows = own(part, surface.sample(shape, np.tile(cell, 2), np.concatenate(ends)))
         center = layout.reference(name, self.to)
@@ -109,6 +114,14 @@ class RimNodes(Joint):
         for k, node in enumerate(nodes):
             terms = far(first + k * layout.dim, layout.dim, float(np.linalg.norm(apart[node])))
             draft.constraints.row(self.name, f"node {k + 1}", *terms)
+
+
+def show(joint: Edge | RimNodes, draft: Draft, part: Body, shape: Surface, sides: np.ndarray) -> None:
+    """Let pictures show a held edge at the middles of some of its sides."""
+    cell, side = sides[np.unique(np.linspace(0, len(sides) - 1, SHOWN).round().astype(int))].T
+    middles = surface.sample(shape, cell, surface.side_points(shape.parent, side, np.full(len(side), 0.5)))
+    first = draft.sensors.add(draft.layout.spread(part, own(part, middles)))
+    draft.markers.append((joint.name, "edge", tuple(range(first, first + len(cell) * draft.layout.dim))))
 
 
 def shape_of(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:
