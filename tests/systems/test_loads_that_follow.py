@@ -16,6 +16,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, follow_path, integrate, outputs, solve_statics
 from fmbs_skfem.reduction import polynomial, sampling
+from fmbs_skfem.results import motion
 from fmbs_skfem.shapes import ancf_plate, skfem_surface
 from fmbs_skfem.shapes.surface import Surface
 from fmbs_skfem.systems import (
@@ -80,6 +81,19 @@ def test_the_force_on_a_free_plate(faces: tuple[str, ...]) -> None:
     assert_allclose(body.constant @ f, 2.0 * share * 1.5 * 1.2 * turn[:, 2], atol=1e-12)
     lifted = np.outer(body.constant, 0.1 * turn[:, 2]).ravel()
     assert f.ravel() @ lifted == pytest.approx(2.0 * 0.1 * share * 1.5 * 1.2, rel=1e-12)
+
+
+@pytest.mark.parametrize("follower", [False, True])
+def test_arrows_of_a_pressure_in_pictures(follower: bool) -> None:
+    """They begin at the plate, and turn with it where the pressure does; a negative one points the other way."""
+    body = sheet(2, ancf_plate.surface)
+    turn = Rotation.from_rotvec([0.4, 1.0, -0.3]).as_matrix()
+    system = assemble([body], loads=[loads.Pressure("p", "plate", -2.0, follower=follower)])
+    shown = motion.arrows(system, (body.reference @ turn.T).reshape(1, -1)).values()
+    aims = np.concatenate([arrow.directions / np.linalg.norm(arrow.directions) for arrow in shown])
+    assert_allclose(aims, np.tile(-turn[:, 2] if follower else [0.0, 0.0, -1.0], (4, 1)), atol=1e-12)
+    assert_allclose(np.concatenate([arrow.points for arrow in shown]) @ turn[:, 2], 0.0, atol=1e-12)
+    assert {arrow.kind for arrow in shown} == {"force"}
 
 
 def test_tangent_of_a_free_plate_is_the_symmetric_part() -> None:

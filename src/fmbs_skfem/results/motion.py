@@ -204,6 +204,8 @@ def arrows(system: System, x: np.ndarray) -> dict[str, Arrow]:
         if kind not in ARROWS or (kind == "axis" and system.dim == 2):
             continue
         *place, direction = np.split(y[:, list(rows)], len(rows) // system.dim, axis=1)
+        if kind == "pressure":
+            kind, direction = "force", np.cross(place[1], direction)
         aim = np.pad(direction[:, :1], [(0, 0), (2, 0)]) if kind == "moment" and system.dim == 2 else spatial(direction)
         found[f"{name} {number}"] = Arrow(kind, spatial(place[0]) if place else np.empty((len(y), 0)), aim)
     return found

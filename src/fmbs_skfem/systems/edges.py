@@ -29,7 +29,7 @@ from .constraint_functions import AXES, Joint, far, needs_other_side, where
 from .places import At, Draft
 from .resultants import Resultant
 
-SHOWN = 5  #: points of a held edge in pictures
+SHOWN = 5  #: points of a held edge, and arrows of a load over an edge or a surface, in pictures
 
 
 @dataclass(frozen=True)
@@ -118,10 +118,25 @@ class RimNodes(Joint):
 
 def show(joint: Edge | RimNodes, draft: Draft, part: Body, shape: Surface, sides: np.ndarray) -> None:
     """Let pictures show a held edge at the middles of some of its sides."""
-    cell, side = sides[np.unique(np.linspace(0, len(sides) - 1, SHOWN).round().astype(int))].T
-    middles = surface.sample(shape, cell, surface.side_points(shape.parent, side, np.full(len(side), 0.5)))
-    first = draft.sensors.add(draft.layout.spread(part, own(part, middles)))
-    draft.markers.append((joint.name, "edge", tuple(range(first, first + len(cell) * draft.layout.dim))))
+    rows = sensed(draft, part, shape, *middles(shape, sides))
+    draft.markers.append((joint.name, "edge", tuple(rows.ravel().tolist())))
+
+
+def middles(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cells (x,) and parent points (x, 2) of the middles of some of the sides (i, 2), or of the cells (i,)."""
+    some = sides[np.unique(np.linspace(0, len(sides) - 1, SHOWN).round().astype(int))]
+    if some.ndim == 1:
+        return some, np.tile(surface.VERTICES[shape.parent].mean(axis=0), (len(some), 1))
+    cell, side = some.T
+    return cell, surface.side_points(shape.parent, side, np.full(len(side), 0.5))
+
+
+def sensed(
+    draft: Draft, part: Body, shape: Surface, cell: np.ndarray, xi: np.ndarray, derivative: int = 0, factor: float = 1.0
+) -> np.ndarray:
+    """Rows (x, c) of sensors that read a surface, or one of its derivatives, at parent points, times a factor."""
+    rows = draft.layout.spread(part, own(part, factor * surface.sample(shape, cell, xi, derivative)))
+    return draft.sensors.add(rows) + np.arange(rows.shape[0]).reshape(len(cell), -1)
 
 
 def shape_of(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:

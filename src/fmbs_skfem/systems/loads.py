@@ -21,12 +21,15 @@ from typing import Annotated, ClassVar, TypeAlias
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..bodies.body import Body
 from ..bodies.plate import edge
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.problems import Problem
 from ..core.records import dataclass
+from ..shapes import surface
+from ..shapes.surface import Surface
 from . import edges, fields, pressure, responses
 from .constraint_functions import basis, needs_axis, point
 from .places import Draft, Ground, directions, vector
@@ -233,8 +236,9 @@ class SurfaceLoad(Load):
 
     def push(self, draft: Draft) -> None:
         part, shape = edges.shape_of(where(self), draft, self.body)
-        weights = edges.surface_weights(part, shape, edges.chosen(where(self), shape, self.faces), False)
-        push_whole(self, draft, weights * vector(where(self), self.force, draft.layout.dim))
+        cells, force = edges.chosen(where(self), shape, self.faces), vector(where(self), self.force, draft.layout.dim)
+        push_whole(self, draft, edges.surface_weights(part, shape, cells, False) * force)
+        show_spread(self, draft, edges.sensed(draft, part, shape, *edges.middles(shape, cells)), force)
 
 
 @dataclass(frozen=True)
@@ -268,6 +272,7 @@ class Pressure(Load):
             draft.forces.cells.append((where(self), part, found))
         else:
             push_whole(self, draft, self.pressure * edges.surface_weights(part, shape, cells, True))
+        show_pressure(self, draft, part, shape, cells)
 
 
 @dataclass(frozen=True)
@@ -285,8 +290,9 @@ class EdgeLoad(Load):
 
     def push(self, draft: Draft) -> None:
         part, shape = edges.shape_of(where(self), draft, self.body)
-        weights = edges.edge_weights(part, shape, edge(where(self), shape, self.edges))
-        push_whole(self, draft, weights * vector(where(self), self.force, draft.layout.dim))
+        sides, force = edge(where(self), shape, self.edges), vector(where(self), self.force, draft.layout.dim)
+        push_whole(self, draft, edges.edge_weights(part, shape, sides) * force)
+        show_spread(self, draft, edges.sensed(draft, part, shape, *edges.middles(shape, sides)), force)
 
 
 @dataclass(frozen=True)
@@ -309,6 +315,25 @@ class NormalEdgeLoad(Load):
         sides = edge(where(self), shape, self.edges)
         found = pressure.edge_cells(part, shape, sides, finite(self, self.force))
         draft.forces.cells.append((where(self), part, found))
+
+
+def show_spread(load: SurfaceLoad | EdgeLoad | Pressure, draft: Draft, places: np.ndarray, force: np.ndarray) -> None:
+    """Let pictures show a force (c,) at several places, whose sensor rows are (x, c)."""
+    aim = draft.sensors.add(csr_array((len(force), draft.layout.size)), force) + np.arange(len(force))
+    draft.markers += [(load.name, "force", (*place.tolist(), *aim.tolist())) for place in places]
+
+
+def show_pressure(load: Pressure, draft: Draft, part: Body, shape: Surface, cells: np.ndarray) -> None:
+    """Let pictures show a pressure at some cells: along the normal, of which they read both tangents, or that of the reference."""
+    cell, xi = edges.middles(shape, cells)
+    places = edges.sensed(draft, part, shape, cell, xi)
+    if load.follower:
+        tangents = [edges.sensed(draft, part, shape, cell, xi, k, factor) for k, factor in ((1, load.pressure), (2, 1.0))]
+        draft.markers += [(load.name, "pressure", tuple(rows)) for rows in np.hstack([places, *tangents]).tolist()]
+        return
+    first, second = (np.asarray(surface.sample(shape, cell, xi, k) @ part.shape_reference) for k in (1, 2))
+    for place, normal in zip(places, load.pressure * np.cross(first, second), strict=True):
+        show_spread(load, draft, place[None], normal)
 
 
 def finite(load: Load, size: float) -> float:
