@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,18 +14,19 @@ from scipy.spatial.transform import Rotation
 from fmbs_skfem.bodies import Body, rigid
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, vibration_modes
+from fmbs_skfem.reduction import files
 from fmbs_skfem.systems import At, Motion, assemble, check_force, compile_system, compiled, eliminate, probes
 from fmbs_skfem.systems.bushing import Bushing
+from fmbs_skfem.systems.gauges import LoadState
 
 A, B = At("a", "frame"), At("b", "frame")
 K, C, KT, CT = (10.0, 20.0, 30.0), (0.1, 0.2, 0.3), (0.4, 0.5, 0.6), (0.01, 0.02, 0.03)
 
 
-def bodies(dim: int) -> list[Body]:
+def bodies(dim: int, far: float = 0.0) -> list[Body]:
     inertia: Any = 0.02 if dim == 2 else np.diag([0.02, 0.03, 0.04])
-    return [
-        rigid.rigid(name, 2.0, inertia, place[:dim], dim=dim) for name, place in (("a", (0.3, 0.2, 0.1)), ("b", (0.0, 0.0, 0.0)))
-    ]
+    places = {"a": far + np.array([0.3, 0.2, 0.1]), "b": np.full(3, far)}
+    return [rigid.rigid(name, 2.0, inertia, place[:dim], dim=dim) for name, place in places.items()]
 
 
 def bushing(dim: int, to: At | None = B, **more: Any) -> Bushing:
@@ -90,6 +93,38 @@ def test_energy_of_a_motion_with_large_rotations(dim: int) -> None:
     found = outputs(integrate(system, GeneralizedAlpha(1e-3, 1.0), 2.0, Newton(tolerance=1e-12)))
     assert found["E_strain"].max() > 1e-2
     assert np.ptp(found["E_balance"]) < 1e-4 * found["E_kinetic"].max()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("to", [B, None])
+def test_every_axis_is_an_output(to: At | None, dim: int, tmp_path: Path) -> None:
+    """A pull k s + c s' along axes that `to` carries, a torque - kt theta - ct theta' about them; saved models know them."""
+    x_axis = np.array((0.6, 0.8, 0.0)[:dim])
+    axes = np.array([x_axis, [-0.8, 0.6]] if dim == 2 else [x_axis, (-0.8, 0.6, 0.0), (0.0, 0.0, 1.0)])
+    names = [*"xyz"[:dim], *(["about_z"] if dim == 2 else ["about_x", "about_y", "about_z"])]
+    spin = 0.4 if dim == 2 else (0.02, -0.01, 0.4)
+    system = assemble(
+        bodies(dim, 700.0),
+        loads=[bushing(dim, to, x_axis=x_axis)],
+        outputs={name: LoadState(f"bushing.{name}") for name in names},
+        initial={"a": Motion((0.3, -0.2, 0.1)[:dim], spin, (700.0,) * dim)},
+    )
+    motion = integrate(system, GeneralizedAlpha(2e-3), 0.2)
+    files.save(system, tmp_path / "model.h5")
+    for found in (outputs(motion), outputs(replace(motion, system=files.load(tmp_path / "model.h5")))):
+        q = motion.x.reshape(len(motion.x), 2, 1 + dim, dim)
+        carried = np.einsum("ij,sjc->sic", axes, q[:, 1, 1:]) if to else np.tile(axes, (len(q), 1, 1))
+        away = q[:, 0, 0] - (q[:, 1, 0] if to else q[0, 0, 0])
+        free = axes @ (0.3, 0.2, 0.1)[:dim] if to else np.zeros(dim)
+        for i, (k, c) in enumerate(zip(K[:dim], C[:dim], strict=True)):
+            force, stretch, rate = (found[f"{names[i]}_{part}"] for part in ("force", "stretch", "rate"))
+            assert_allclose(stretch, np.einsum("sc,sc->s", carried[:, i], away) - free[i], atol=1e-12)
+            assert_allclose(force, k * stretch + c * rate, atol=1e-10)
+        torque, angle, rate = (found[f"about_z_{part}"] for part in ("torque", "angle", "rate"))
+        assert_allclose(torque, -0.6 * angle - 0.03 * rate, atol=1e-10)
+        assert np.ptp(angle) > 0.05
+    with pytest.raises(InputError, match=r"output 'B': expected one of the loads that measure bushing.x, .* got 'bushing'"):
+        assemble(bodies(dim), loads=[bushing(dim, to)], outputs={"B": LoadState("bushing")})
 
 
 def test_what_carries_no_frame_is_refused() -> None:

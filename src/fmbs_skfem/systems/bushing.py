@@ -21,16 +21,17 @@ from ..core.errors import InputError, say
 from ..core.problems import Problem
 from ..core.records import dataclass
 from . import fields, responses
-from .constraint_functions import mark, rows_of, unit
+from .constraint_functions import AXES, mark, rows_of, unit
 from .loads import TORSION, Load, where
-from .places import Draft, Ground, vector
+from .places import Draft, Gauge, Ground, vector
 
 
 @dataclass(frozen=True)
 class Bushing(Load):
     """Stiffness and damping along and about axes that `to`, a frame or the ground, carries: by default those of the scene.
 
-    It rests in the reference. `x_axis` and, in space, a direction in the plane of x and y say other axes. `at` may turn against
+    What it does along and about its axes is an output `load` each, `load: mount.x` or `load: mount.about_z`. It rests in the
+    reference. `x_axis` and, in space, a direction in the plane of x and y say other axes. `at` may turn against
     `to` by any angle about the axis with the least torsional stiffness (the last of equal ones), and little about the others.
 
     {type: bushing, at: engine.mount, stiffness: [100 kN/m, 100 kN/m, 200 kN/m]}
@@ -62,9 +63,9 @@ class Bushing(Load):
     def push(self, draft: Draft) -> None:
         mark(self, draft, "bushing", self.at)
         dim, axes = draft.layout.dim, frame(self, draft.layout.dim)
-        for axis, k, c in zip(axes, *(given(self, key, dim) for key in ("stiffness", "damping")), strict=True):
+        for letter, axis, k, c in zip(AXES, axes, *(given(self, key, dim) for key in ("stiffness", "damping")), strict=False):
             if k or c:
-                slide(self, draft, axis, k, c)
+                draft.gauges[f"{self.name}.{letter}"] = slide(self, draft, axis, k, c)
         turned = [np.array([0.0, 0.0, 1.0])] if dim == 2 else list(axes)
         numbers = [given(self, key, len(turned)) for key in ("torsional_stiffness", "torsional_damping")]
         free = min(range(len(turned)), key=lambda i: (*(each[i] for each in numbers), -i))
@@ -73,6 +74,7 @@ class Bushing(Load):
                 about, u = (None, None) if dim == 2 else (tuple(axis), turned[free if i != free else free - 1])
                 gauge, coordinate = responses.angle_between(draft, where(self), self.at, self.to, about, u)
                 draft.forces.act(TORSION[coordinate], gauge.rows, (k, c, gauge.free))
+                draft.gauges[f"{self.name}.about_{AXES[i + 3 - len(turned)]}"] = gauge
 
 
 def given(load: Bushing, key: str, size: int) -> np.ndarray:
@@ -93,8 +95,8 @@ def frame(load: Bushing, dim: int) -> np.ndarray:
     return np.array([x, y, np.cross(x, y)])
 
 
-def slide(load: Bushing, draft: Draft, axis: np.ndarray, k: float, c: float) -> None:
-    """The spring k [N/m] and damper c [N s/m] along an axis (c,)."""
+def slide(load: Bushing, draft: Draft, axis: np.ndarray, k: float, c: float) -> Gauge:
+    """The spring k [N/m] and damper c [N s/m] along an axis (c,); what measures them."""
     layout, name = draft.layout, where(load)
     rows, apart = layout.read(name, load.at), layout.reference(name, load.at)
     if load.to is None:
@@ -107,4 +109,6 @@ def slide(load: Bushing, draft: Draft, axis: np.ndarray, k: float, c: float) -> 
         rows, apart, away = rows - layout.read(name, load.to), apart - layout.reference(name, load.to), np.zeros(layout.dim)
     first = [draft.probes.add(carried, offset), draft.probes.add(csr_array(rows), away)]
     free = 0.0 if load.to is None else float(axis @ apart)
-    draft.forces.act(f"slide_{layout.dim}", [row + i for row in first for i in range(layout.dim)], (k, c, free))
+    gauge = Gauge("slide", tuple(row + i for row in first for i in range(layout.dim)), free)
+    draft.forces.act(f"slide_{layout.dim}", gauge.rows, (k, c, free))
+    return gauge

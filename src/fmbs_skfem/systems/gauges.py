@@ -2,6 +2,7 @@
 
     between places      s = |y| - l,    s' = y . y' / |y|,    N = - F . y / |y|        (a pull is positive)
     along a direction   s = y - l,      s' = y',              N = - F, of a control force F
+    along an axis p     s = p . y - l,  s' = (p . y)',        N = - p . F, of a bushing that carries p
     about an axis       angle(y) - theta0, its rate, and the torque on the first place
 
 F are the forces on the probe rows y of the load, which are its own.
@@ -22,7 +23,7 @@ from .places import Draft
 from .probes import Probe, Sensed, Sizes
 from .system import Output
 
-KINDS = ("distance", "along", "push", "angle")
+KINDS = ("distance", "along", "push", "angle", "slide")
 ANGLE = KINDS.index("angle")
 LENGTHS, ANGLES = {"force": "N", "stretch": "m", "rate": "m/s"}, {"torque": "N m", "angle": "rad", "rate": "rad/s"}
 
@@ -31,7 +32,8 @@ LENGTHS, ANGLES = {"force": "N", "stretch": "m", "rate": "m/s"}, {"torque": "N m
 class LoadState(Probe, word="load"):
     """What a load between places does: force [N], a pull being positive, stretch [m] and its rate; or torque, angle and its rate.
 
-    Those of torsion springs, motors and control torques act on the first place; a control force is that along its direction.
+    Those of torsion springs, motors and control torques act on the first place; a control force is that along its direction. Of a
+    bushing one axis is measured, `mount.x` along it or `mount.about_x` about it, as far as it has a stiffness or damping there.
 
     {type: load, load: spring}
     """
@@ -62,6 +64,10 @@ class LoadState(Probe, word="load"):
             return [torques(y, force), counted - free, speed]
         if KINDS[int(kind)] in ("along", "push"):
             return [force[:, 0] if KINDS[int(kind)] == "push" else -force[:, 0], y[:, 0] - free, rate[:, 0]]
+        if KINDS[int(kind)] == "slide":
+            (p, apart), (change, speed) = (np.split(part, 2, axis=1) for part in (y, rate))
+            pull = -np.sum(p * np.split(force, 2, axis=1)[1], axis=1)
+            return [pull, np.sum(p * apart, axis=1) - free, np.sum(change * apart + p * speed, axis=1)]
         distance = np.linalg.norm(y, axis=1)
         along = y / np.maximum(distance, np.finfo(float).tiny)[:, None]
         return [-np.sum(force * along, axis=1), distance - free, np.sum(rate * along, axis=1)]
@@ -72,7 +78,8 @@ class LoadState(Probe, word="load"):
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        count = (3, 1, 1, len(output.rows) if len(output.rows) in (2, 4, 9) else 2)[int(output.parameters[0])]
+        angle, slide = ((own if (own := len(output.rows)) in known else known[0]) for known in ((2, 4, 9), (4, 6)))
+        count = (3, 1, 1, angle, slide)[int(output.parameters[0])]
         return count, 3, 2 + count
 
 
