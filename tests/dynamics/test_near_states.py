@@ -171,6 +171,15 @@ def test_column_buckles_at_eulers_load() -> None:
     np.testing.assert_allclose(found.factors, np.pi**2 / 4 * np.array([1.0, 9.0]) / 3.0, rtol=3e-6)
 
 
+def test_loads_without_a_potential_are_known() -> None:
+    """Beck's column flutters at 20.05 EI/L^2 and has no factor of pushing forces."""
+    tip = At("beam", "right")
+    found = buckling(cantilever(8, loads.Follower("push", tip, (-1.0, 0.0))), 2)
+    assert not found.conservative
+    assert (found.factors < 0.0).all()
+    assert buckling(cantilever(8, loads.PointForce("push", tip, (-1.0, 0.0))), 1).conservative
+
+
 def test_factors_do_not_depend_on_the_size_of_the_load() -> None:
     """A load of a thousand buckling loads is tried in small parts."""
     found = [

@@ -27,6 +27,7 @@ from .shapes import find_free
 from .statics import Equilibrium, newton_statics
 
 FIRST, PROBE = 1e-3, 1e-2  #: loads of the difference quotient: a part of those given, then of those that buckle
+POTENTIAL = 1e-6  #: part of K1 that is not symmetric, on a motion that the joints allow, of loads with a potential
 REAL = 1e-6  #: imaginary parts of load factors, relative to their size, that are round-off
 
 
@@ -38,6 +39,7 @@ class Buckling:
     shapes: np.ndarray  #: (n, i) of largest entry 1
     stiffness: np.ndarray  #: (i,) v^T K0 v of the shapes
     path: np.ndarray  #: (n,) by which the state changes with the load factor, of small loads
+    conservative: bool  #: whether the loads have a potential: others may let motions grow before
 
 
 def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
@@ -73,8 +75,11 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> Buckling:
     if (factors := saddle.factor(saddle.matrix(K0, J))) is None:
         raise InputError(say("buckling", "a system that its joints hold", "one that is free to move", "hold it by joints"))
 
+    def solved(force: np.ndarray) -> np.ndarray:
+        return saddle.solve(factors, np.append(force, np.zeros(len(J))))[:n]
+
     def product(v: np.ndarray) -> np.ndarray:
-        return -saddle.solve(factors, np.append(K1 @ v, np.zeros(len(J))))[:n]
+        return -solved(K1 @ v)
 
     first = product(np.cos(np.arange(n)))
     if not np.linalg.norm(first) > 0.0:
@@ -90,4 +95,6 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> Buckling:
             say("buckling", "loads at which the system loses its stiffness", "none", "look at `complex_modes` for flutter")
         )
     shapes, path = largest_one(vectors[:, kept].real), (states[0] - states[1]) / (2.0 * probe)
-    return Buckling(1.0 / inverses[kept].real, shapes, np.einsum("ni,ni->i", shapes, np.asarray(K0 @ shapes)), path)
+    skew = np.linalg.norm(solved(K1 @ first - K1.T @ first)) > POTENTIAL * np.linalg.norm(product(first))
+    stiffness = np.einsum("ni,ni->i", shapes, np.asarray(K0 @ shapes))
+    return Buckling(1.0 / inverses[kept].real, shapes, stiffness, path, not skew)

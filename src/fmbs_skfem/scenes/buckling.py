@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count, Time
+from ..core.notices import notify
 from ..core.records import dataclass
 from ..dynamics.missing_shapes import tell_unknown, too_strong, warn_of_missing
 from . import build
@@ -46,6 +47,11 @@ class Buckling(States):
         factors = found.factors
         columns = {"mode": np.arange(1, len(factors) + 1), "load_factor": factors}
         facts, heads = {"load_factors": factors}, ["mode", "load factor"]
+        if not found.conservative:
+            told = "some loads turn with the structure and have no potential: it may flutter before its stiffness is lost"
+            notify(
+                f"{where(scene, 'analysis')}: {told}; look at modes under growing loads, analysis: {{type: modes, damped: true}}"
+            )
         tell_unknown(reduced)
         if (high := too_strong(reduced, found)) is not None:
             warn_of_missing(where(scene, "analysis"), "load factors", high)
