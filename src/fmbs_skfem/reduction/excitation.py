@@ -37,6 +37,7 @@ from ..core.records import dataclass
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..dynamics.stability import unstable
+from ..shapes.surface import Surface
 from ..systems import At, Motion, assemble, eliminate, joints, loads
 from ..systems.places import directions
 from . import parts
@@ -55,6 +56,8 @@ SMALLEST = 1e-300  #: strain that counts as none
 FARTHEST = 30.0  #: factor by which loads change from one trial to the next, at most
 RISE = 0.05  #: usual part of a run over which sweeps rise
 SHARP = Newton(tolerance=1e-12)
+#: of surfaces, which bend in every step: new factors cost as much as twenty corrections with old ones that contract less
+THRIFTY = Newton(tolerance=1e-12, slow=0.1)
 TRIED = "take smaller forces (--push), another duration or frequencies that its motion can follow, or a smaller step"
 
 
@@ -187,7 +190,7 @@ def move(part: Body, excitation: Excitation, progress: Progress | None = None) -
         raise InputError(say(f"body '{part.name}'", "named places, at which it is excited", "none", remedy))
     assert told.step is not None
     assert told.duration is not None
-    scheme, found = GeneralizedAlpha(told.step), []
+    scheme, newton, found = GeneralizedAlpha(told.step), THRIFTY if isinstance(part.space, Surface) else SHARP, []
     every = max(1, round(told.duration / told.step / told.samples))
     for run in range(told.runs):
         held = names[run % len(names)]
@@ -197,7 +200,7 @@ def move(part: Body, excitation: Excitation, progress: Progress | None = None) -
             system = eliminate(assemble([part], [pin], pushes(part, told, held, random), initial=begin))
         done = None if progress is None else partial(advance, progress, run, told.runs)
         try:
-            motion = integrate(system, scheme, told.duration, SHARP, every, done)
+            motion = integrate(system, scheme, told.duration, newton, every, done)
             if broken := unstable(motion, told.step):
                 raise broken
         except SolverError as error:
