@@ -24,17 +24,17 @@ from fmbs_skfem.cli.main import main
 main()
 """
 WITHOUT = {"vtkmodules"}.union(*extras.PACKAGES.values())
-PROJECTS = {name for package in WITHOUT for name in metadata.packages_distributions().get(package, ())}  #: that install them
 
 
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of installed packages without those of the extras."""
-    folder = tmp_path_factory.mktemp("packages")
+    folder, known = tmp_path_factory.mktemp("packages"), metadata.packages_distributions()
+    projects = {name for package in WITHOUT for name in known.get(package, ())}  # that install them
     for place in {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}:
         for entry in Path(place).iterdir():
             project = entry.name.removesuffix(".dist-info").rpartition("-")[0].replace("_", "-")
-            lost = entry.name.removesuffix(".py") in WITHOUT or project in PROJECTS
+            lost = entry.name.removesuffix(".py") in WITHOUT or project in projects
             if not lost and not (folder / entry.name).exists():
                 (folder / entry.name).symlink_to(entry)
     return folder
