@@ -11,12 +11,14 @@ os.environ["MPLBACKEND"] = "Agg"
 # commands in processes of their own start as they do for users: without bytecode each of them compiles the whole package
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
+import gc
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import threadpoolctl
 
+from fmbs_skfem.core import imports
 from fmbs_skfem.core.errors import MissingFeature
 from fmbs_skfem.results import painter, pictures
 
@@ -31,6 +33,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.path.parent.name in FAST:
             item.add_marker(pytest.mark.fast)
+
+
+def pytest_collection_finish() -> None:
+    """What was imported to find the tests stays: searches for garbage leave it out, and come less often, as in commands."""
+    gc.freeze()
+    gc.set_threshold(imports.YOUNG)
 
 
 @pytest.fixture(scope="session", autouse=True)
