@@ -199,7 +199,8 @@ def test_tables_that_fit_are_those_of_rich(title: str) -> None:
     """Without its blanks at the ends of lines; names of other alphabets, and tables that are too wide, are drawn by it."""
     table = ReportTable(title, ("body", "mass [kg]", "sag"), [("arm", 1 / 3, -0.0), ("forearm", {"x": 12.0}, None)])
     wide = ReportTable(title, ("body", "mass"), [("x" * 100, "y " * 60)])
-    for shown, drawn in ((table, True), (ReportTable(title, ("β", "Ω"), [("é", 1.0)]), False), (wide, False)):
+    bare = ReportTable(title, ("", ""), [("dofs", 12), ("mass", 0.5)])
+    for shown, drawn in ((table, True), (bare, True), (ReportTable(title, ("β", "Ω"), [("é", 1.0)]), False), (wide, False)):
         file = io.StringIO()
         console(file).print(shown)
         lines = [line.rstrip() for line in file.getvalue().splitlines()]
@@ -207,6 +208,7 @@ def test_tables_that_fit_are_those_of_rich(title: str) -> None:
         own = str(shown).splitlines()
         assert [line.rstrip() for line in own[1:]] == lines[-len(own) : -1]
         assert not drawn or own[0] == title
+    assert "─" not in str(bare)
 
 
 def test_every_command_is_a_click_command_of_its_name() -> None:

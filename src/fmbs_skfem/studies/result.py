@@ -49,7 +49,8 @@ class ReportTable:
         from rich import box, table
         from rich.markup import escape
 
-        found = table.Table(title=escape(self.title), box=box.SIMPLE_HEAD, title_justify="left", title_style="bold")
+        style: dict[str, Any] = {"box": box.SIMPLE_HEAD, "title_justify": "left", "title_style": "bold"}
+        found = table.Table(title=escape(self.title), show_header=any(self.columns), **style)
         for number, column in enumerate(self.columns):
             found.add_column(escape(column), justify="right" if number else "left", no_wrap=self.names and not number)
         for row in self.rows:
@@ -78,7 +79,8 @@ class ReportTable:
             return None
         aligned = ["  " + "   ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in cells]
         title = f"\x1b[1m{self.title}\x1b[0m" if bold else self.title
-        lines = [title, "", aligned[0], " " + "─" * (sum(widths) + 3 * len(widths) - 1), *aligned[1:], ""]
+        head = [aligned[0], " " + "─" * (sum(widths) + 3 * len(widths) - 1)] if any(self.columns) else []
+        lines = [title, "", *head, *aligned[1:], ""]
         return "".join(f"{line.rstrip()}\n" for line in lines)
 
     @property
