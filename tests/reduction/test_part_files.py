@@ -18,7 +18,7 @@ from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.linalg import as_dense, evenly
-from fmbs_skfem.core.notices import Remark
+from fmbs_skfem.core.notices import Notice, Remark
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, outputs
 from fmbs_skfem.reduction import affine, excitation, part_files, parts
 from fmbs_skfem.reduction.excitation import Excitation, excite, settle
@@ -234,6 +234,15 @@ def test_a_training_goes_on_with_the_same_mesh_and_a_file_that_knows_it(tmp_path
         part_files.recall(alone(), replace(arm(), reference=0.9 * arm().reference))
     with pytest.raises(InputError, match=r"read it with part_files\.resume"):
         part_files.train(arm(), arm().reference[None], 1e-10, None, None, replace(alone(), memory=None))
+
+
+def test_a_part_that_does_not_bend_is_told() -> None:
+    """With the functions 1 and x alone nothing that it lacks is seen in a run: it is at rest where it is clamped."""
+    with pytest.warns(Notice, match="part 'arm': its 2 shape functions .* does not bend; take more of them"):
+        assert len(part_files.coarsen(alone(), None, 2).body.reference) == 2
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        part_files.coarsen(alone(), None, 3)
 
 
 def test_a_part_is_made_coarser_where_it_is_used(tmp_path: Path) -> None:

@@ -30,6 +30,7 @@ from ..core import container, validation
 from ..core.container import FileKind, storable
 from ..core.errors import InputError, say
 from ..core.linalg import evenly
+from ..core.notices import notify
 from ..core.records import dataclass
 from ..core.validation import Misfit, Reals, require
 from ..dynamics import departures
@@ -83,6 +84,7 @@ def train(
     begun, known = clock.process_time(), None if before is None else recall(before, body)
     earlier = None if known is None else known.functions @ known.factor
     S = parts.shape_functions(body, states, tolerance, modes, earlier)
+    warn_of_no_bending(body, S)
     z, found = parts.coordinates(body, S, states), parts.reduced_body(body, S)
     columns = np.moveaxis(z, 0, 1).reshape(len(z[0]), -1)
     if known is not None and earlier is not None:
@@ -212,6 +214,7 @@ def coarsen(part: Part, tolerance: float | None = None, modes: int | None = None
     keep, limit = np.column_stack([body.constant, body.reference]), tolerance if tolerance or modes else float(np.finfo(float).eps)
     found = pod.of_vectors(known.factor, keep, None if modes else limit, modes, parts.metric(body))
     S = parts.with_places(body, found.modes)
+    warn_of_no_bending(body, S)
     z = parts.coordinates(body, S, known.states)
     eta = points_to(found.singular_values, S.shape[1]) if eta is None else eta
     small = parts.sampled(parts.reduced_body(body, S), z, eta)
@@ -224,6 +227,16 @@ def coarsen(part: Part, tolerance: float | None = None, modes: int | None = None
     numbers["strain_errors"] = errors_by_name(errors)
     small = replace(small, shapes=points)
     return Part(small, part.notes | numbers, Memory(known.functions @ S, np.asarray(np.linalg.qr(factor, mode="r")).T, z))
+
+
+def warn_of_no_bending(body: Body, S: np.ndarray) -> None:
+    """Say that shape functions S (b, m) are no more than the field 1 and the reference, by which a part stretches evenly alone.
+
+    Nothing that it lacks is seen in a run, as it is at rest.
+    """
+    if S.shape[1] <= np.linalg.matrix_rank(np.column_stack([body.constant, body.reference])):
+        text = f"part '{body.name}': its {S.shape[1]} shape functions are rigid motions and even stretches, it does not bend"
+        notify(f"{text}; take more of them (a smaller tolerance)")
 
 
 def coarser_strains(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
