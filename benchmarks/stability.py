@@ -34,6 +34,7 @@ BEGIN, END = "<!-- figures of benchmarks/stability.py -->", "<!-- end of figures
 SCHEME, SHARP = GeneralizedAlpha(5e-4), Newton(1e-12)
 EPS, ETA, TRAINING, EVERY = 1e-12, 1e-3, 3.0, 10
 HORIZON = 10  #: times the training
+CELLS: int | None = None  #: cells a beam of the compared models, those of the mesh file for None
 FEW = 16  #: cells a beam of the runs that differ in step and damping
 
 
@@ -51,7 +52,7 @@ class Trained:
 
 def trained() -> Trained:
     """Component level with eps = 1e-12, without ECSW and with it over elements and over points."""
-    raw = build.system(scenes.read(ROOT / "examples" / "double_pendulum.yaml"))
+    raw = build.system(scenes.read(ROOT / "examples" / "double_pendulum.yaml"), CELLS)
     full = eliminate(raw)
     run = integrate(full, SCHEME, TRAINING, SHARP, EVERY)
     data, parts = reduction.snapshots(run), reduction.body_level(raw)

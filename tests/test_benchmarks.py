@@ -66,7 +66,7 @@ def test_snnls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_stability(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(sys, "argv", ["stability.py"])
-    script("stability", tmp_path, monkeypatch, TRAINING=0.2, HORIZON=2).main()
+    script("stability", tmp_path, monkeypatch, TRAINING=0.2, HORIZON=2, CELLS=25).main()
     assert "|" in capsys.readouterr().out
 
 
