@@ -238,7 +238,7 @@ def corner(scale: float) -> Figures:
         return assemble([body], [pin], [loads.Gravity(DOWN)], outputs={"c": probes.Position(At("sheet", "c"))}, initial=start)
 
     raw, duration = thrown(full), 0.9 * scale
-    models = coarser([part], thrown, (5e-8, 1e-7), ((21,), (23,)), 3e-2)
+    models = coarser([part], thrown, (5e-8,), ((23,), (24,), (25,)), 6e-2)
     models["modes of coordinates"] = of_coordinates(raw, runner(raw, SCHEME, duration, SHARP)(), duration)
     found = against(raw, models, duration, 0.5 * np.sqrt(2.0), rounds=1)
     return {"training [CPU s]": spent, "functions": float(part.notes["functions"])} | found

@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 
 from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.reduction.parts import reduced_body
 from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate, joints, loads, probes
 from fmbs_skfem.verification.beams import polyline, straight
 from fmbs_skfem.verification.integrator import mass_pendulum
+from fmbs_skfem.verification.plates import rectangle
 
 __all__ = ["mass_pendulum", "polyline", "straight"]
 
@@ -102,3 +105,13 @@ def platform(cells: int, inertia: np.ndarray, push: tuple[float, float, float] =
     center = At("platform", "center")
     forces = [loads.Gravity((0.0, 0.0, -GRAVITY)), loads.PointForce("push", center, push)]
     return assemble(parts, held, forces, outputs={"place": probes.Position(center)})
+
+
+def thrown_plate_part() -> System:
+    """A thin plate of four cells with seven functions, hung at a corner and thrown round."""
+    full = plate("sheet", rectangle("bfs", 2, 2, 0.5, 0.4), 2e-3, sections.Material(2e9, 1200.0, 0.3), dim=3)
+    random = np.random.default_rng(5).normal(size=(len(full.reference), 4))
+    columns = np.column_stack([full.constant, full.reference[:, :2], random])
+    part = reduced_body(full, np.linalg.qr(columns)[0])
+    start = {"sheet": Motion(angular_velocity=(0.0, 9.0, 2.0))}
+    return eliminate(assemble([part], [joints.Pin("A", At("sheet", "a"))], [loads.Gravity((0, 0, -GRAVITY))], initial=start))

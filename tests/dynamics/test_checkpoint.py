@@ -64,6 +64,7 @@ SYSTEMS: dict[str, Callable[[], System]] = {
     "dense": lambda: models.spin_up(4),
     "driven": lambda: models.spin_up(20, all_multipliers=True),
     "secants": lambda: all_modes(models.double_pendulum(4)),
+    "turned tangents": models.thrown_plate_part,
     "one mass": lambda: models.mass_pendulum((-1.0, 0.0)),
 }
 

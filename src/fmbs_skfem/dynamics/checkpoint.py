@@ -30,7 +30,7 @@ FACTORS = {
     4: ("lower", "diagonal", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
 }  #: what `solve` reads, by the kind of the factors
 ADDRESSES = ("elastic", "lift", "laws", "forces", "calls")  #: arrays of a model that differ from process to process
-PLACES = ("kept",)  #: in a space, which say nothing of the model
+PLACES = ("kept", "turned", "gram")  #: in a space, and what follows from other numbers
 LATER = ("state work", "state push", "state gradients", "state signals")  #: which checkpoints of earlier versions do not hold
 LOW = "terms of low rank"  #: in the factors
 INSTANTS = 65  #: at which the signals of two models are compared
@@ -135,6 +135,7 @@ def kept(step: Step) -> dict[str, np.ndarray]:
     """Motion and counters by name."""
     found = {f"state {name}": array for name, array in step.state._asdict().items()}
     found |= {"counters": step.job.counters, "kind": step.work.kind}
+    found |= {"turned tangents": step.space.turned} if step.space.turned.size else {}
     return found | ({LOW: step.space.low.used} if step.doors.fill else {})
 
 

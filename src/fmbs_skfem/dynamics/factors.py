@@ -36,7 +36,7 @@ def doors(form: Storage) -> tuple[Routine, Routine]:
 def assemble(table: Any) -> int:
     """J = Phi_q and the front c W + d(Phi_q^T lambda)/dq of the matrix at the trial state, whose y and Phi_y must be current.
 
-    0, or 1 where a tangent failed.
+    0, or 1 where a tangent failed. What terms keep of an assembly may be turned the next time.
     """
     S = opened(table)
     A, s, w = S.arrays, S.space, S.work
@@ -46,10 +46,13 @@ def assemble(table: Any) -> int:
     s.c[0], s.gh[0] = S.method.c, S.method.gh
     evaluation.slopes(table)
     combine(S.method.bh, A.mass.store, S.method.gh, A.damping.store, A.stiffness.store, s.W)
-    if w.kind[1] == 1:
+    s.turning[0] = w.kind[1]
+    if w.kind[1] == 1 and len(A.corotation.table) > 0:
         corotation.add_rotated_tangent(A.corotation, s.x, S.method.gh, s.W)
     elif evaluation.sum_tangents(table) != 0:
         return 1
+    if len(s.turned) > 0:
+        w.kind[1] = 1
     scale(S.method.c, s.W)
     kernels.add_pairs(A.pairs, A.probes, s.H, A.dense, A.blocks, s.W)
     if A.dense and len(s.low.rows) > 0:

@@ -75,7 +75,7 @@ class Work(NamedTuple):
     moved: Vector  #: (n,) displacement of the last correction
     pull: Vector  #: (2,) size of the last correction of the multipliers, infinite before the first; the largest mass [kg]
     rate: Vector  #: (1,) contraction, the largest of late measurements
-    kind: Integers  #: (4,) kind of the factors, 0: anew; 1 while tangents are turned; kind of those there are; their age in steps
+    kind: Integers  #: (4,) kind of the factors, 0: anew; 1 if the next tangents are turned; kind of those there are; their age
 
 
 class Doors(NamedTuple):

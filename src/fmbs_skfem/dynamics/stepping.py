@@ -302,7 +302,7 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
         if rate > slow and iteration > 0:
             w.kind[0] = 0
         return DONE
-    if method.judging and S.arrays.forces.smooth and fresh == 1 and w.kind[1] != 1 and exact > 0.0 and norm > exact:
+    if method.judging and S.arrays.forces.smooth and fresh == 1 and exact > 0.0 and norm > exact:
         return DIVERGED
     if iteration > 3 and fresh > 0 and rate > 2.0:
         return DIVERGED
@@ -315,13 +315,13 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
 def iterate(table: Any, step: int) -> int:
     """Newton's iteration from the predicted state of a step; status."""
     S = opened(table)
-    w, last, fresh, exact, brief = S.work, 0.0, 0, 0.0, False
+    w, last, fresh, exact, brief, turned = S.work, 0.0, 0, 0.0, False, False
     for iteration in range(S.method.iterations):
         S.space.c[0] = S.method.c
         if invoke(S.doors.residual, table, 0) != 0:
             return STOPPED
         if w.kind[0] == 0:
-            brief, w.kind[3] = iteration > 0 and w.kind[3] < 2, 0
+            brief, w.kind[3], turned = iteration > 0 and w.kind[3] < 2, 0, w.kind[1] == 1
             S.job.counters[FACTORISATIONS] += 1
             if invoke(S.doors.factorise, table, 0) != 0:
                 return SINGULAR
@@ -331,12 +331,12 @@ def iterate(table: Any, step: int) -> int:
         add_secants(table, iteration > 0 and fresh != 1)
         norm = apply(table)
         S.job.counters[ITERATIONS] += 1
-        status = judge(table, step, iteration, norm, last, fresh, exact)
+        status = judge(table, step, iteration, norm, last, fresh, 0.0 if turned else exact)
         if status == DONE:
             w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
         if status != NOT_CONVERGED:
             return status
-        exact = norm if fresh == 1 else exact
+        exact = norm if fresh == 1 and not turned else exact
         last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
     return NOT_CONVERGED
 

@@ -97,7 +97,8 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 15) -> Sh
     """What the calls of a run cost: the time of one call at x0, measured apart, times the calls that the run counted.
 
     Every iteration has one force, one solution and the products of gather and scatter, every factorisation one tangent with its
-    products, unless tangents are turned (`corotation`): then it has none, and the turn is part of its own cost.
+    products, unless tangents are turned (`corotation`, `turned_tangents`): then it has hardly any, and the turn is part of its own
+    cost.
     """
     system, cost = motion.system, motion.statistics
     calls, factored = cost.iterations, cost.factorisations
@@ -108,7 +109,7 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 15) -> Sh
     if model.pattern is not None:
         factor, solution = sparse_seconds(model, scheme)
         return Shares(calls * one(FORCE), factored * factor + calls * solution, 0.0)
-    turned = len(model.arrays.corotation.table) > 0
+    turned = len(model.arrays.corotation.table) > 0 or any(term.turned for term in model.terms)
     tangents = 0 if turned else factored
     solving = calls * one(SOLUTION) + factored * max(one(FACTOR) - (0.0 if turned else one(TANGENT)), 0.0)
     for _ in range(TRIES):

@@ -96,6 +96,7 @@ def space(model: Compiled) -> Space:
         *(np.full(n, np.nan), np.zeros(2), np.zeros(sum(force.room for force in model.forces))),
         *(np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1)),
         *(rhs[0, :n], rhs, W, W.reshape(-1) if entries is None else np.zeros(entries)),
+        *(np.zeros(1, np.int64), np.zeros(sum(term.turned for term in model.terms))),
         *(np.zeros((2, sum(term.kept for term in model.terms))), np.zeros(n), np.ones(1)),
         *(np.zeros(j), np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((4, j)), np.zeros(2), np.zeros((m, j))),
         *(np.zeros((3, places)), np.zeros((3, work))),
@@ -125,7 +126,7 @@ def flatten(system: System) -> Compiled:
     beta = [system.elastic[owner].beta for owner in parts.owners]
     found = list[Term]()
     for one, b in zip(parts.storages, beta, strict=True):
-        setting = Setting(system.dim, b, targets, sum(term.kept for term in found))
+        setting = Setting(system.dim, b, targets, sum(term.kept for term in found), sum(term.turned for term in found))
         found.append(replace(storages.compile_term(one, setting), follows=one.law.follows))
     probes = permuted(system.probes.matrix, order)
 

@@ -115,6 +115,8 @@ class Space(NamedTuple):
     rhs: Matrix  #: (1, n + m) residual
     W: Matrix
     entries: Vector  #: (z,) where tangents of cells go: all of W, or the lower triangle of K in `lifts`, zeros before and after
+    turning: Integers  #: (1,) 1 where terms may turn the tangents that they assembled last
+    turned: Vector  #: what they keep for it, see `turned_tangents`
     gradients: Matrix  #: (2, g) and their rates, of damped cells and points: of the last evaluation, of that of the accepted state
     way: Vector  #: (n,) of the last step
     span: Vector  #: (1,) its time [s]
@@ -132,7 +134,7 @@ class Space(NamedTuple):
 
 def space_of(**parts: np.ndarray) -> Space:
     """A space of these arrays alone, for routines that read no others."""
-    none = {name: np.zeros((0,) * kind.ndim) for name, kind in fields(Space) if name != "low"}
+    none = {name: np.zeros((0,) * kind.ndim, kind.item) for name, kind in fields(Space) if name != "low"}
     return Space(**(none | parts), low=low_rank.room([]))
 
 

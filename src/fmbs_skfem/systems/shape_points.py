@@ -17,13 +17,15 @@ from scipy.sparse import csr_array
 
 from ..bodies import laws
 from ..bodies.body import Cells, ShapePoints
+from ..bodies.laws import Law
 from ..core.entries import view
 from ..core.jit import jit
 from ..core.linalg import as_dense, is_sparse, support
-from ..core.structs import Cube, Integers, opener
+from ..core.structs import Cube, Integers, opener, routine
 from ..core.structs import Matrix as Rows
-from . import terms
+from . import terms, turned_tangents
 from .cells import put
+from .evaluation import evaluation
 from .kernels import add_combination, add_sums, clear
 from .points import Sampled, weigh
 from .terms import Lifts, Setting, Targets, Term
@@ -43,6 +45,8 @@ class ShapePointsRecord(NamedTuple):
     section: Cube  #: (i, 1, p)
     targets: Targets
     kept: int  #: first place in the gradients of a space, where it is damped
+    gram: Rows  #: (b, b) of first derivatives, where its tangent turns with the body
+    turned: int  #: first place in what a space keeps of turned tangents, -1 for none
 
 
 opened = opener(ShapePointsRecord)
@@ -94,7 +98,10 @@ def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
     DN = view(s.work[2], 0, (size, dim * (dim + 1) // 2, functions))
     modulus_times_functions(view(D, 0, (rows, rows, points)), P.table.reshape(size // points, points, functions), dim, DN)
     product = np.dot(P.transposed, view(s.work[2], 0, (size, DN.shape[1] * functions)))
-    put(P.targets, packed(product, functions, dim, s.work[0]), s.entries)
+    entries = packed(product, functions, dim, s.work[0])
+    if P.turned >= 0:
+        turned_tangents.keep(s, P, entries)
+    put(P.targets, entries, s.entries)
 
 
 @jit
@@ -133,7 +140,21 @@ def packed(product: np.ndarray, functions: int, dim: int, room: np.ndarray) -> n
     return room
 
 
-ROUTINES = terms.at_points(__name__, opened, place, read, scatter, add_tangent)
+ASSEMBLED = terms.at_points(__name__, opened, place, read, scatter, add_tangent)
+assemble_tangent: Any = ASSEMBLED.tangent
+
+
+@routine
+def tangent(table: Any, record: Any) -> int:
+    """W += N^T phi' N, or what was kept of it when it was assembled last, turned with the body."""
+    s, P = evaluation(table).space, opened(record)
+    if P.turned >= 0 and s.turning[0] == 1:
+        put(P.targets, turned_tangents.turned(s, P), s.entries)
+        return 0
+    return assemble_tangent(table, record)
+
+
+ROUTINES = ASSEMBLED._replace(tangent=tangent)
 
 
 @terms.carry.register(ShapePoints)
@@ -221,16 +242,26 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
     table, section = np.ascontiguousarray(points.table.reshape(K * P, B)), np.ascontiguousarray(points.section)
     targets, dim, damped = setting.targets(couplings(points)), setting.dim, setting.beta > 0.0
     numbers = (table, np.ascontiguousarray(table.T), section)
-    record = ShapePointsRecord(calls, setting.beta, points.columns.start, *numbers, targets, setting.kept)
+    turns = points.law is Law.SHELL
+    gram = gram_of(points) if turns else np.zeros((0, 0))
+    places = (setting.kept, gram, setting.turned if turns else -1)
+    record = ShapePointsRecord(calls, setting.beta, points.columns.start, *numbers, targets, *places)
     work = max((K * dim) ** 2 * P, K * dim * P + K * P + B, K * P * B * dim * (dim + 1) // 2, B * dim * (B * dim + 1) // 2)
-    return Term(record, ROUTINES, work, damped, 2 * K * P * dim if damped else 0)
+    kept = turned_tangents.room(B) if turns else 0
+    return Term(record, ROUTINES, work, damped, 2 * K * P * dim if damped else 0, turned=kept)
+
+
+def gram_of(points: ShapePoints) -> np.ndarray:
+    """G (b, b) = sum_p w (N,1 N,1^T + N,2 N,2^T), so that the turn of a body shows in z'^T G z."""
+    weight = points.section[-1, 0]
+    return np.ascontiguousarray(sum(N.T @ (weight[:, None] * N) for N in points.table[:2]))
 
 
 @terms.rotation_weights.register(ShapePoints)
 def rotation_weights(points: ShapePoints, q: np.ndarray) -> np.ndarray:
     """By tables of the body; zeros for others."""
-    G, local, weight = np.zeros(len(q)), q[points.columns].reshape(-1, points.dim), points.section[-1, 0]
-    G[points.columns] = sum((N.T @ (weight[:, None] * (N @ local))).ravel() for N in points.table[:2])
+    G = np.zeros(len(q))
+    G[points.columns] = (gram_of(points) @ q[points.columns].reshape(-1, points.dim)).ravel()
     return G.reshape(-1, points.dim)
 
 

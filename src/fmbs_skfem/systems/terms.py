@@ -80,6 +80,7 @@ class Term(Piece):
     damped: bool = False  #: whether it reads velocities
     kept: int = 0  #: numbers in the gradients of a space
     follows: bool = False  #: whether it is a load that follows what it pushes, which does work and stores nothing
+    turned: int = 0  #: numbers that it keeps of a tangent, to turn it with its body
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -106,6 +107,7 @@ class Setting:
     beta: float  #: stiffness-proportional damping time [s]
     targets: Callable[[np.ndarray], Targets]  #: of the cells that read coordinates p (l, e)
     kept: int  #: first place in the gradients of a space
+    turned: int  #: first place in what it keeps of turned tangents
 
 
 @dataclass
