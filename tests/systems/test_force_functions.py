@@ -171,7 +171,7 @@ def test_reduced_hyper_reduced_and_saved_models(tmp_path: Path) -> None:
     called = eliminate(swinging(called_drag("drag", tip, 0.3), called_cubic("spring", tip, 20.0, 50.0)))
     found = outputs(integrate(called, scheme, 0.03, TIGHT))
     assert_allclose(found["tip_y"], expected["tip_y"][:31], atol=1e-9)
-    with pytest.raises(InputError, match="OfPython"):
+    with pytest.raises(InputError, match="got OfPython; no file holds its functions of Python"):
         files.save(called, tmp_path / "called.h5")
 
 

@@ -281,7 +281,9 @@ def encode(value: Any, arrays: Arrays, where: str) -> Any:
     if callable(value):
         remedy = "write it as a text, core.expressions.of_time('sin(2*pi*t)'), or in the scene file"
         raise InputError(say(where, "a function of time that a file can hold", f"the Python function {value!r}", remedy))
-    raise InputError(say(where, "numbers, texts, arrays, tuples, lists or dicts", kind.__name__))
+    called = is_dataclass(value) and any(callable(getattr(value, part.name)) for part in fields(value))
+    remedy = "no file holds its functions of Python: write them in symbols" if called else ""
+    raise InputError(say(where, "numbers, texts, arrays, tuples, lists or dicts", kind.__name__, remedy))
 
 
 def encode_array(value: np.ndarray, arrays: Arrays) -> Tree:
