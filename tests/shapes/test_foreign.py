@@ -63,6 +63,21 @@ def test_a_plate_with_an_edge_and_a_corner(suffix: str, tmp_path: Path) -> None:
     assert {name: ids.tolist() for name, ids in found.face_groups.items()} == {"sheet": [0, 1]}
 
 
+def test_a_node_set_along_the_boundary_is_an_edge(tmp_path: Path) -> None:
+    """A plate of two elements of Abaqus, which knows no edges; a set of the nodes inside would have no side."""
+    nodes = "".join(f"{1 + 3 * j + i}, {i}.0, {j}.0, 0.0\n" for j in range(2) for i in range(3))
+    sets = "*NSET, NSET=root\n1, 4\n*NSET, NSET=top\n4, 5, 6\n*NSET, NSET=tip\n6\n*NSET, NSET=across\n2, 5\n"
+    path = tmp_path / "plate.inp"
+    path.write_text(f"*NODE\n{nodes}*ELEMENT, TYPE=S4, ELSET=sheet\n1, 1, 2, 5, 4\n2, 2, 3, 6, 5\n{sets}")
+    found = plate_meshes.read(path, planar=True)
+    assert {name: sorted(map(sorted, ids.tolist())) for name, ids in found.edge_groups.items()} == {
+        "root": [[0, 3]],
+        "top": [[3, 4], [4, 5]],
+    }
+    assert {"tip", "across"} <= found.point_groups.keys()
+    assert len(found.cells) == 2
+
+
 @pytest.mark.parametrize("suffix", foreign.SUFFIXES)
 def test_what_ends_meshio_is_bad_input(suffix: str, tmp_path: Path) -> None:
     """It calls sys.exit, and raises errors of all kinds."""

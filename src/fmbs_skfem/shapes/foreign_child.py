@@ -1,6 +1,7 @@
 """The process that reads a mesh by meshio: `python -P foreign_child.py SOURCE TARGET.vtu`; it imports nothing of this package.
 
-Named sets, and the families of MED, become integer arrays of zeros and ones, which are the groups of `vtu`.
+Named sets, and the families of MED, become integer arrays of zeros and ones, which are the groups of `vtu`. A set of nodes along
+the boundary of a surface, by which Abaqus names an edge, also becomes line cells.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ def main(source: str, target: str) -> None:
     mesh = meshio.read(source)
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.points.shape[1]] = mesh.points
-    out = meshio.Mesh(points, mesh.cells, point_marks(mesh), cell_marks(mesh))
+    cells, marks = with_edges(mesh, cell_marks(mesh))
+    out = meshio.Mesh(points, cells, point_marks(mesh), marks)
     meshio.write(target, out, file_format="vtu")
 
 
@@ -44,6 +46,27 @@ def cell_marks(mesh: Any) -> dict[str, list[np.ndarray]]:
     for name, numbers in families(mesh, "cell_tags") if tags is not None else ():
         found[name] = [np.isin(one, numbers).astype(np.int8) for one in tags]
     return found
+
+
+def with_edges(mesh: Any, marks: dict[str, list[np.ndarray]]) -> tuple[list[Any], dict[str, list[np.ndarray]]]:
+    """Cells and their marks, with line cells between nodes of a set that are neighbours on the boundary of the surface."""
+    cells, outline = [(block.type, block.data) for block in mesh.cells], boundary(mesh)
+    for name, ids in mesh.point_sets.items():
+        sides = outline[np.isin(outline, np.asarray(ids, dtype=np.int64)).all(axis=1)]
+        if len(sides) and ":" not in name:
+            own = marks.get(name) or [np.zeros(len(data), dtype=np.int8) for _, data in cells]
+            marks = {other: [*blocks, np.zeros(len(sides), dtype=np.int8)] for other, blocks in marks.items()}
+            marks[name] = [*own, np.ones(len(sides), dtype=np.int8)]
+            cells = [*cells, ("line", sides)]
+    return cells, marks
+
+
+def boundary(mesh: Any) -> np.ndarray:
+    """Sides (i, 2) of triangles and quadrilaterals that have one cell only."""
+    corners = [block.data[:, : 3 if block.type.startswith("tri") else 4] for block in mesh.cells if block.dim == 2]
+    sides = [np.stack([each, np.roll(each, -1, axis=1)], axis=2).reshape(-1, 2) for each in corners]
+    found, count = np.unique(np.sort(np.concatenate([np.empty((0, 2), int), *sides]), axis=1), axis=0, return_counts=True)
+    return np.asarray(found[count == 1])
 
 
 def families(mesh: Any, kind: str) -> list[tuple[str, list[int]]]:
