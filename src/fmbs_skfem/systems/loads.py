@@ -324,7 +324,7 @@ def show_spread(load: SurfaceLoad | EdgeLoad | Pressure, draft: Draft, places: n
 
 
 def show_pressure(load: Pressure, draft: Draft, part: Body, shape: Surface, cells: np.ndarray) -> None:
-    """Let pictures show a pressure at some cells: along the normal, of which they read both tangents, or that of the reference."""
+    """Let pictures show a pressure on cells (i,): along the normal, by tangents that are read, or along that of the reference."""
     cell, xi = edges.middles(shape, cells)
     places = edges.sensed(draft, part, shape, cell, xi)
     if load.follower:
