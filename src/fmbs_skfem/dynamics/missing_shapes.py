@@ -14,10 +14,12 @@ makes e too large by a few times rather than too small.
 A displacement can be small and stiff: a plate that bends by its thickness stretches where functions cannot follow it, and hardly
 bends any more. The measure of that is the part of itself by which a part bends too little, at least,
 
-    sum R_N^T |K_N|^-1 R_N / (2 sum U),    U the strain energy, sums over the looks of a motion, or one equilibrium           (4)
+    sum R_N^T |K_N|^-1 (2 f_N - R_N) / (2 sum U),    f_N = N^T f(S z),    U the strain energy,                                  (4)
 
-which in equilibria of small displacements is the share of the work of the loads that is missing. A motion feels it where this share
-of the deflection, the distance from where it began up to a rigid motion, is more than FELT of the size of the part.
+sums over the looks of a motion: the strain energy that the missing displacement sets free. What loads would do along it instead,
+as weight does along an arm, adds to the energy, and moves the part by e alone. In equilibria R_N^T |K_N|^-1 R_N stands above, of
+small displacements the work of the loads that is missing. A motion feels (4) where this share of the deflection, the distance from
+where it began up to a rigid motion, is more than FELT of the size of the part.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (39), (49), doi 10.1016/j.cma.2019.112690.
 """
@@ -311,12 +313,13 @@ def look_at(
     if rates is None:
         e = resolved(*stiffness(tests, u), R)
         return Look(np.linalg.norm(e, axis=(1, 2)), softer(tests, u, e, R, len(z)), e, u)
+    f = R + np.broadcast_to(loads, len(z))[:, None, None] * tests.weight
     R += tests.mass @ (rates[1] + tests.alpha * rates[0])
     e = estimated(tests, u, R)
-    stiff = felt(tests, z, softer(tests, u, e, R, copies))
+    stiff = felt(tests, z, softer(tests, u, e, 2.0 * f - R, copies))
     if (unsure := (np.linalg.norm(e, axis=(1, 2)) > SURE * tests.limit) | (stiff > COARSE)).any():
         e[unsure] = resolved(*stiffness(tests, u[:, unsure]), R[unsure])
-        stiff = felt(tests, z, softer(tests, u, e, R, copies))
+        stiff = felt(tests, z, softer(tests, u, e, 2.0 * f - R, copies))
     return Look(np.linalg.norm(e, axis=(1, 2)), stiff, e, u)
 
 
@@ -336,7 +339,7 @@ def estimated(tests: Tests, u: np.ndarray, R: np.ndarray) -> np.ndarray:
 def softer(tests: Tests, u: np.ndarray, e: np.ndarray, R: np.ndarray, blocks: int) -> np.ndarray:
     """The part (4) of itself by which a part bends too little, one number for each of some blocks of states, as (s,).
 
-    At gradients u (k c, s, g), of what is missing e (s, t, c) under forces R (s, t, c).
+    At gradients u (k c, s, g), of what is missing e (s, t, c) with the forces R (s, t, c) that work along it.
     """
     length, least = len(e) // blocks, tests.held[0].max() * (REST * tests.size) ** 2
     missed = (e * R).reshape(blocks, -1).sum(axis=1)
