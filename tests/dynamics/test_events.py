@@ -196,6 +196,18 @@ def test_several_in_one_step_and_at_one_instant() -> None:
     assert found[3:] == [("stopped", 0.1022), ("late", 0.1037), ("own", 0.1122)]
 
 
+@pytest.mark.parametrize("last, end", [("lock", 0.4), ("release", 2.0)])
+def test_a_lock_and_a_release_at_one_instant_are_told(last: str, end: float) -> None:
+    """The last one counts: the rod stands, or flies on with what a lock alone would have taken."""
+    first = {"lock": "release", "release": "lock"}[last]
+    told = {"a": event("t - 0.1", **{first: ("pin",)}), "b": event("0.1 - t", **{last: ("pin",)})}
+    with pytest.warns(
+        Notice, match=rf"joint 'pin' is locked and released by .* at one instant, t = 0.1 s, and event 'b' .* {last}s"
+    ):
+        motion = integrate(rod(told, weight=(0.0, 0.0)), GeneralizedAlpha(H), 0.5)
+    assert outputs(motion)["angle"][-1] == pytest.approx(end, abs=1e-3)
+
+
 def test_a_run_that_is_stopped_ends_there() -> None:
     """Its last state is that of the event, also where nothing else is stored, and of a run step by step."""
     system, scheme = (

@@ -23,6 +23,7 @@ import numpy as np
 
 from ..core import ranks
 from ..core.errors import Reason, SolverError
+from ..core.notices import notify
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled
 from ..systems.events import numbers_of
@@ -235,6 +236,7 @@ class Watch:
         system, back = model.system, np.argsort(model.order)
         time, x, v = h * (run.done + place), state.x[back], state.v[back]
         late = max(time, h * (run.done + LATE))
+        self.tell_of_both(due, time)
         for one in (self.triggers[k] for k in due):
             self.let_go(model, one.name, one.release, x, late)
             for name in one.lock:
@@ -258,6 +260,18 @@ class Watch:
         for one in (self.triggers[k] for k in due):
             self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss if one.lock else 0.0))
             loss = 0.0 if one.lock else loss
+
+    def tell_of_both(self, due: np.ndarray, time: float) -> None:
+        """A notice of joints that some events lock and others release at one instant: in order, as if the last were alone."""
+        last: dict[str, str] = {}
+        for one in (self.triggers[k] for k in due):
+            for name, act in [*dict.fromkeys(one.release, "releases").items(), *dict.fromkeys(one.lock, "locks").items()]:
+                if last.get(name, act) != act:
+                    which = f"joint '{name}' is locked and released by events at one instant, t = {time:.6g} s"
+                    notify(
+                        f"{which}, and event '{one.name}' alone, which {act} it, counts as the last of the scene; let them be apart"
+                    )
+                last[name] = act
 
     def let_go(self, model: Compiled, event: str, joints: Sequence[str], x: np.ndarray, time: float) -> None:
         """Let rows of joints go; SolverError where a trained space knows no motion in which they do not hold."""
