@@ -243,6 +243,13 @@ def test_damping_ratios_of_beams_of_any_size(length: float, beta: float) -> None
     np.testing.assert_allclose(found.damping_ratios, ratios, rtol=1e-7)
 
 
+def test_no_damping_is_a_plain_zero() -> None:
+    """Tables print a negative zero as -0."""
+    undamped = complex_modes(linearise(cantilever(1)), 2)
+    assert not undamped.damping_ratios.any()
+    assert not np.signbit(undamped.damping_ratios).any()
+
+
 def test_bad_input_is_named() -> None:
     beam = cantilever(4)
     with pytest.raises(InputError, match="all coordinates of full bodies"):

@@ -138,7 +138,7 @@ class ComplexModes:
     def damping_ratios(self) -> np.ndarray:
         """-Re s / |s| (i,), negative where a motion grows."""
         size = np.abs(self.eigenvalues)
-        return np.asarray(np.divide(-self.eigenvalues.real, size, out=np.zeros(len(size)), where=size > 0.0))
+        return np.asarray(np.divide(0.0 - self.eigenvalues.real, size, out=np.zeros(len(size)), where=size > 0.0))
 
 
 def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:

@@ -67,4 +67,4 @@ def eigenvalues(space: StateSpace) -> dict[str, np.ndarray]:
     found = found[np.argsort(np.abs(found), kind="stable")][:LISTED]
     size = np.where(np.abs(found) > 0.0, np.abs(found), 1.0)
     frequency, number = found.imag / (2.0 * np.pi), np.arange(1, len(found) + 1)
-    return {"mode": number, "frequency_hz": frequency, "damping_ratio": -found.real / size, "growth_per_s": found.real}
+    return {"mode": number, "frequency_hz": frequency, "damping_ratio": (0.0 - found.real) / size, "growth_per_s": found.real}
