@@ -562,6 +562,23 @@ def test_two_contacts_on_a_beam_in_full_reduced_hyper_reduced_and_saved(dim: int
     assert_allclose(np.linalg.norm(shown["ball"].points[-1] - [0.5, -0.13, 0.02 if dim == 3 else 0.0], axis=1), 0.1)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_pictures_show_a_floor_as_far_as_bodies_go(dim: int) -> None:
+    """A line, and in space a rectangle, at their height, beyond what flies away."""
+    rest = (0.0,) * (dim - 2)
+    balls = [point_mass(name, 1.0, (x, 1.0, *rest)) for name, x in (("a", 0.0), ("b", 0.1))]
+    floor = ContactPlane("floor", at=At("a", "center"), point=(0.0, 0.0, *rest), normal=(0.0, 1.0, *rest))
+    system = assemble(balls, loads=[floor], initial={"a": Motion((50.0, 0.0, *(-30.0,) * (dim - 2)))})
+    shown = pictures.frames(integrate(system, GeneralizedAlpha(1e-2), 0.1)).bodies["floor"].points
+    assert_allclose(shown, np.broadcast_to(shown[0], shown.shape), atol=1e-12)
+    assert_allclose(shown[..., 1], 0.0, atol=1e-12)
+    assert -1.0 < shown[..., 0].min() < -0.1
+    assert shown[..., 0].max() == pytest.approx(5.0)
+    if dim == 3:
+        assert shown[..., 2].min() == pytest.approx(-3.0)
+        assert 0.1 < shown[..., 2].max() < 1.0
+
+
 SCENE = """
 schema: 1
 dimension: 2

@@ -43,7 +43,8 @@ def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Colle
     shown, masses = line_bodies(trajectory, rows, wanted)
     bodies = {**shown, **skin_bodies(trajectory, rows, wanted)}
     order = [name for name, _, _ in system.coordinates if name in bodies]
-    found = {name: bodies[name] for name in order} | links(system, x, {name for name, _, _ in system.coordinates})
+    moving = np.concatenate([*(body.points for body in bodies.values()), *(place[:, None] for _, place in masses.values())], axis=1)
+    found = {name: bodies[name] for name in order} | links(system, x, {name for name, _, _ in system.coordinates}, moving)
     return Frames(trajectory.times[rows], found, {**joints(system, x), **masses}, arrows(system, x))
 
 
@@ -211,8 +212,11 @@ def arrows(system: System, x: np.ndarray) -> dict[str, Arrow]:
     return found
 
 
-def links(system: System, x: np.ndarray, taken: Collection[str]) -> dict[str, Shown]:
-    """Springs as zigzags, ropes and stops as straight lines, shapes of contacts; `load NAME` where a body has that name."""
+def links(system: System, x: np.ndarray, taken: Collection[str], moving: np.ndarray) -> dict[str, Shown]:
+    """Springs as zigzags, ropes and stops as straight lines, shapes of contacts; `load NAME` where a body has that name.
+
+    Planes reach as far as points (s, x, 3) that move.
+    """
     y = np.asarray(system.sensors.matrix @ np.vstack([x, system.x0]).T).T + system.sensors.offset
     found = {}
     for name, kind, rows in system.markers:
@@ -220,8 +224,21 @@ def links(system: System, x: np.ndarray, taken: Collection[str]) -> dict[str, Sh
             points = spatial(y[:, list(rows)].reshape(len(y), -1, system.dim))
             if kind == "spring":
                 points = zigzag(points[:, :1], points[:, 1:])
+            if kind == "plane":
+                points = reaching(points, moving)
             found[f"load {name}" if name in taken else name] = frames_.line(points[:-1], {}, 0.0, points[-1])
     return found
+
+
+def reaching(plane: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Corners (s + 1, x, 3) of a plane, two or those of a rectangle, with sides so long that they pass points (s, y, 3)."""
+    first = plane[:, :1]
+    sides = plane[:, [1] if plane.shape[1] == 2 else [1, 3]] - first
+    sides /= np.einsum("skc,skc->sk", sides, sides)[:, :, None]
+    own, others = np.einsum("sxc,skc->sxk", plane - first, sides), np.einsum("sxc,skc->sxk", points - first[:-1], sides[:-1])
+    low, high = np.minimum(others.min(axis=(0, 1)), 0.0), np.maximum(others.max(axis=(0, 1)), 1.0)
+    sides /= np.einsum("skc,skc->sk", sides, sides)[:, :, None]
+    return np.asarray(first + np.einsum("sxk,skc->sxc", low + (high - low) * own, sides))
 
 
 def zigzag(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from .places import Draft
 
 AROUND = np.linspace(0.0, 2 * np.pi, 49)
 SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]], dtype=float)
-WIDER = 1.5  #: half width of a plane over the span of the scene
+WIDER = 1.5  #: half width of a plane over the span of the scene in the reference, at least
 
 
 def mark_outline(name: str, draft: Draft, term: ContactForces) -> None:
@@ -29,7 +29,8 @@ def mark_outline(name: str, draft: Draft, term: ContactForces) -> None:
         spread = csr_array(np.kron(shares, np.eye(dim)))
         rows, offset = csr_array(spread @ own), spread @ away + (0.0 if turned else (local @ term.placed[1:]).ravel())
     first = draft.sensors.add(rows, offset)
-    draft.markers.append((name, "outline", tuple(range(first, first + len(offset)))))
+    kind = "plane" if term.shape == PLANE else "outline"
+    draft.markers.append((name, kind, tuple(range(first, first + len(offset)))))
 
 
 def outline(term: ContactForces, dim: int, wide: float, middle: np.ndarray) -> np.ndarray:
