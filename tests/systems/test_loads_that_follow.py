@@ -96,6 +96,21 @@ def test_arrows_of_a_pressure_in_pictures(follower: bool) -> None:
     assert {arrow.kind for arrow in shown} == {"force"}
 
 
+def test_arrows_of_a_load_along_the_normal_of_an_edge_in_pictures() -> None:
+    """On all four edges, away from the plate, with which they turn; a negative load points inwards."""
+    body, turn = (
+        plate("plate", grid(2, 3), 0.02, Material(1e5, 500.0), dim=2),
+        Rotation.from_rotvec([0.0, 0.0, 0.7]).as_matrix()[:2, :2],
+    )
+    for edge, normal in {"left": (-1.0, 0.0), "right": (1.0, 0.0), "bottom": (0.0, -1.0), "top": (0.0, 1.0)}.items():
+        system = assemble([body], loads=[loads.NormalEdgeLoad("p", "plate", (edge,), -2.0)])
+        shown = motion.arrows(system, (body.reference @ turn.T).reshape(1, -1)).values()
+        aims = np.concatenate([arrow.directions / np.linalg.norm(arrow.directions) for arrow in shown])
+        assert_allclose(aims[:, :2], np.tile(-turn @ normal, (len(aims), 1)), atol=1e-12)
+        middle = np.concatenate([arrow.points for arrow in shown]).mean(axis=0)[:2] @ turn
+        assert_allclose(middle @ normal, max(normal), atol=1e-12)
+
+
 def test_tangent_of_a_free_plate_is_the_symmetric_part() -> None:
     """The force is quadratic in x: central differences are exact."""
     body = sheet(1, ancf_plate.surface)

@@ -145,6 +145,13 @@ def sample(surface: Surface, cell: Ints, xi: Floats, derivative: int = 0) -> csr
     return rows
 
 
+def along(surface: Surface, first: Floats, second: Floats, side: Ints) -> Floats:
+    """Directions (x, 2) in the parent along sides (x,), with the planar surface on their left, where its tangents are (x, 2)."""
+    corners = VERTICES[surface.parent]
+    counted = np.sign(np.linalg.det(np.stack([first, second], axis=1)))  # a cell may be numbered clockwise
+    return np.asarray(counted[:, None] * (corners[(side + 1) % int(surface.parent)] - corners[side]))
+
+
 def local_axes(tangents: Floats) -> tuple[Floats, Floats]:
     """Orthonormal vectors (..., 2, c) in the plane of tangents (..., 2, c), and the normal (..., c).
 

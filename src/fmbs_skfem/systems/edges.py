@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, kron, vstack
+from scipy.sparse import coo_array, csr_array, diags_array, eye_array, kron, vstack
 
 from ..bodies import edge_slopes
 from ..bodies.body import Body, own
@@ -26,7 +26,7 @@ from ..shapes import surface
 from ..shapes.surface import Surface
 from . import fields
 from .constraint_functions import AXES, Joint, far, needs_other_side, where
-from .places import At, Draft
+from .places import QUARTER, At, Draft
 from .resultants import Resultant
 
 SHOWN = 5  #: points of a held edge, and arrows of a load over an edge or a surface, in pictures
@@ -122,13 +122,29 @@ def show(joint: Edge | RimNodes, draft: Draft, part: Body, shape: Surface, sides
     draft.markers.append((joint.name, "edge", tuple(rows.ravel().tolist())))
 
 
+def outward(draft: Draft, part: Body, shape: Surface, sides: np.ndarray, size: float) -> np.ndarray:
+    """Rows (x, 2) of sensors that read `size` times the outward normal where `middles` are, as long as the slope along the side."""
+    cell, side = thinned(sides).T
+    xi = surface.side_points(shape.parent, side, np.full(len(side), 0.5))
+    slopes = [surface.sample(shape, cell, xi, k) for k in (1, 2)]
+    along = surface.along(shape, slopes[0] @ part.shape_reference, slopes[1] @ part.shape_reference, side)
+    rows = own(part, csr_array(sum(diags_array(size * along[:, k]) @ slopes[k] for k in range(2))))
+    turned = csr_array(kron(eye_array(len(side)), -QUARTER) @ draft.layout.spread(part, rows))
+    return draft.sensors.add(turned) + np.arange(turned.shape[0]).reshape(-1, 2)
+
+
 def middles(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cells (x,) and parent points (x, 2) of the middles of some of the sides (i, 2), or of the cells (i,)."""
-    some = sides[np.unique(np.linspace(0, len(sides) - 1, SHOWN).round().astype(int))]
+    some = thinned(sides)
     if some.ndim == 1:
         return some, np.tile(surface.VERTICES[shape.parent].mean(axis=0), (len(some), 1))
     cell, side = some.T
     return cell, surface.side_points(shape.parent, side, np.full(len(side), 0.5))
+
+
+def thinned(sides: np.ndarray) -> np.ndarray:
+    """Some of the sides (i, 2) or cells (i,), evenly."""
+    return np.asarray(sides[np.unique(np.linspace(0, len(sides) - 1, SHOWN).round().astype(int))])
 
 
 def sensed(

@@ -315,6 +315,9 @@ class NormalEdgeLoad(Load):
         sides = edge(where(self), shape, self.edges)
         found = pressure.edge_cells(part, shape, sides, finite(self, self.force))
         draft.forces.cells.append((where(self), part, found))
+        places = edges.sensed(draft, part, shape, *edges.middles(shape, sides))
+        aims = edges.outward(draft, part, shape, sides, self.force)
+        draft.markers += [(self.name, "force", tuple(rows)) for rows in np.hstack([places, aims]).tolist()]
 
 
 def show_spread(load: SurfaceLoad | EdgeLoad | Pressure, draft: Draft, places: np.ndarray, force: np.ndarray) -> None:

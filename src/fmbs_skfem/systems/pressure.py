@@ -41,11 +41,8 @@ def edge_cells(part: Body, shape: Surface, sides: np.ndarray, load: float) -> Ce
     cell, side = np.repeat(sides, len(points), axis=0).T
     xi = surface.side_points(shape.parent, side, np.tile(0.5 + 0.5 * points, len(sides)))
     basis = surface.basis(shape.space, cell, xi)
-    corners = surface.VERTICES[shape.parent]
-    along = corners[(side + 1) % int(shape.parent)] - corners[side]
-    gradients = np.einsum("xkb,xbc->xkc", basis[:, :3], part.shape_reference[shape.nodes[cell]])
-    turned = np.sign(np.linalg.det(gradients[:, 1:]))  # a cell may be numbered clockwise
-    slope = turned[:, None] * np.einsum("xa,xab->xb", along, basis[:, 1:3])
+    first, second = np.einsum("xkb,xbc->kxc", basis[:, 1:3], part.shape_reference[shape.nodes[cell]])
+    slope = np.einsum("xk,xkb->xb", surface.along(shape, first, second, side), basis[:, 1:3])
     values = np.stack([basis[:, 0], slope], axis=1).reshape(len(sides), len(points), 2, -1)
     ends = np.einsum("epkb,ebc->epkc", values, part.shape_reference[shape.nodes[sides[:, 0]]])
     area = ends[:, :, 0, 0] * ends[:, :, 1, 1] - ends[:, :, 0, 1] * ends[:, :, 1, 0]
