@@ -28,7 +28,7 @@ from ..systems import compiled as compilation
 from ..systems.compiled import Compiled
 from ..systems.events import numbers_of
 from ..systems.redundancy import scale_of
-from ..systems.system import System, loose_rows
+from ..systems.system import loose_rows
 from . import checkpoint as checkpoints
 from . import dips, stepping
 from .checkpoint import Checkpoint
@@ -36,7 +36,7 @@ from .dividing import divided, put, restart
 from .initial import Instant, consistent_start, first_state
 from .step import STEPS
 from .trajectory import Happening
-from .vanishing import empty, lengths
+from .vanishing import empty, lengths, rows_of_locks
 
 if TYPE_CHECKING:
     from .feed import Feed
@@ -67,7 +67,7 @@ class Watch:
         system, self.feed = run.model.system, feed
         self.triggers, self.locks = system.triggers, {one.joint: one for one in system.locks}
         self.joints = np.array([joint for joint, _ in system.constraints.names], dtype=object)
-        self.closed = ~locking(system)  #: rows that are to hold, whether or not others make them hold already
+        self.closed = ~rows_of_locks(system)  #: rows that are to hold, whether or not others make them hold already
         self.sides = np.zeros(len(self.triggers), np.int64)  #: signs of values; 0 where an event is not on guard
         self.numbers = [one.value for one in self.triggers]
         self.noise = self.noise_of(run)  #: values (t,) below which they are zero
@@ -241,7 +241,7 @@ class Watch:
             self.let_go(model, one.name, one.release, x, late)
             for name in one.lock:
                 mine = self.joints == name
-                self.closed[mine] = locking(system)[mine]
+                self.closed[mine] = rows_of_locks(system)[mine]
                 lock = self.locks[name]
                 values = numbers_of(lock, system.probes(x))
                 for signal, value in zip(lock.signals, values, strict=True):
@@ -301,15 +301,9 @@ class Watch:
         self.happened = [Happening(e.name, time, e.stop, e.release, e.lock, loss) for e, time, loss in one]
 
 
-def locking(system: System) -> np.ndarray:
-    """Rows of locks (m,) bool, which are open at the start."""
-    held = {name for one in system.locks for name in one.rows.names}
-    return np.array([name in held for name in system.constraints.names], dtype=bool)
-
-
 def open_at_start(model: Compiled) -> np.ndarray:
     """Rows (m,) bool that do not hold at the start: those of locks, and of loose joints where others hold already."""
-    closed = ~locking(model.system)
+    closed = ~rows_of_locks(model.system)
     return np.asarray(~closed | follows(model, model.system.x0, 0.0, closed))
 
 

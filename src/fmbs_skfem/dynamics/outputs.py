@@ -174,7 +174,7 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     if full is None or full is system:
         held = -trajectory.multipliers
         if system.constraints.loose:
-            held = np.where(vanishing.unknown(compile_system(system)), np.nan, held)
+            held = np.where(vanishing.unknown(trajectory), np.nan, held)
         return {name: held[:, k] for k, name in enumerate(system.constraints.names)}
     known = {name: -trajectory.multipliers[:, k] for k, name in enumerate(system.constraints.names)}
     if known.keys() >= set(full.constraints.names):

@@ -8,9 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..systems import compiled as compilation
-from ..systems.compiled import Compiled
+from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import scale_of
-from ..systems.system import loose_rows
+from ..systems.system import System, loose_rows
+from .trajectory import Trajectory
 
 VANISHING = 1e-6  #: length of a row, over the longest or the size of the mechanism, that is noise of a trained space
 
@@ -30,10 +31,22 @@ def empty(model: Compiled, size: np.ndarray) -> np.ndarray:
     return np.asarray(size < VANISHING * max(float(size.max(initial=0.0)), model.system.scale))
 
 
-def unknown(model: Compiled) -> np.ndarray:
-    """Loose rows (m,) bool that are noise at the start."""
-    system = model.system
+def unknown(trajectory: Trajectory) -> np.ndarray:
+    """Loose rows (m,) bool that are noise at the start; those of locks, whose numbers are zero before, at the end of the run."""
+    system = trajectory.system
     rows = loose_rows(system.constraints)
     if not system.components or not rows.any():
         return np.zeros(len(rows), dtype=bool)
-    return np.asarray(rows & empty(model, lengths(model, system.x0, 0.0)))
+    model, own = compile_system(system), rows_of_locks(system)
+    found = rows & ~own & empty(model, lengths(model, system.x0, 0.0))
+    happened = {name for one in trajectory.events for name in one.lock}
+    locked = own & [joint in happened for joint, _ in system.constraints.names]
+    if locked.any():
+        found |= locked & empty(model, lengths(model, trajectory.x[-1], float(trajectory.times[-1])))
+    return np.asarray(found)
+
+
+def rows_of_locks(system: System) -> np.ndarray:
+    """Rows of locks (m,) bool, which are open at the start."""
+    held = {name for one in system.locks for name in one.rows.names}
+    return np.array([name in held for name in system.constraints.names], dtype=bool)
