@@ -23,6 +23,7 @@ from fmbs_skfem.results import motion as pictures
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
 from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems import force as sum_of
 from fmbs_skfem.systems.contact_shapes import FAR, distances, measure
 from fmbs_skfem.systems.contact_states import ContactState
 from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
@@ -30,6 +31,7 @@ from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, Co
 from .. import models
 from ..bodies.test_plate import rectangle
 from ..forms import forms
+from ..shapes.test_nurbs import halves
 from .parts import A1, BOB, C1, beams
 
 TIGHT = Newton(tolerance=1e-12)
@@ -560,6 +562,17 @@ def test_two_contacts_on_a_beam_in_full_reduced_hyper_reduced_and_saved(dim: int
     shown = pictures.frames(full).bodies
     assert set(shown) == {"beam", "floor", "ball"}
     assert_allclose(np.linalg.norm(shown["ball"].points[-1] - [0.5, -0.13, 0.02 if dim == 3 else 0.0], axis=1), 0.1)
+
+
+@pytest.mark.parametrize("slant", [0.0, 0.15])
+@pytest.mark.filterwarnings("ignore:.*overlap")
+def test_points_on_the_seam_of_patches_stand_once(slant: float) -> None:
+    """A square of two patches of 2 x 4 cells, each of 2 x 2 parts, 1 mm deep in a floor: 9 x 9 points of 1 N each."""
+    body = plate("plate", halves(2, slant), 1e-3, sections.Material(7e10, 2700.0, 0.3))
+    floor = ContactPlane("floor", body="plate", points=2, radius=0.0, point=(0.0, 0.0, 1e-3), normal=(0.0, 0.0, 1.0), stiffness=1e3)
+    system = assemble([body], loads=[floor])
+    found = body.constant @ sum_of(system, system.x0, 0.0 * system.x0, 0.0).reshape(-1, 3)
+    assert_allclose(np.abs(found), [0.0, 0.0, 81.0], atol=1e-7)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

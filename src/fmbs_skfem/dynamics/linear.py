@@ -46,13 +46,16 @@ def in_rotating_frame(system: System, spin: Spin) -> System:
     """The equations (1) of a system in a frame that turns.
 
     Joints and loads are those of the frame and turn with it: a clamp holds a blade to its hub. The motion begins at rest in the
-    frame. InputError unless the unknowns are all coordinates of full bodies, which are vectors: take the system before `eliminate`.
+    frame. InputError unless the unknowns are all coordinates of full bodies, which are vectors: take the system before
+    `eliminate`. What it gives can be eliminated and reduced as every system.
     """
     d = system.dim
     whole = is_sparse(system.mass) and len(system.x0) == len(system.unit) * d
     if not whole or matrices.vectorwise(csr_array(system.mass), d)[1] != d:
         got = f"{system.size} unknowns of {len(system.unit) * d} coordinates"
-        raise InputError(say("in_rotating_frame", "all coordinates of full bodies", got, "take the system before `eliminate`"))
+        raise InputError(
+            say("in_rotating_frame", "all coordinates of full bodies", got, "take the system before `eliminate`, reduce it behind")
+        )
     center = np.zeros(d) if spin.center is None else np.asarray(spin.center, dtype=float)
     turn = csr_array(kron(eye_array(system.size // d), skew(d, spin)))
     M, C = csr_array(system.mass), csr_array(system.damping)
