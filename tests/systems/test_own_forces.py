@@ -284,6 +284,19 @@ def one_sided(sign: Any, c: Any, r: Any, k: Any, d: Any, rest: Any, e: Any, cut:
     return -sign * sympy.Piecewise((0, (force < 0) & (cut > 0)), (force, True)), k * lift
 
 
+def coordinate(law: ForceLaw, y: Any) -> Any:
+    """The coordinate c of the rows y: an angle, the part along a vector, or a distance."""
+    if law.name == "spatial_torsion_spring":
+        u, p, q = y[:3], y[3:6], y[6:]
+        return sympy.atan2(sum(a * b for a, b in zip(u, q, strict=True)), sum(a * b for a, b in zip(u, p, strict=True)))
+    if "torsion" in law.name:
+        return sum((1 - k) * sympy.atan2(y[k + 1], y[k]) for k in range(0, law.rows, 2))
+    if law.name.startswith("slide"):
+        half = law.rows // 2
+        return sum(a * b for a, b in zip(y[:half], y[half:], strict=True))
+    return y[0] if law.rows == 1 else sympy.sqrt(y.dot(y))
+
+
 def in_symbols(law: ForceLaw) -> tuple[list[Any], Any]:
     """F and its potential, from what the law is."""
     y, v, p = (part(count) for part, count in zip(PARTS, (law.rows, law.rows, law.numbers), strict=True))
@@ -297,11 +310,8 @@ def in_symbols(law: ForceLaw) -> tuple[list[Any], Any]:
         return [0] * (law.rows - dim) + list(F)[:dim], 0
     if law.name == "dead":
         return [h * p[0]], 0
-    if "torsion" in law.name:
-        c = sum((1 - k) * sympy.atan2(y[k + 1], y[k]) for k in range(0, law.rows, 2))
-        along = c + TURNS
-    else:
-        c = along = y[0] if law.rows == 1 else sympy.sqrt(y.dot(y))
+    c = coordinate(law, y)
+    along = c + TURNS if law.memory else c
     r = sum(sympy.diff(c, one) * rate for one, rate in zip(y, v, strict=True))
     if law.name == "constant_pull":
         f, potential = -h * p[0], h * p[0] * c
@@ -325,13 +335,13 @@ def test_forces_of_the_package_are_what_their_symbols_say(name: str) -> None:
     gradient = [sympy.diff(potential, one) for one in y]
     given = [*y, *v, *p, force_symbols.history(), gh]
     value = sympy.lambdify([given], [[*F, 0], [*slopes, 0], [*gradient, potential]], "math", cse=True)
+    turned = sympy.lambdify([list(y)], coordinate(law, y) if law.memory else 0, "math")
     for _ in range(20):
         rows, rates, numbers = rng.normal(size=law.rows), rng.normal(size=law.rows), rng.uniform(0.3, 1.5, law.numbers)
         if name == "one_sided":
             numbers[0] = rng.choice([-1.0, 1.0])
         h, H, g, energy = rng.normal(size=1), np.zeros(len(law.pairs)), np.zeros((2, law.rows)), np.zeros(1)
-        angle = sum((1 - k) * np.arctan2(rows[k + 1], rows[k]) for k in range(0, law.rows * law.memory, 2))
-        memory = np.full(law.memory, angle + TURNS)
+        memory = np.full(law.memory, turned(list(rows)) + TURNS)
         piece = forces.compile_force(force_laws.one(law, range(law.rows), numbers, [0] * law.histories), forces.Place(0, 0, 0))
         shared = {"y": rows, "rates": rates, "signals": h, "memory": memory, "H": H, "c": np.full(1, 0.7), "gh": np.full(1, 0.2)}
         law.force(space_of(g=g[0], **shared), piece.address)
