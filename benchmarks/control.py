@@ -23,7 +23,7 @@ from fmbs_skfem.systems import System
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
 STEPS, TIMES = 2000, 7  #: steps of the first table, and runs of which the fastest counts
-CELLS, EPS = (50, 100, 200), 1e-8  #: of the arm, and tolerance of its modes
+CELLS, EPS = (50, 100, 200, 400), 1e-8  #: of the arm, and tolerance of its modes
 PUSH = "inputs: {u: {unit: N}}\nloads:\n  push: {type: control_force, at: II.C, direction: [0, 0, 1], force: u}\n"
 
 
