@@ -45,8 +45,8 @@ class ShapePointsRecord(NamedTuple):
     section: Cube  #: (i, 1, p)
     targets: Targets
     kept: int  #: first place in the gradients of a space, where it is damped
-    gram: Rows  #: (b, b) of first derivatives, where its tangent turns with the body
-    turned: int  #: first place in what a space keeps of turned tangents, -1 for none
+    gram: Rows  #: (b, b) of first derivatives where its tangent turns with the body, else (0, 0)
+    turned: int  #: first place in what a space keeps of turned tangents
 
 
 opened = opener(ShapePointsRecord)
@@ -99,7 +99,7 @@ def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
     modulus_times_functions(view(D, 0, (rows, rows, points)), P.table.reshape(size // points, points, functions), dim, DN)
     product = np.dot(P.transposed, view(s.work[2], 0, (size, DN.shape[1] * functions)))
     entries = packed(product, functions, dim, s.work[0])
-    if P.turned >= 0:
+    if len(P.gram) > 0:
         turned_tangents.keep(s, P, entries)
     put(P.targets, entries, s.entries)
 
@@ -148,7 +148,7 @@ assemble_tangent: Any = ASSEMBLED.tangent
 def tangent(table: Any, record: Any) -> int:
     """W += N^T phi' N, or what was kept of it when it was assembled last, turned with the body."""
     s, P = evaluation(table).space, opened(record)
-    if P.turned >= 0 and s.turning[0] == 1:
+    if len(P.gram) > 0 and s.turning[0] == 1:
         put(P.targets, turned_tangents.turned(s, P), s.entries)
         return 0
     return assemble_tangent(table, record)
@@ -244,7 +244,7 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
     numbers = (table, np.ascontiguousarray(table.T), section)
     turns = points.law is Law.SHELL
     gram = gram_of(points) if turns else np.zeros((0, 0))
-    places = (setting.kept, gram, setting.turned if turns else -1)
+    places = (setting.kept, gram, setting.turned)
     record = ShapePointsRecord(calls, setting.beta, points.columns.start, *numbers, targets, *places)
     work = max((K * dim) ** 2 * P, K * dim * P + K * P + B, K * P * B * dim * (dim + 1) // 2, B * dim * (B * dim + 1) // 2)
     kept = turned_tangents.room(B) if turns else 0
