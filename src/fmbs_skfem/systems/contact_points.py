@@ -89,11 +89,12 @@ def line_rows(part: Body, xi: np.ndarray, thick: bool) -> Iterator[csr_array]:
 def edge_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, np.ndarray]:
     """Rows (x, b) of points that divide the sides on the boundary of a planar plate into `count` parts, and their lengths (x,)."""
     sides, s = surface.free_sides(shape), np.linspace(0.0, 1.0, count + 1)
-    (cell, side), corners = np.repeat(sides, len(s), axis=0).T, surface.VERTICES[shape.parent]
+    cell, side = np.repeat(sides, len(s), axis=0).T
     xi = surface.side_points(shape.parent, side, np.tile(s, len(sides)))
     rows, a, b = (own(part, surface.sample(shape, cell, xi, k)) for k in range(3))
-    along = corners[(side + 1) % int(shape.parent)] - corners[side]
-    tangents = along[:, :1] * (a @ part.reference) + along[:, 1:] * (b @ part.reference)
+    first, second = a @ part.reference, b @ part.reference
+    along = surface.along(shape, first, second, side)
+    tangents = along[:, :1] * first + along[:, 1:] * second
     parts = np.pad(np.full(count - 1, 2.0), 1, constant_values=1.0)
     return rows, np.tile(parts, len(sides)) * np.linalg.norm(tangents, axis=1)
 

@@ -171,13 +171,18 @@ def height(sizes: np.ndarray, heights: np.ndarray, x: Scalar, y: Scalar) -> tupl
 
 
 @jit
+def curvature(over: float, F: Any) -> tuple[Scalar, Scalar, Scalar]:
+    """Second derivatives, xx, xy and yy, of half the square of the distance from a point so far over heights with derivatives F."""
+    _, fx, fy, fxx, fxy, fyy = F
+    return 1.0 + fx * fx - over * fxx, fx * fy - over * fxy, 1.0 + fy * fy - over * fyy
+
+
+@jit
 def toward(q: Scalar, p: Scalar, z: Scalar, x: float, y: float, F: Any, bent: float) -> tuple[Scalar, Scalar]:
     """Newton's step from (x, y) to where the way to (q, p, z) is normal to heights with derivatives F there; bent 0: Gauss's."""
-    f, fx, fy, fxx, fxy, fyy = F
-    over = z - f
-    r, s = q - x + over * fx, p - y + over * fy
-    over = bent * over.real
-    xx, xy, yy = 1.0 + fx * fx - over * fxx, fx * fy - over * fxy, 1.0 + fy * fy - over * fyy
+    over = z - F[0]
+    r, s = q - x + over * F[1], p - y + over * F[2]
+    xx, xy, yy = curvature(bent * over.real, F)
     det = xx * yy - xy * xy
     return (yy * r - xy * s) / det, (xx * s - xy * r) / det
 
@@ -185,9 +190,8 @@ def toward(q: Scalar, p: Scalar, z: Scalar, x: float, y: float, F: Any, bent: fl
 @jit
 def convex(z: float, F: Any) -> float:
     """1 where half the square of the distance from a point at a height z is convex in its foot with F, else 0."""
-    f, fx, fy, fxx, fxy, fyy = F
-    xx, xy, yy = 1.0 + fx * fx - (z - f) * fxx, fx * fy - (z - f) * fxy, 1.0 + fy * fy - (z - f) * fyy
-    least = SINGULAR * (1.0 + fx * fx + fy * fy)
+    xx, xy, yy = curvature(z - F[0], F)
+    least = SINGULAR * (1.0 + F[1] * F[1] + F[2] * F[2])
     return 1.0 if xx > least and xx * yy - xy * xy > least else 0.0
 
 

@@ -20,6 +20,7 @@ from ..bodies import edge_slopes
 from ..bodies.body import Body, own
 from ..bodies.plate import dependent, edge, local_first, trace
 from ..core.errors import InputError, listed, say
+from ..core.linalg import evenly
 from ..core.problems import Problem
 from ..core.records import dataclass
 from ..shapes import surface
@@ -144,7 +145,7 @@ def middles(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def thinned(sides: np.ndarray) -> np.ndarray:
     """Some of the sides (i, 2) or cells (i,), evenly."""
-    return np.asarray(sides[np.unique(np.linspace(0, len(sides) - 1, SHOWN).round().astype(int))])
+    return np.asarray(sides[evenly(0, len(sides) - 1, SHOWN)])
 
 
 def sensed(
