@@ -64,7 +64,7 @@ def main(
 
     predict = prediction.predictor(rom)
     errors = [predict(parameters.named(box, row)).error for row in points] if predict else []
-    lowest = sweep_files.extremes(table.columns["C_z"])["min"]
+    lowest = sweep_files.extremes(table, "C_z")["min"]
     return {
         "members": sum(status is sweeps.Status.OK for status in table.status),
         "wall_s": outcome.wall_s,

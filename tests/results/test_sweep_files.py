@@ -95,6 +95,29 @@ def test_records_of_version_1(number: int, tmp_path: Path) -> None:
             sweep_files.read(path)
 
 
+def test_a_record_of_version_2(tmp_path: Path) -> None:
+    """Without extremes apart from its histories, which stand for them."""
+    (place := tmp_path / "record.h5").write_bytes((DATA / "record_0_version_2.h5").read_bytes())
+    found = sweep_files.read(place)
+    assert same(found, record(0))
+    table = sweep_files.collect((E, D, N), POINTS, {0: found})
+    assert sweep_files.extremes(table, "C_z")["min"][0] == history(0).min()
+
+
+def test_extremes_between_instants_count(tmp_path: Path) -> None:
+    """Those of a member that has some; what it says of another output, or smaller ones than the history's, change nothing."""
+    known = record(0)
+    assert known.result is not None
+    more = {"C_z": np.array([-9.0, 0.5]), "speed": np.array([np.nan, np.nan])}
+    sweep_files.write(tmp_path, replace(known, result=replace(known.result, extremes=more)))
+    table = sweep_files.collect((E, D, N), POINTS, {0: sweep_files.read(sweep_files.path(tmp_path, 0)), 3: record(3)})
+    found = sweep_files.extremes(table, "C_z")
+    assert (found["min"][0], found["max"][0], found["final"][0]) == (-9.0, history(0).max(), history(0)[-1])
+    assert (found["min"][3], found["max"][3]) == (history(3).min(), history(3).max())
+    assert np.isnan(found["min"][1:3]).all()
+    assert sweep_files.extremes(table, "speed")["max"][0] == 1.0
+
+
 def test_a_flipped_number_is_found(tmp_path: Path) -> None:
     path = sweep_files.write(tmp_path, record(3))
     data, wanted = bytearray(path.read_bytes()), history(3).tobytes()
@@ -178,7 +201,7 @@ def test_members_of_other_lengths_stand_side_by_side(tmp_path: Path) -> None:
     """Steps and durations may depend on parameters: short histories end with NaN, and every member has its times."""
     short = Result(TIMES[:3] / 2, {"C_z": np.array([1.0, -2.0, 0.5])})
     table = sweep_files.collect((E, D, N), POINTS, {0: record(0), 1: replace(record(0), number=1, result=short)})
-    found = sweep_files.extremes(table.columns["C_z"])
+    found = sweep_files.extremes(table, "C_z")
     assert [found[kind][1] for kind in sweep_files.EXTREMES] == [-2.0, 1.0, 0.5]
     with h5py.File(sweep_files.write_hdf5(table, tmp_path / "sweep.h5")) as file:
         assert file["times"].shape == (4, 7)

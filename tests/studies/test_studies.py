@@ -19,6 +19,8 @@ from matplotlib.figure import Figure
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError, SolverError, SweepFailure
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.reduction import members
+from fmbs_skfem.results import sweep_files
 
 from ..cli.calls import EXAMPLES, ROOT, fmbs, scene
 from ..shortened import shorten_examples
@@ -172,3 +174,40 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: 
     assert {path.name for path in stiff.files} == {"outputs.csv", "outputs.units.json", "report.json", "outputs.png"}
     assert all(path.is_file() for path in stiff.files)
     assert json.loads((tmp_path / "family" / "report.json").read_text())["status"] in ("ok", "no promise")
+
+
+SWING = """\
+schema: 1
+dimension: 2
+parameters: {k: {value: 100 N/m, range: [80 N/m, 160 N/m]}}
+bodies: {mass: {type: point_mass, mass: 1 kg, position: [0, 0]}}
+loads:
+  spring: {type: spring_damper, at: mass, to: [-1 m, 0], stiffness: k}
+  push: {type: point_force, at: mass, force: [2 N, 0]}
+analysis: {type: dynamic, duration: 0.8 s, step: 1 ms}
+outputs: {mass: {type: position, at: mass}}
+"""
+
+
+@pytest.mark.filterwarnings("ignore:scene.*no joint ties")
+def test_extremes_of_a_sweep_are_those_between_its_instants(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mass that is pushed against a spring goes to 2 F / k, however few instants are stored.
+
+    Where memory has room for fewer steps a warning says so, also of samples that were there before.
+    """
+    swing, told = scenes.loads(SWING), "one step in 6 or of the stored instants"
+    with ThreadPoolExecutor(2) as pool:
+        found = studies.sweep(swing, samples=5, design="grid", instants=2, scheduler=pool)
+        monkeypatch.setattr(members, "NUMBERS", 800)
+        with pytest.warns(Notice, match=told):
+            coarse = studies.sweep(swing, samples=2, design="grid", instants=2, scheduler=pool, out=tmp_path)
+        with pytest.warns(Notice, match=told):
+            again = studies.sweep(swing, samples=2, design="grid", instants=2, scheduler=pool, out=tmp_path, resume=True)
+    assert found.outputs["mass_x"].shape == (5, 2)
+    largest = sweep_files.extremes(found.table, "mass_x")["max"]
+    assert largest == pytest.approx(4.0 / found.points[:, 0], rel=2e-5)
+    assert found.outputs["mass_x"][0].max() < 0.2 * largest[0]
+    assert found.report["outputs"]["mass_x"]["max"]["max"] == largest.max()
+    assert sweep_files.extremes(coarse.table, "mass_x")["max"] == pytest.approx(4.0 / coarse.points[:, 0], rel=1e-3)
+    assert again.report["computed"] == 0
+    assert (tmp_path / "sweep.csv").read_text().count("ok") == 2

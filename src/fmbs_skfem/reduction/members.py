@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import faulthandler
+import math
 import os
 import threading
 import time as clock
@@ -23,7 +24,7 @@ import numpy as np
 
 from ..core.container import storable
 from ..core.errors import FmbsError, InputError, SolverError, say
-from ..core.notices import Notice
+from ..core.notices import Notice, notify
 from ..core.records import dataclass
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from .cases import Case, Family
 
 INSTANTS = 601  #: of the histories that a member leaves, at most
+NUMBERS = 4_000_000  #: most numbers of states of a member, so that extremes are those of as many steps
+NEAR = 1e-6  #: part of a step that is round-off
 
 
 @storable
@@ -52,7 +55,6 @@ class Member:
     values: dict[str, float]  #: of the parameters, SI
 
 
-@storable
 @dataclass(frozen=True)
 class Result:
     """What a member that ran gives."""
@@ -61,6 +63,10 @@ class Result:
     columns: dict[str, np.ndarray]  #: output -> (s,)
     units: dict[str, str] = field(default_factory=dict)  #: output -> SI unit, where it is known
     numbers: dict[str, float] = field(default_factory=dict)  #: further results, such as the predicted error
+    extremes: dict[str, np.ndarray] = field(default_factory=dict)  #: output -> smallest and largest value (2,) of all steps
+
+
+storable(Result, extremes=lambda values: {})
 
 
 @storable
@@ -219,7 +225,14 @@ def run_case(case: Case, instants: int) -> Result:
     """What a case gives; other threads of the worker get their turn now and then."""
     from . import cases
 
-    return keep_outputs(cases.run(case, choose_steps(case, instants), lambda fraction: None))
+    shown, watched = choose_steps(case, instants), watch_steps(case)
+    motion = cases.run(case, np.union1d(shown, watched), lambda fraction: None)
+    found, steps = keep_outputs(motion), motion.times / case.scheme.step
+    kept = np.isin(np.round(steps), shown) & (np.abs(steps - np.round(steps)) < NEAR)
+    kept[-1] = True  # where an event has stopped the run
+    columns = {name: values[kept] for name, values in found.columns.items()}
+    ends = {name: np.array([values.min(), values.max()]) for name, values in found.columns.items()}
+    return replace(found, times=found.times[kept], columns=columns, extremes=ends)
 
 
 def keep_outputs(motion: Trajectory) -> Result:
@@ -236,3 +249,12 @@ def choose_steps(case: Case, instants: int) -> np.ndarray:
         raise InputError(say("sweep: instants", "at least 2", instants))
     steps = round(case.duration / case.scheme.step)
     return np.unique(np.round(np.linspace(0, steps, min(instants, steps + 1))).astype(np.int64))
+
+
+def watch_steps(case: Case) -> np.ndarray:
+    """Numbers of the steps whose outputs count for extremes: all, or as many as memory has room for, with a notice."""
+    steps, size = round(case.duration / case.scheme.step), 3 * case.system.size + len(case.system.constraints.names)
+    stride = max(1, math.ceil(steps * size / NUMBERS))
+    if stride > 1:
+        notify(f"smallest and largest values are those of one step in {stride} or of the stored instants, where these are more")
+    return np.arange(0, steps + 1, stride)

@@ -25,6 +25,7 @@ import signal
 import threading
 import time as clock
 import uuid
+import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
@@ -186,28 +187,35 @@ def run(
 
 
 def run_by_executor(executor: Executor, task: Task, todo: Sequence[Member], keep: Keep, progress: Progress | None) -> SweepOutcome:
-    """Members one by one on any executor; an executor that loses a worker ends the sweep, and the records so far are kept."""
-    token, start, counts = uuid.uuid4().hex, clock.monotonic(), Counter[Status]()
+    """Members one by one on any executor; an executor that loses a worker ends the sweep, and the records so far are kept.
+
+    Notices of members are given when all are settled: threads of this process that catch theirs would catch these as well.
+    """
+    token, start, counts, told = uuid.uuid4().hex, clock.monotonic(), Counter[Status](), dict[str, None]()
     busy = cpu = 0.0
     waiting = [executor.submit(members.prepare_and_work, token, task, (member,)) for member in todo]
     try:
-        for future in as_completed(waiting):
-            found = future.result()
-            if isinstance(found, tuple):
-                kind, message, reason = found
-                raise kind(message) if reason is None else SolverError(message, reason)
-            for record in found:
-                keep(record)
-                counts[record.status] += 1
-                busy, cpu = busy + record.wall_s, cpu + record.cpu_s
-            if progress:
-                progress(sum(counts.values()) / len(todo))
+        with warnings.catch_warnings():  # as they were, whatever threads leave of theirs
+            for future in as_completed(waiting):
+                found = future.result()
+                if isinstance(found, tuple):
+                    kind, message, reason = found
+                    raise kind(message) if reason is None else SolverError(message, reason)
+                for record in found:
+                    keep(record)
+                    told |= dict.fromkeys(record.notices)
+                    counts[record.status] += 1
+                    busy, cpu = busy + record.wall_s, cpu + record.cpu_s
+                if progress:
+                    progress(sum(counts.values()) / len(todo))
     except BrokenExecutor as error:
         got, remedy = f"one that lost its workers ({error})", "the records so far are kept: go on with resume"
         raise InputError(say("sweep: executor", "an executor that runs", got, remedy)) from error
     finally:
         for future in waiting:
             future.cancel()
+        for text in told:
+            notify(text)
     return SweepOutcome(dict(counts), getattr(executor, "_max_workers", 1), 0.0, clock.monotonic() - start, busy, cpu, 0)
 
 

@@ -15,6 +15,7 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ from ..reduction.members import Record, Result, Status
 MEMBERS = "members"
 CSV, HDF5 = "sweep.csv", "sweep.h5"
 FORMAT, VERSION = "fmbs_skfem sweep", 1
-KIND = FileKind("fmbs_skfem sweep record", "a record", 2, "remove it and go on with --resume")
+KIND = FileKind("fmbs_skfem sweep record", "a record", 3, "remove it and go on with --resume")
 HDF5_FIRST = b"\x89HDF"  #: how records of version 1 begin
 RESUME = "what is there is kept; make room and go on with --resume"
 EXTREMES = ("min", "max", "final")
@@ -52,6 +53,7 @@ class Sweep:
     columns: dict[str, np.ndarray]  #: output -> (k, s)
     units: dict[str, str]  #: output -> SI unit, where it is known
     numbers: dict[str, np.ndarray]  #: further results -> (k,)
+    ends: dict[str, np.ndarray] = field(default_factory=dict)  #: output -> smallest and largest value (k, 2), where known apart
 
 
 def path(folder: Path, number: int) -> Path:
@@ -121,10 +123,12 @@ def collect(parameters: Sequence[Parameter], points: np.ndarray, records: Mappin
     extra = dict.fromkeys(name for result in results.values() for name in result.numbers)
     times, columns = np.full((count, samples), np.nan), {name: np.full((count, samples), np.nan) for name in names}
     numbers = {name: np.full(count, np.nan) for name in extra}
+    ends = {name: np.full((count, 2), np.nan) for name in names}
     for k, result in results.items():
         times[k, : len(result.times)] = result.times
         for name, values in result.columns.items():
             columns[name][k, : len(values)] = values
+            ends[name][k] = result.extremes.get(name, np.nan)
         for name, value in result.numbers.items():
             numbers[name][k] = value
     known = [records.get(k) for k in range(count)]
@@ -139,18 +143,23 @@ def collect(parameters: Sequence[Parameter], points: np.ndarray, records: Mappin
         columns,
         {name: unit for result in results.values() for name, unit in result.units.items()},
         numbers,
+        ends,
     )
 
 
-def extremes(values: np.ndarray) -> dict[str, np.ndarray]:
-    """Smallest, largest and last value (k,) of histories (k, s); NaN where there is none."""
+def extremes(sweep: Sweep, output: str) -> dict[str, np.ndarray]:
+    """Smallest, largest and last value (k,) of an output; NaN where there is none.
+
+    Those of the history, unless smaller and larger ones between its instants are known.
+    """
+    values = sweep.columns[output]
     if not values.shape[1]:
         return dict.fromkeys(EXTREMES, np.full(len(values), np.nan))
-    there = np.isfinite(values)
+    there, more = np.isfinite(values), sweep.ends.get(output, np.full((len(values), 2), np.nan))
     last = values.shape[1] - 1 - there[:, ::-1].argmax(axis=1)
     final = values[np.arange(len(values)), last]
-    low, high = np.where(there, values, np.inf).min(axis=1), np.where(there, values, -np.inf).max(axis=1)
-    return {"min": np.where(there.any(axis=1), low, np.nan), "max": np.where(there.any(axis=1), high, np.nan), "final": final}
+    known = np.column_stack([np.where(there, values, np.nan), more])
+    return {"min": np.fmin.reduce(known, axis=1), "max": np.fmax.reduce(known, axis=1), "final": final}
 
 
 def add_unit(name: str, unit: str) -> str:
@@ -171,9 +180,9 @@ def table(sweep: Sweep) -> dict[str, Sequence[Any] | np.ndarray]:
     check_names(sweep.parameters)
     found: dict[str, Sequence[Any] | np.ndarray] = {"member": range(len(sweep.points))}
     found |= {add_unit(p.name, p.unit): sweep.points[:, k] for k, p in enumerate(sweep.parameters)}
-    for name, values in sweep.columns.items():
+    for name in sweep.columns:
         unit = sweep.units.get(name, "")
-        found |= {add_unit(f"{name} {kind}", unit): column for kind, column in extremes(values).items()}
+        found |= {add_unit(f"{name} {kind}", unit): column for kind, column in extremes(sweep, name).items()}
     found |= sweep.numbers
     found |= {"status": [status.value if status else "missing" for status in sweep.status], "reason": sweep.reasons}
     return found | {"message": sweep.messages, "cpu_s [s]": sweep.cpu_s}

@@ -38,7 +38,7 @@ def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figu
     figure = charts.figure(3.1 * len(sweep.parameters) + 1.2, 2.2 * len(chosen) + 0.8, title)
     grid = figure.subplots(len(chosen), len(sweep.parameters), squeeze=False, sharex="col", sharey="row")
     for row, output in zip(grid, chosen, strict=True):
-        values = extremes(sweep.columns[output])
+        values = extremes(sweep, output)
         for axes, parameter, points in zip(row, sweep.parameters, sweep.points.T, strict=True):
             for kind, (tint, marker) in KINDS.items():
                 axes.scatter(points, values[kind], s=9, c=tint, marker=marker, alpha=0.55, linewidths=0, label=kind)
@@ -56,7 +56,7 @@ def scatter_matrix(sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final
         raise InputError(say("scatter matrix: kind", f"one of {', '.join(KINDS)}", f"'{kind}'{closest(kind, KINDS)}"))
     chosen = choose_outputs(sweep, outputs, max(1, MOST_SIDES - len(sweep.parameters)))
     sides = [(add_unit(p.name, p.unit), sweep.points[:, k]) for k, p in enumerate(sweep.parameters)]
-    sides += [(add_unit(f"{name} {kind}", sweep.units.get(name, "")), extremes(sweep.columns[name])[kind]) for name in chosen]
+    sides += [(add_unit(f"{name} {kind}", sweep.units.get(name, "")), extremes(sweep, name)[kind]) for name in chosen]
     good = np.array([status is Status.OK for status in sweep.status])
     bad = np.array([status not in (Status.OK, None) for status in sweep.status])
     figure = charts.figure(1.9 * len(sides) + 0.8, 1.8 * len(sides) + 0.8, title)

@@ -74,7 +74,7 @@ def of_scene(job: Job, ranges: Ranges, duration: float | None, instants: int) ->
     else:
         task = PathTask(functools.partial(equilibria, scene=read, allow_outside=job.allow_outside), nominal)
     title = read.name or job.path.stem
-    return Members(title, parameters, task, f"{reports.fingerprint(read)} {instants}", scene=read)
+    return Members(title, parameters, task, mark_of(reports.fingerprint(read), instants), scene=read)
 
 
 def from_texts(job: Job, ranges: Ranges, values: Mapping[str, float]) -> list[Parameter]:
@@ -123,7 +123,12 @@ def of_model(job: Job, ranges: Ranges, duration: float | None, instants: int) ->
     digest = hashlib.sha256(path.read_bytes() + repr(sorted(fixed.items())).encode()).hexdigest()
     task, parameters = ModelTask(str(path), fixed, instants), check_ranges(str(job.path), kept)
     title = models.title(path, model.notes)
-    return Members(title, parameters, task, f"{digest} {instants}", prediction.predictor(model), fixed)
+    return Members(title, parameters, task, mark_of(digest, instants), prediction.predictor(model), fixed)
+
+
+def mark_of(digest: str, instants: int) -> str:
+    """The fingerprint of members made of what has this one, with what is kept of them."""
+    return f"{digest} {instants} {sweep_files.KIND.version}"
 
 
 def predict_errors(members: Members, points: np.ndarray) -> dict[str, np.ndarray]:

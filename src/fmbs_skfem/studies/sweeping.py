@@ -64,7 +64,7 @@ class SweepResult(Result):
             if word not in known[what]:
                 expected = f"one of {', '.join(known[what])}"
                 raise InputError(say(f"SweepResult.surface, {what}", expected, f"'{word}'{closest(word, known[what])}"))
-        values = sweep_files.extremes(self.table.columns[output])[kind]
+        values = sweep_files.extremes(self.table, output)[kind]
         found = response_surfaces.fit(self.table.parameters, self.table.points, values)
         if found is None:
             raise InputError(
@@ -123,6 +123,8 @@ def compute(
 ) -> tuple[SweepOutcome, dict[int, Record]]:
     """Run the missing members; each is stored when it is settled."""
     records = dict(done)
+    for text in dict.fromkeys(text for record in done.values() for text in record.notices):
+        notify(text)
 
     def keep(record: Record) -> None:
         if out is not None:
@@ -181,9 +183,9 @@ def indices_of(table: Sweep) -> dict[str, Any]:
     names = [own.name for own in table.parameters]
     found: dict[str, Any] = {}
     largest = {name: float(np.abs(column[np.isfinite(column)]).max(initial=0.0)) for name, column in table.columns.items()}
-    for name, column in table.columns.items():
+    for name in table.columns:
         size = max(largest[other] for other in largest if table.units.get(other, other) == table.units.get(name, name))
-        for kind, values in sweep_files.extremes(column).items():
+        for kind, values in sweep_files.extremes(table, name).items():
             try:
                 one = sensitivity.indices(values, len(names), size=size)
             except InputError as problem:  # of samples that failed: the others are kept
@@ -200,8 +202,8 @@ def indices_of(table: Sweep) -> dict[str, Any]:
 def surfaces_of(table: Sweep) -> dict[str, dict[str, ResponseSurface]]:
     """Response surfaces of the smallest, largest and last value of every output that varies."""
     found: dict[str, dict[str, ResponseSurface]] = {}
-    for name, column in table.columns.items():
-        for kind, values in sweep_files.extremes(column).items():
+    for name in table.columns:
+        for kind, values in sweep_files.extremes(table, name).items():
             try:
                 one = response_surfaces.fit(table.parameters, table.points, values)
             except InputError as problem:
@@ -277,8 +279,8 @@ def report_of(members: Members, table: Sweep, outcome: SweepOutcome, records: Ma
         "computed": sum(outcome.counts.values()),
         **{status.value: sum(found is status for found in table.status) for status in Status if status is not Status.FAILED},
         "outputs": {
-            name: {kind: {"min": low(values), "max": -low(-values)} for kind, values in sweep_files.extremes(column).items()}
-            for name, column in table.columns.items()
+            name: {kind: {"min": low(values), "max": -low(-values)} for kind, values in sweep_files.extremes(table, name).items()}
+            for name in table.columns
         },
         "predicted_error": {name: -low(-column) for name, column in table.numbers.items()},
         "failed": [
@@ -314,8 +316,8 @@ def summary(found: Mapping[str, Any]) -> str:
 def responses(table: Sweep) -> ReportTable:
     """Range of every output over all members."""
     rows = []
-    for name, column in table.columns.items():
-        ends = sweep_files.extremes(column)
+    for name in table.columns:
+        ends = sweep_files.extremes(table, name)
         final = ends["final"]
         rows.append(
             (sweep_files.add_unit(name, table.units.get(name, "")), low(ends["min"]), -low(-ends["max"]), low(final), -low(-final))
