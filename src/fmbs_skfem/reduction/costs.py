@@ -35,7 +35,7 @@ CLOSE = 0.02  #: difference of the two best measurements that agree
 SOLUTIONS = 5  #: of which one is timed
 TRIES = 5  #: of measurements that contradict each other
 STEP = 1e-3  #: of measurements that do not depend on it [s]
-GATHER, PRODUCT, FORCE, TANGENT, FACTOR, SOLUTION = range(6)  #: pieces of the time step
+FORCE_PRODUCTS, TANGENT_PRODUCTS, FORCE, TANGENT, FACTOR, SOLUTION = range(6)  #: pieces of the time step
 
 
 def bandwidth(full: System) -> int:
@@ -113,8 +113,8 @@ def shares(motion: Trajectory, scheme: GeneralizedAlpha, repeat: int = 15) -> Sh
     tangents = 0 if turned else factored
     solving = calls * one(SOLUTION) + factored * max(one(FACTOR) - (0.0 if turned else one(TANGENT)), 0.0)
     for _ in range(TRIES):
-        gather, product = one(GATHER), one(PRODUCT)
-        products = calls * 2 * gather + tangents * (gather + product)
+        moves = one(FORCE_PRODUCTS)
+        products = calls * moves + tangents * (0.5 * moves + one(TANGENT_PRODUCTS))
         forces = calls * one(FORCE) + tangents * one(TANGENT)
         if forces > products:
             break  # else another process took the core while one of them was measured
@@ -189,9 +189,9 @@ def bench(model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int =
     def seconds(what: int) -> float:
         if what in whole:
             return measured(whole[what], 0)
+        name = "force_products" if what == FORCE_PRODUCTS else "tangent_products"
         pieces = [piece for piece in (*model.terms, model.lift) if piece]
-        pairs = [(getattr(piece.routines, "gather" if what == GATHER else "product"), piece.address) for piece in pieces]
-        return float(sum(measured(one, address) for one, address in pairs if one is not None))
+        return float(sum(measured(one, piece.address) for piece in pieces for one in getattr(piece.routines, name)))
 
     if model.pattern is None:
         factorise(step)  # factors for the solutions

@@ -68,15 +68,10 @@ def fit(points: ArrayLike, values: ArrayLike, seed: int = 0) -> Surrogate:
     x, y = _points(points, "kriging.fit"), _decades(values)
     if len(x) != len(y):
         raise InputError(say("kriging.fit", "a value for every point", f"{len(y)} values at {len(x)} points"))
-    x, y = average_copies(x, y)
+    x, copies = np.unique(x, axis=0, return_inverse=True)
+    y = np.bincount(copies.ravel(), y) / np.bincount(copies.ravel())
     shift, scale = float(y.mean()), max(float(y.std()), QUIET) if len(y) > 1 else 1.0
     return Surrogate(x, y, shift, scale, process(x, (y - shift) / scale, (ROUGH / scale) ** 2, seed))
-
-
-def average_copies(x: Array, y: Array) -> tuple[Array, Array]:
-    """Different points (j, d) among those (k, d), each with the mean (j,) of its values (k,)."""
-    different, copies = np.unique(x, axis=0, return_inverse=True)
-    return different, np.bincount(copies.ravel(), y) / np.bincount(copies.ravel())
 
 
 def predict(surrogate: Surrogate, points: ArrayLike) -> tuple[Array, Array]:

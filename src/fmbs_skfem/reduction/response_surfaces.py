@@ -84,8 +84,7 @@ class ResponseSurface:
 
 
 def fit(parameters: Sequence[Parameter], points: ArrayLike, values: ArrayLike, seed: int = 0) -> ResponseSurface | None:
-    """The surface of values (k,) at values (k, d) of the parameters; failed samples (NaN) are left out, those at one place
-    averaged. None of a constant.
+    """The surface of values (k,) at values (k, d) of the parameters; failed samples (NaN) are left out. None of a constant.
 
     InputError for fewer than FACTOR samples a parameter that ran.
     """
@@ -95,7 +94,7 @@ def fit(parameters: Sequence[Parameter], points: ArrayLike, values: ArrayLike, s
         expected = f"points (k, {len(parameters)}) and as many values"
         raise InputError(say("response_surfaces.fit", expected, f"shapes {given.shape} and {y.shape}"))
     there = np.isfinite(y)
-    given, y = kriging.average_copies(given[there], y[there])  # a copy of a sample is none that the surface has not seen
+    given, y = given[there], y[there]
     check_count(parameters, len(y))
     if np.ptp(y) <= CONSTANT * np.abs(y).max():
         return None

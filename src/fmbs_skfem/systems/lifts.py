@@ -31,8 +31,8 @@ class LiftRoutines(NamedTuple):
     place: Routine  #: coordinates of the cells and, where a term reads them, their rates; no forces yet
     scatter: Routine  #: f += V^T of the forces on these coordinates
     tangent: Routine  #: W += V^T K V, where cells have not put K into W
-    gather: Routine | None = None  #: as in `terms.Routines`
-    product: Routine | None = None
+    force_products: tuple[Routine, ...] = ()  #: as in `terms.Routines`
+    tangent_products: tuple[Routine, ...] = ()
 
 
 class SparseLift(NamedTuple):
@@ -155,7 +155,7 @@ def multiply_row(L: Any, entries: np.ndarray, i: int, first: int, V: np.ndarray,
 
 
 SPARSE = LiftRoutines(place_sparse, scatter_sparse, no_tangent)
-DENSE = LiftRoutines(place_dense, scatter_dense, tangent_dense, place_dense, tangent_dense)
+DENSE = LiftRoutines(place_dense, scatter_dense, tangent_dense, (place_dense, scatter_dense), (tangent_dense,))
 
 
 def piece(V: Csr | np.ndarray, offset: np.ndarray, locals_: Sequence[np.ndarray], pattern: Pattern | None) -> Piece | None:

@@ -114,6 +114,15 @@ def gather_alone(table: Any, record: Any) -> int:
 
 
 @routine
+def scatter_alone(table: Any, record: Any) -> int:
+    """The scatter, of gradients that are there in place of stresses, for reports of time."""
+    s = evaluation(table).space
+    P = opened(record)
+    scatter(s, P, place(P, s.work[0], 0))
+    return 0
+
+
+@routine
 def product_alone(table: Any, record: Any) -> int:
     """The product of a tangent with a modulus that is there, for reports of time."""
     s = evaluation(table).space
@@ -142,7 +151,8 @@ def modulus_times_rows(D: np.ndarray, gradients: np.ndarray, stress: np.ndarray)
                     target[r] += a * row_a[r]
 
 
-ROUTINES = terms.at_points(__name__, opened, place, read, scatter, add_tangent, gather=gather_alone, product=product_alone)
+PRODUCTS = {"force_products": (gather_alone, scatter_alone), "tangent_products": (product_alone,)}
+ROUTINES = terms.at_points(__name__, opened, place, read, scatter, add_tangent, **PRODUCTS)
 
 
 @terms.carry.register(Sampled)

@@ -44,8 +44,8 @@ class Routines(NamedTuple):
     force: Routine | Callback
     tangent: Routine | Callback
     energy: Routine | Callback
-    gather: Routine | None = None  #: the product of dense modes with the unknowns alone, for reports of time
-    product: Routine | None = None  #: the products U^T D U of a tangent alone
+    force_products: tuple[Routine, ...] = ()  #: with dense modes in a force alone, gather and scatter, for reports of time
+    tangent_products: tuple[Routine, ...] = ()  #: U^T D U in a tangent alone
     dissipate: Routine | Callback | None = None  #: of what reads velocities: energy += power of damping half way, see `work`
 
 
@@ -152,7 +152,7 @@ def at_points(
     read: Function,
     scatter: Function,
     add_tangent: Function,
-    **more: Routine,
+    **more: tuple[Routine, ...],
 ) -> Routines:
     """The routines of a storage whose law acts at points: gather, evaluate, scatter, for a module `owner` and its record P.
 
