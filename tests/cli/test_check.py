@@ -438,7 +438,7 @@ def test_a_locked_rigid_linkage_is_told(tmp_path: Path) -> None:
 def test_small_systems_are_dense_and_their_trajectory_is_three_arrays(tmp_path: Path) -> None:
     """1001 states of q, q', q'' with 18 - 8 = 10 unknowns of 8 bytes."""
     found = fmbs("check", rigid_scene(tmp_path, LINKS, four_bar(2)), "--json").json
-    assert found["estimates"]["solver"] == "dense LU"
+    assert found["estimates"]["solver"] == "dense Cholesky or LU"
     assert found["unknowns"] == 10
     assert found["estimates"]["memory_mb"] == pytest.approx(3 * 8e-6 * 1001 * 10, abs=5e-4)
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from fmbs_skfem import scenes
 from fmbs_skfem.reduction import files, parametric_model
 from fmbs_skfem.studies import reports
 
@@ -157,20 +155,3 @@ def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:
     done = fmbs("check", tmp_path)
     assert done.code == 3
     assert "a folder with results, got a folder without a report" in done.err
-
-
-def test_a_scene_with_another_table_or_text_is_another_one(tmp_path: Path) -> None:
-    """What a run reads stands in its provenance, and whatever changes its numbers in its fingerprint."""
-    read = scene(tmp_path, "{type: dynamic, duration: 10 ms, step: 1 ms}", "push(t)").read_text()
-    text = read.replace("bodies:", "tables: {push: {file: push.csv}}\nbodies:", 1)
-    (path := tmp_path / "push.yaml").write_text(text)
-    (table := tmp_path / "push.csv").write_text("time [s], push\n0, 1\n1, 1\n")
-    first = scenes.read(path)
-    assert str(table) in reports.provenance(first)["files"]
-    marks = [reports.fingerprint(first), reports.fingerprint(scenes.read(path, repair=True))]
-    marks += [reports.fingerprint(replace(first, damping=replace(first.damping, mass=1.0)))]
-    table.write_text("time [s], push\n0, 2\n1, 2\n")
-    marks += [reports.fingerprint(scenes.read(path))]
-    marks += [reports.fingerprint(scenes.loads(one, tmp_path)) for one in (text, text.replace("1 GPa", "2 GPa"))]
-    assert len(set(marks)) == len(marks)
-    assert reports.fingerprint(scenes.read(path)) == marks[3]

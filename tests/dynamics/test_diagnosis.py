@@ -104,9 +104,9 @@ def trained() -> System:
 
 
 def outside() -> object:
-    """Gravity turned round and 10 000 times as strong."""
+    """Gravity turned round and 20 000 times as strong."""
     model = trained()
-    return integrate(replace(model, loads=replace(model.loads, constant=-1e4 * model.loads.constant)), GeneralizedAlpha(1e-2), 1.0)
+    return integrate(replace(model, loads=replace(model.loads, constant=-2e4 * model.loads.constant)), GeneralizedAlpha(1e-2), 1.0)
 
 
 def indefinite() -> object:

@@ -56,19 +56,6 @@ def test_noise_is_no_surface() -> None:
     assert found.rms_error == pytest.approx(1.0, rel=0.3)
 
 
-def test_copies_of_samples_are_none_that_the_surface_has_not_seen() -> None:
-    """Noise that every sample repeats is none the less noise, and its surface that of the samples once."""
-    points = sobol(BOX, 20, 3)
-    values = np.random.default_rng(1).normal(size=20)
-    once = response_surfaces.fit(BOX, points, values)
-    twice = response_surfaces.fit(BOX, np.concatenate([points, points]), np.concatenate([values, values]))
-    assert once is not None
-    assert twice is not None
-    assert (twice.q2, twice.rms_error) == pytest.approx((once.q2, once.rms_error), rel=1e-9)
-    with pytest.raises(InputError, match="at least 7 samples"):
-        response_surfaces.fit(BOX, np.repeat(points[:3], 3, axis=0), np.repeat(values[:3], 3))
-
-
 def test_failed_samples_constants_and_few_samples() -> None:
     points = sobol(BOX, 32, 4)
     values = np.log(deflection(points))

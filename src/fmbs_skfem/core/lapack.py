@@ -8,6 +8,7 @@ LAPACK counts along columns, numpy along rows, hence a row of an array is a colu
 
     right-hand sides    (i, n)            row i is one right-hand side, replaced by its solution
     symmetric band      (n, d+1)          band[j, i-j] = A[i, j] for i = j..j+d, lower half, d sub-diagonals
+    symmetric, dense    (n, m+1), m >= n  half[j, i-j] = A[i, j], a band of all sub-diagonals: the lower half of an (m, m)
     general band        (n, 2l+u+1)       band[j, l+u+i-j] = A[i, j] for i = j-u..j+l; the first l columns are room to pivot
     dense               (n, n)            matrix[j, i] = A[i, j], the transpose
     pivots              (n,) int32
@@ -25,8 +26,8 @@ import numpy as np
 
 from fmbs_skfem.core.jit import deferred, jit
 
-_ROUTINES = ("dpbtrf", "dgbtrf", "dgbtrs", "dgetrf", "dgetrs")
-_PBTRF, _GBTRF, _GBTRS, _GETRF, _GETRS = range(len(_ROUTINES))
+_ROUTINES = ("dpbtrf", "dpotrf", "dgbtrf", "dgbtrs", "dgetrf", "dgetrs")
+_PBTRF, _POTRF, _GBTRF, _GBTRS, _GETRF, _GETRS = range(len(_ROUTINES))
 
 _LOWER, _PLAIN = ord("L"), ord("N")  #: the half of a symmetric band, and A x = b instead of A^T x = b
 
@@ -61,6 +62,15 @@ def pbtrf(addresses: np.ndarray, band: np.ndarray) -> int:
     """Factor a symmetric positive definite band (n, d+1) in place: A = L L^T."""
     n, width = band.shape
     return _call(addresses, _PBTRF, (np.int8(_LOWER), n, width - 1, band, width))
+
+
+@jit
+def potrf(addresses: np.ndarray, half: np.ndarray) -> int:
+    """Factor a symmetric positive definite `half` (n, m+1) of a dense matrix in place: A = L L^T."""
+    n, rows = half.shape
+    if rows <= n:
+        return -1
+    return _call(addresses, _POTRF, (np.int8(_LOWER), n, half, rows - 1))
 
 
 @jit

@@ -28,6 +28,7 @@ FACTORS = {
     2: ("general", "pivots", "schur", "schur_pivots", "spread", "J"),
     3: ("kkt", "ends", "pivots", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
     4: ("lower", "diagonal", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
+    5: ("W", "ends", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
 }  #: what `solve` reads, by the kind of the factors
 ADDRESSES = ("elastic", "lift", "laws", "forces", "calls")  #: arrays of a model that differ from process to process
 PLACES = ("kept", "turned", "gram")  #: in a space, and what follows from other numbers

@@ -1,5 +1,5 @@
 r"""Factors of the matrix of (3) in `stepping`, and solutions with them: bands, blocks or dense ones with a Schur complement of the
-joints, or all dense where W alone may be singular.
+joints, or all dense where W alone may be singular. Cholesky's factors replace W, whose lower half has the form of a band.
 
     [ c W      Phi_q^T ]        W = bh M + gh C + K
     [ Phi_q    0       ]
@@ -22,7 +22,8 @@ from ..systems.layouts import Storage
 from .step import Work, opened
 from .woodbury import JOINTS, RHS, rank_of
 
-CHOLESKY, BAND, FULL, BLOCKS = 1, 2, 3, 4  #: kinds of factors: Cholesky band, general band, dense, L D L^T of blocks
+BAND_CHOLESKY, BAND_LU, DENSE_LU, BLOCKS, DENSE_CHOLESKY = 1, 2, 3, 4, 5  #: kinds of factors, L D L^T those of blocks
+SYMMETRIC = 1e-8  #: largest difference of entries ij and ji of W, over sqrt(W_ii W_jj), with which half of them is factored
 
 
 def doors(form: Storage) -> tuple[Routine, Routine]:
@@ -80,33 +81,72 @@ def scale(c: float, W: np.ndarray) -> None:
 def factorise_dense(table: Any, _: Any) -> int:
     """Factors of the matrix at the trial state; 0, or LAPACK's info. Secants of earlier factors are forgotten.
 
-    Bodies that nothing but joints couples now are factored one by one.
+    Bodies that nothing but joints couples now are factored one by one. Where Cholesky's factorisation of the upper half of W fails,
+    the lower half and the diagonal are what LU starts from.
     """
     S = opened(table)
     w = S.work
     w.secants[0] = 0
     if assemble(table) != 0:
         return 1
-    w.kind[0] = w.kind[2] = FULL
+    W = S.space.W
+    if not is_bordered(w) and is_symmetric(W):
+        for i in range(len(W)):
+            w.diagonal[i] = W[i, i]
+        w.kind[0] = w.kind[2] = DENSE_CHOLESKY
+        if factor_dense(table) == 0:
+            return 0
+        for i in range(len(W)):
+            W[i, i] = w.diagonal[i]
+            for j in range(i):
+                W[j, i] = W[i, j]
+    w.kind[0] = w.kind[2] = DENSE_LU
+    return factor_dense(table)
+
+
+@jit
+def factor_dense(table: Any) -> int:
+    """Factor W by `kind`, block by block, and the Schur complement of J, or both in one; 0, or LAPACK's info."""
+    S = opened(table)
+    W, w = S.space.W, S.work
     if is_bordered(w):
-        bordered(S.space.W, w.J, S.space.off, w.kkt)
-        return factor_block(w, 0, 0, len(w.kkt))
-    n, m, first, at = len(S.space.x), len(w.J), 0, 0
-    while first < n:
-        last = w.ends[first] = end_of_block(S.space.W, first)
-        K = view(w.kkt, at, (last - first, last - first))
-        for i in range(first, last):
-            for j in range(first, last):
-                K[j - first, i - first] = S.space.W[i, j]
-        info = factor_block(w, at, first, last)
-        if info != 0:
-            return info
+        bordered(W, w.J, S.space.off, w.kkt)
+        return factor_lu(w, 0, 0, len(w.kkt))
+    n, first, at, info = len(W), 0, 0, 0
+    while first < n and info == 0:
+        last = w.ends[first] = end_of_block(W, first)
+        if w.kind[2] == DENSE_CHOLESKY:
+            info = factor_cholesky(w, lower_half(W, first, last))
+        else:
+            K = view(w.kkt, at, (last - first, last - first))
+            for i in range(first, last):
+                for j in range(first, last):
+                    K[j - first, i - first] = W[i, j]
+            info = factor_lu(w, at, first, last)
         first, at = last, at + (last - first) ** 2
-    for k in range(m):
-        for i in range(n):
-            w.spread[k, i] = w.J[k, i]
-        substitute_blocks(w, w.spread[k])
-    return factor_joints(w, S.space.off) if m > 0 else 0
+    if info != 0 or len(w.J) == 0:
+        return info
+    for k in range(len(w.J)):
+        kernels.copy(w.J[k], w.spread[k])
+        substitute_blocks(W, w, w.spread[k])
+    return factor_joints(w, S.space.off)
+
+
+@jit
+def is_symmetric(W: np.ndarray) -> bool:
+    """Whether W is symmetric but for round-off."""
+    for i in range(len(W)):
+        for j in range(i):
+            difference = W[i, j] - W[j, i]
+            if difference * difference > SYMMETRIC * SYMMETRIC * W[i, i] * W[j, j]:
+                return False
+    return True
+
+
+@jit
+def lower_half(W: np.ndarray, first: int, last: int) -> np.ndarray:
+    """The lower half of a diagonal block of a symmetric W, as a band of all diagonals: B[j, i - j] = W[i, j]."""
+    return view(W, first * (len(W) + 1), (last - first, len(W) + 1))
 
 
 @jit
@@ -128,7 +168,16 @@ def end_of_block(W: np.ndarray, first: int) -> int:
 
 
 @jit
-def factor_block(w: Work, at: int, first: int, last: int) -> int:
+def factor_cholesky(w: Work, band: np.ndarray) -> int:
+    """Cholesky's factor of a dense block in place, its diagonal inverted; 0, or LAPACK's info."""
+    info = lapack.potrf(w.addresses, band)
+    for i in range(len(band)):
+        band[i, 0] = 1.0 / band[i, 0]
+    return info
+
+
+@jit
+def factor_lu(w: Work, at: int, first: int, last: int) -> int:
     """Factors of a block at a place of `kkt`, the diagonal of U inverted; 0, or LAPACK's info."""
     K = view(w.kkt, at, (last - first, last - first))
     info = lapack.getrf(w.addresses, K, w.pivots[first:last])
@@ -146,19 +195,22 @@ def solve_dense(table: Any, joints: Any) -> int:
         substitute_dense(w.kkt, w.pivots, rhs[0])
         return 0
     if joints == 0:
-        substitute_blocks(w, rhs[0, :n])
+        substitute_blocks(S.space.W, w, rhs[0, :n])
     if len(w.J) > 0:
         close(w, rhs)
     return 0
 
 
 @jit
-def substitute_blocks(w: Work, x: np.ndarray) -> None:
+def substitute_blocks(W: np.ndarray, w: Work, x: np.ndarray) -> None:
     """x <- W^-1 x with the factors of all blocks."""
     first, at = 0, 0
     while first < len(x):
         last = w.ends[first]
-        substitute_dense(view(w.kkt, at, (last - first, last - first)), w.pivots[first:last], x[first:last])
+        if w.kind[2] == DENSE_CHOLESKY:
+            substitute(lower_half(W, first, last), x[first:last])
+        else:
+            substitute_dense(view(w.kkt, at, (last - first, last - first)), w.pivots[first:last], x[first:last])
         first, at = last, at + (last - first) ** 2
 
 
@@ -221,12 +273,12 @@ def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
 def factorise_band(table: Any, _: Any) -> int:
     """As `factorise_dense`. Where Cholesky's factorisation of the band fails, it is set up again for LU, which friction needs."""
     S = opened(table)
-    kind, info = CHOLESKY, 1
-    while info != 0 and kind <= BAND:
+    kind, info = BAND_CHOLESKY, 1
+    while info != 0 and kind <= BAND_LU:
         if assemble(table) != 0:
             return 1
         if S.arrays.pairs.skew and kernels.any_of(S.space.H):
-            kind = BAND
+            kind = BAND_LU
         S.work.kind[0] = S.work.kind[2] = kind
         info, kind = factor_band(table), kind + 1
     return info
@@ -238,7 +290,7 @@ def factor_band(table: Any) -> int:
     S = opened(table)
     W, w = S.space.W, S.work
     n, m = len(S.space.x), len(S.space.multipliers)
-    if w.kind[2] == CHOLESKY:
+    if w.kind[2] == BAND_CHOLESKY:
         info = lapack.pbtrf(w.addresses, W)
         for i in range(n):
             W[i, 0] = 1.0 / W[i, 0]
@@ -355,7 +407,7 @@ def substitute_rows(table: Any, rhs: np.ndarray) -> None:
     """rhs rows <- W^-1 rhs."""
     S = opened(table)
     W, w = S.space.W, S.work
-    if w.kind[2] == CHOLESKY:
+    if w.kind[2] == BAND_CHOLESKY:
         for k in range(len(rhs)):
             substitute(W, rhs[k])
     else:
@@ -365,25 +417,29 @@ def substitute_rows(table: Any, rhs: np.ndarray) -> None:
 
 @jit
 def substitute(L: np.ndarray, x: np.ndarray) -> None:
-    """x <- (L L^T)^-1 x with the band factor (n, d+1), its diagonal inverted; faster than LAPACK's pbtrs for narrow bands.
+    """x <- (L L^T)^-1 x with the factor of a band (n, d+1), its diagonal inverted; faster than LAPACK for one vector.
 
     Four columns at a time, as `substitute_dense`: first the unknowns of a triangle, then those that all four reach, then the rest.
     """
-    n, width = L.shape
-    full = max(0, (n - width - 2) // 4 * 4) if width > 4 else 0
+    n, width = len(L), min(L.shape[1], len(L))
+    full = n // 4 * 4 if width > 4 else 0
     for j in range(0, full, 4):
-        A, B, C, D, rest = L[j], L[j + 1], L[j + 2], L[j + 3], x[j + 4 :]
+        A, B, C, D, rest, reach = L[j], L[j + 1], L[j + 2], L[j + 3], x[j + 4 :], min(width, n - j)
         a = x[j] * A[0]
         b = (x[j + 1] - A[1] * a) * B[0]
         c = (x[j + 2] - A[2] * a - B[1] * b) * C[0]
         d = (x[j + 3] - A[3] * a - B[2] * b - C[1] * c) * D[0]
         x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
         A, B, C, D = A[4:], B[3:], C[2:], D[1:]
-        for i in range(width - 4):
+        for i in range(reach - 4):
             rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
-        rest[width - 4] -= B[width - 4] * b + C[width - 4] * c + D[width - 4] * d
-        rest[width - 3] -= C[width - 3] * c + D[width - 3] * d
-        rest[width - 2] -= D[width - 2] * d
+        beyond = n - j - reach
+        if beyond > 0:
+            rest[width - 4] -= B[width - 4] * b + C[width - 4] * c + D[width - 4] * d
+        if beyond > 1:
+            rest[width - 3] -= C[width - 3] * c + D[width - 3] * d
+        if beyond > 2:
+            rest[width - 2] -= D[width - 2] * d
     for j in range(full, n):
         value = x[j] * L[j, 0]
         x[j] = value
@@ -395,12 +451,19 @@ def substitute(L: np.ndarray, x: np.ndarray) -> None:
             value -= L[j, i] * x[j + i]
         x[j] = value * L[j, 0]
     for j in range(full - 4, -1, -4):
-        A, B, C, D, rest = L[j, 4:], L[j + 1, 3:], L[j + 2, 2:], L[j + 3, 1:], x[j + 4 :]
+        A, B, C, D, rest, reach = L[j, 4:], L[j + 1, 3:], L[j + 2, 2:], L[j + 3, 1:], x[j + 4 :], min(width, n - j)
         a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
-        d -= D[width - 2] * rest[width - 2] + D[width - 3] * rest[width - 3] + D[width - 4] * rest[width - 4]
-        c -= C[width - 3] * rest[width - 3] + C[width - 4] * rest[width - 4]
-        b -= B[width - 4] * rest[width - 4]
-        for i in range(width - 5, -1, -1):
+        beyond = n - j - reach
+        if beyond > 2:
+            d -= D[width - 2] * rest[width - 2]
+        if beyond > 1:
+            c -= C[width - 3] * rest[width - 3]
+            d -= D[width - 3] * rest[width - 3]
+        if beyond > 0:
+            b -= B[width - 4] * rest[width - 4]
+            c -= C[width - 4] * rest[width - 4]
+            d -= D[width - 4] * rest[width - 4]
+        for i in range(reach - 5, -1, -1):
             value = rest[i]
             a -= A[i] * value
             b -= B[i] * value

@@ -333,7 +333,7 @@ def workspace(model: Compiled) -> Work:
         np.zeros((closed, stored)),
         np.zeros((m, stored)),
         np.zeros(supernodes.entries(tree)),
-        np.zeros(n if blocks else 0),
+        np.zeros(n if blocks or A.dense else 0),
         np.zeros((max(1, m), n if blocks else 0)),
         np.zeros(supernodes.height(tree)),
         np.zeros((rank, n)),

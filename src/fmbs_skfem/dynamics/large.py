@@ -103,7 +103,7 @@ class Large:
         spread = refined(W, self.inverse, columns)
         self.flexible = np.ascontiguousarray(spread[:, self.interface])
         self.spread = spread.astype(np.float32)
-        work.kind[0] = work.kind[2] = factors.CHOLESKY
+        work.kind[0] = work.kind[2] = factors.BAND_CHOLESKY
 
     def solve(self, step: Step, table: int) -> None:
         """rhs <- KKT^-1 rhs."""

@@ -192,7 +192,7 @@ def solver_of(run: Run) -> str:
     layout = run.model.layout
     if layout.storage is Storage.BLOCKS:
         return f"LDL^T of blocks, {layout.numbers} numbers"
-    return "dense LU" if layout.dense else f"band Cholesky or LU, half width {layout.width}"
+    return "dense Cholesky or LU" if layout.dense else f"band Cholesky or LU, half width {layout.width}"
 
 
 def last_residual(run: Run, time: float) -> np.ndarray:

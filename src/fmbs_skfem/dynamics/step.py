@@ -63,7 +63,7 @@ class Work(NamedTuple):
     spread: Matrix  #: (m, n) W^-1 Phi_q^T
     J: Matrix  #: (m, n)
     lower: Vector  #: L of blocks, as `core.direct` has it
-    diagonal: Vector  #: (n,) D of blocks
+    diagonal: Vector  #: (n,) D of blocks, or the diagonal of a dense W
     columns: Matrix  #: (1 or m, n) room of a solution with blocks
     front: Vector  #: room of a supernode
     lows: Matrix  #: (r, n) W^-1 U of derivatives of low rank, see `woodbury`

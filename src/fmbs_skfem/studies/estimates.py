@@ -42,7 +42,7 @@ def solver(scene: Scene, raw: System, reduced: System) -> tuple[str, float, floa
     elif form is Storage.BLOCKS:
         label, memory, each, width = "blocks of parts", 16e-6 * fill, 4 * SOLVE_S * fill, round(fill / n)
     elif form is Storage.DENSE:
-        label, memory, each = "dense LU", 16e-6 * (n + m) ** 2, 2 * SOLVE_S * (n + m) ** 2
+        label, memory, each = "dense Cholesky or LU", 16e-6 * (n + m) ** 2, 2 * SOLVE_S * (n + m) ** 2
     else:
         label, memory, each = f"band of half width {width}", 32e-6 * n * (width + 1), 4 * SOLVE_S * fill
     if not scene.analysis.moves:

@@ -121,23 +121,21 @@ def dumps(value: Any) -> str:
 
 
 def fingerprint(scene: Scene) -> str:
-    """Hash of the scene, as text and in values, and of the files it reads; equal for runs that compute the same."""
-    from ..core import mappings
-    from ..scenes import yamlfile
-
-    text = None if scene.node is None else yamlfile.plain(scene.node)
-    digest = hashlib.sha256(f"({dumps(mappings.plain(scene))}, {text!r}, {scene.repair})".encode())
+    """Hash of the scene with its parameters and of the mesh files it reads; equal for runs that compute the same."""
+    kind, word = type(scene.analysis).__name__, scene.analysis.word
+    analysis = f"{kind}(type={word!r}, {repr(scene.analysis).removeprefix(f'{kind}(')}"
+    digest = hashlib.sha256(f"({sorted(scene.parameters.items())!r}, {analysis})".encode())
     for path in scene_files(scene):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
 def scene_files(scene: Scene) -> list[Path]:
-    """The file of a scene and the mesh, surface, table and Python files it reads, each once."""
+    """The file of a scene and the mesh, surface and Python files it reads, each once."""
     from ..shapes import meshes
 
     names = {name for body in scene.bodies.values() for name in body.files().values()}
-    names |= {table.file for table in scene.tables.values()} | set(scene.extensions or ())
+    names |= set(scene.extensions or ())
     read = [meshes.path(name, scene.folder, allow_outside=True) for name in sorted(names)]
     return [path.absolute() for path in ([scene.path] if scene.path else []) + read]
 
