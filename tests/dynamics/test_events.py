@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import quad
 
 from fmbs_skfem.bodies import cable, sections
+from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
@@ -19,7 +20,7 @@ from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, 
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows
 from fmbs_skfem.reduction import component, files, galerkin, pod, sampling
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, layouts, loads, probes
+from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate, joints, layouts, loads, probes
 from fmbs_skfem.systems.events import Event, Latch
 
 from .. import models
@@ -341,6 +342,34 @@ def test_a_lock_holds_bodies_of_any_size(size: float) -> None:
     found = integrate(eliminate(system), GeneralizedAlpha(H), 20 * H)
     assert found.events[0].loss == pytest.approx(0.5 * (J + M) * (size * SPIN) ** 2, rel=1e-5)
     assert np.abs(found.v[-1]).max() < 1e-9
+
+
+@pytest.mark.parametrize("at", [(0.5, 0.0), (0.505, 0.004)])
+@pytest.mark.parametrize("step", [1e-3, 2.5e-4, 1e-4])
+def test_a_damped_bar_that_catches_a_mass(step: float, at: tuple[float, float]) -> None:
+    """With its end, or beside it: momenta are kept, the balance holds, and both end as one rigid body.
+
+    By the mass alone an impulse strains single cells, at rates whose damping forces are those of no motion: runs fail at any step.
+    """
+    size, mass, load, speed = 0.5, 2700.0 * 0.03 * 0.005 * 0.5, 0.2, np.array([1.0, 2.0])
+    line, section = models.straight(10, end=(size, 0.0, 0.0)), sections.Rectangular(0.03, 0.005)
+    system = assemble(
+        [cable("bar", line, section, sections.Material(70e9, 2700.0), dim=2), point_mass("load", load, np.array(at))],
+        [Latch("catch", At("load"), At("bar", "right"))],
+        outputs={"E": probes.Energy()},
+        initial={"bar": Motion((1.0, 2.0))},
+        damping=Rayleigh(stiffness=5e-3),
+        events={"grab": event("t - 2.3e-3", lock=("catch",))},
+    )
+    motion = integrate(eliminate(system), GeneralizedAlpha(step), 0.1, TIGHT)
+    found, total = outputs(motion), motion.v @ system.mass @ np.kron(system.unit[:, None], np.eye(2))
+    assert_allclose(total, np.tile(mass * speed, (len(total), 1)), rtol=1e-9)
+    assert_allclose(found["E_balance"], 0.5 * mass * speed @ speed, rtol=0.02)
+    apart = np.array(at) - (size / 2 + 2.3e-3 * speed[0], 2.3e-3 * speed[1])  # the mass from the centre of the bar
+    shared = mass * load / (mass + load)
+    spin, inertia = shared * (apart[0] * speed[1] - apart[1] * speed[0]), mass * size**2 / 12 + shared * apart @ apart
+    rigid_energy = 0.5 * (mass * speed) @ (mass * speed) / (mass + load) + 0.5 * spin**2 / inertia
+    assert found["E_kinetic"][-1] == pytest.approx(rigid_energy, rel=2e-3)
 
 
 def test_endless_events() -> None:

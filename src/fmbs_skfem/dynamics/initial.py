@@ -142,7 +142,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
 
     The first step from there is one of `span` [s], if not that of the scheme. Plates take M + (gh C + K) / bh in place of M: under
     a load that starts as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry them on. An
-    impulse behind the start, of joints that lock, changes velocities by M alone.
+    impulse behind the start, of joints that lock, changes velocities by `jump`.
     """
     at = at or start_of(model)
     system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
@@ -167,8 +167,8 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     steady = (is_linear(system.constraints) | ~on).all()  # straight paths stay on what is linear and independent of time
     d = DRIFT * h
     drift = np.zeros(len(phi)) if steady else RATE @ along(d, still) / (12 * d)
-    strike = solve if at.memory is None else kkt_solver(held(system, on), system.mass, J, False, invert)
-    v = projected(system, v, strike, J @ v + drift, at.memory is None)
+    gap = J @ v + drift
+    v = projected(system, v, solve, gap) if at.memory is None else v + jump(model, held(system, on), x, J, gap, h, invert)
     f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
     a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
@@ -178,14 +178,36 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
 
 
-def projected(system: System, v: np.ndarray, solve: Solver, gap: np.ndarray, first: bool = True) -> np.ndarray:
-    """v (n,) and what closes a gap Phi_x v + Phi_t (m,); at the `first` instant a warning says so, and round-off stays."""
-    change = solve(np.zeros(len(v)), -gap)[0] if len(gap) else np.zeros(len(v))
-    size = float(np.abs(change).max(initial=0.0))
-    if first and size <= 1e-9 * speed_of(v):
+def jump(
+    model: Compiled, system: System, x: np.ndarray, J: np.ndarray, gap: np.ndarray, h: float, invert: Inverter | None
+) -> np.ndarray:
+    """Change u (n,) of velocities by an impulse of the rows J (m, n) of joints that lock, which closes a gap Phi_x v + Phi_t (m,).
+
+    M u + J^T mu = 0 without damping. Rates of strains that are damped by z = h beta w^2 in a step keep (1 + 2 z) / (1 + z)^2 of it:
+    all that a step resolves, to second order, and little of what dies at once, whose damping forces are those of no motion.
+
+        u = 2 d(M d0) - d(M d(M d0)),    (M + h C) d(f) + J^T mu = f,    J d = J d0 = -gap
+    """
+    M, time = system.mass, max((part.beta for part in system.elastic), default=0.0)
+    if time == 0.0:
+        return change_of(kkt_solver(system, M, J, False, invert), np.zeros(len(x)), gap)
+    C = csr_array(compilation.elastic_tangent(model, x, 1.0 / time)) - csr_array(compilation.elastic_tangent(model, x, 0.0))
+    solve = kkt_solver(system, csr_array(M + h * time * C), J, False, invert)
+    once = change_of(solve, np.zeros(len(x)), gap)  # M d0 is a force of the rows
+    return 2.0 * once - change_of(solve, M @ once, gap)
+
+
+def change_of(solve: Solver, f: np.ndarray, gap: np.ndarray) -> np.ndarray:
+    """What a push f (n,) and a gap (m,) make of velocities, (n,)."""
+    return solve(f, -gap)[0] if len(gap) else np.zeros(len(f))
+
+
+def projected(system: System, v: np.ndarray, solve: Solver, gap: np.ndarray) -> np.ndarray:
+    """v (n,) at the first instant and what closes a gap Phi_x v + Phi_t (m,); a warning says so, and round-off stays."""
+    change = change_of(solve, np.zeros(len(v)), gap)
+    if float(np.abs(change).max(initial=0.0)) <= 1e-9 * speed_of(v):
         return v
-    if first:
-        notify_projected(system, change)
+    notify_projected(system, change)
     return np.asarray(v + change)
 
 
