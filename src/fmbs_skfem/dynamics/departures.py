@@ -69,9 +69,8 @@ def strains(points: ShapePoints, states: np.ndarray) -> np.ndarray:
 
 def strains_of_block(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     """As `strains`, all at once."""
-    (K, P, B), s, dim = points.table.shape, len(states), points.dim
-    u = points.table.reshape(K * P, B) @ states.transpose(1, 2, 0).reshape(B, -1)
-    flat = np.ascontiguousarray(u.reshape(K, P, dim, s).transpose(0, 2, 3, 1)).reshape(K * dim, s * P)
+    P, s, dim = points.table.shape[1], len(states), points.dim
+    flat = missing_shapes.gradients(points.table, states).reshape(-1, s * P)
     if points.law in COMPONENTS:
         return extreme_strains(points.law, points.section, flat, dim).reshape(2, -1).T.reshape(s, P, 2)
     axial = 0.5 * (np.sum(flat[:dim] ** 2, axis=0) - 1.0)

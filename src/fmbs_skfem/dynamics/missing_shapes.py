@@ -315,25 +315,18 @@ def look_at(
         return Look(np.linalg.norm(e, axis=(1, 2)), softer(tests, u, e, R, len(z)), e, u)
     f = R + np.broadcast_to(loads, len(z))[:, None, None] * tests.weight
     R += tests.mass @ (rates[1] + tests.alpha * rates[0])
-    e = estimated(tests, u, R)
-    stiff = felt(tests, z, softer(tests, u, e, 2.0 * f - R, copies))
+    Q, deflection = deflected(tests, z)
+    e = resolved(*tests.held, R @ Q) @ Q.transpose(0, 2, 1)
+    stiff = felt(tests, deflection, softer(tests, u, e, 2.0 * f - R, copies))
     if (unsure := (np.linalg.norm(e, axis=(1, 2)) > SURE * tests.limit) | (stiff > COARSE)).any():
         e[unsure] = resolved(*stiffness(tests, u[:, unsure]), R[unsure])
-        stiff = felt(tests, z, softer(tests, u, e, 2.0 * f - R, copies))
+        stiff = felt(tests, deflection, softer(tests, u, e, 2.0 * f - R, copies))
     return Look(np.linalg.norm(e, axis=(1, 2)), stiff, e, u)
 
 
 def resolved(l: np.ndarray, V: np.ndarray, R: np.ndarray) -> np.ndarray:
     """|K_N|^-1 R (s, t, c) of forces R (s, t, c), with eigenvalues and vectors of |K_N|."""
     return np.asarray(np.einsum("sij,sj->si", V, along(V, R) / l).reshape(R.shape))
-
-
-def estimated(tests: Tests, u: np.ndarray, R: np.ndarray) -> np.ndarray:
-    """The same with |K_N| of the start, turned by the rotation Q that brings its gradients nearest to those of a state."""
-    dim = R.shape[2]
-    now, then = (part.reshape(-1, dim, *part.shape[1:])[:2] for part in (u, tests.section[-1] * tests.start))
-    Q = nearest(np.einsum("kcsg,kdg->scd", now, then[:, :, 0], optimize=True))
-    return resolved(*tests.held, R @ Q) @ Q.transpose(0, 2, 1)
 
 
 def softer(tests: Tests, u: np.ndarray, e: np.ndarray, R: np.ndarray, blocks: int) -> np.ndarray:
@@ -349,12 +342,16 @@ def softer(tests: Tests, u: np.ndarray, e: np.ndarray, R: np.ndarray, blocks: in
     return np.repeat(np.divide(missed, 2.0 * energy, out=np.zeros(blocks), where=energy > length * least), length)
 
 
-def felt(tests: Tests, z: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Parts (s,) of itself by which a part bends too little in states z (s, b, c) of motions, 0 where hardly anything bends."""
+def deflected(tests: Tests, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The rotations Q (s, c, c) that bring the start of a part nearest to its states z (s, b, c), and its deflection (s,) there [m]."""
     x = centred(tests.metric, tests.constant, z)
-    Q = nearest(np.einsum("sbc,bd->scd", x, tests.metric @ tests.begin))
+    Q = nearest(x.transpose(0, 2, 1) @ (tests.metric @ tests.begin))
     moved = x - tests.begin @ Q.transpose(0, 2, 1)
-    deflection = np.sqrt(np.einsum("sbc,sbc->s", moved, tests.metric @ moved))
+    return Q, np.sqrt(np.sum(moved * (tests.metric @ moved), axis=(1, 2)))
+
+
+def felt(tests: Tests, deflection: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """Parts (s,) of itself by which a part bends too little in motions, 0 where its deflection (s,) [m] is hardly any."""
     return np.where(shares * deflection > FELT * tests.size, shares, 0.0)
 
 
@@ -394,15 +391,13 @@ def work(l: np.ndarray, V: np.ndarray, R: np.ndarray) -> np.ndarray:
 def gradients(table: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Gradients (k c, s, g) of coordinates z (s, b, c) at the points of a table (k, g, b)."""
     (K, P, b), (s, _, dim) = table.shape, z.shape
-    found = table.reshape(K * P, b) @ z.transpose(1, 2, 0).reshape(b, dim * s)
-    return np.ascontiguousarray(found.reshape(K, P, dim, s).transpose(0, 2, 3, 1)).reshape(K * dim, s, P)
+    return np.asarray(z.transpose(2, 0, 1).reshape(dim * s, b) @ table.transpose(0, 2, 1)).reshape(K * dim, s, P)
 
 
 def scatter(tests: Tests, S: np.ndarray) -> np.ndarray:
     """Forces (s, t, c) on the test functions of stresses (k c, s, g)."""
     (K, P, t), s = tests.table.shape, S.shape[1]
-    rows = S.reshape(K, -1, s, P).transpose(0, 3, 2, 1).reshape(K * P, -1)
-    return np.ascontiguousarray((tests.table.reshape(K * P, t).T @ rows).reshape(t, s, -1).transpose(1, 0, 2))
+    return np.ascontiguousarray(np.sum(S.reshape(K, -1, P) @ tests.table, axis=0).reshape(-1, s, t).transpose(1, 2, 0))
 
 
 def modulus(tests: Tests, u: np.ndarray) -> np.ndarray:
