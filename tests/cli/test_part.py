@@ -44,6 +44,7 @@ def test_info_says_sizes_places_and_the_strains_of_the_training(folder: Path, tm
     assert found["functions"] < found["functions_full"]
     assert {"young_modulus", "density"} <= set(found["values"])
     assert {"left", "right"} <= set(found["places"])
+    assert found["stands_at"] == {"left [m]": [0.0, 0.0], "right [m]": [pytest.approx(1.0), 0.0]}
     assert found["alone"]["runs"] == 2
     assert found["missing_shapes"] == "known"
     assert found["strains"]["curvature [1/m]"][1] > 0.0

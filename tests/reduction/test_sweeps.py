@@ -129,6 +129,19 @@ def test_guilty_members_are_listed_and_the_rest_finishes() -> None:
     assert len([warning for warning in given if issubclass(warning.category, Notice)]) == 1
 
 
+def test_notices_that_differ_in_numbers_alone_are_given_once_more_with_the_members() -> None:
+    texts = [f"part 'arm2': strain {k}.5e-3 at (-{k}, 0) m" for k in range(13)]
+    told = [Record(k, {}, Status.OK, notices=(text, "the same")) for k, text in enumerate(texts)]
+    with pytest.warns(Notice) as given:
+        sweeps.show([*told, Record(13, {}, Status.OK, notices=("part 'arm3': strain 1.5e-3 at (-1, 0) m",))])
+    assert [str(one.message) for one in given] == [
+        texts[0],
+        "the same",
+        "part 'arm3': strain 1.5e-3 at (-1, 0) m",
+        f"in 12 more samples (1, 2, 3, 4, 5, 6, 7, 8, 9, 10, ...), with other numbers: {texts[0]}",
+    ]
+
+
 def test_a_given_cluster_is_used_and_left_running(address: str) -> None:
     for _ in range(2):
         records, outcome = swept(Squares(), 200, SweepOptions(scheduler=address))

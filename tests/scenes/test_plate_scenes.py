@@ -230,7 +230,12 @@ def test_spatial_system() -> None:
         (
             "every: [{until: 0.05 s, every: 5 ms}, {every: 2 ms}]",
             "every: 0",
-            "scene:37: analysis.every: expected a number >= 1 .a number of steps",
+            "scene:37: analysis.every: expected a number >= 1 .a number of steps, a time such as 5 ms",
+        ),
+        (
+            "every: [{until: 0.05 s, every: 5 ms}, {every: 2 ms}]",
+            "every: 2.5 ms",
+            "scene:37: analysis.every.*: expected a multiple of",
         ),
         ("until: 50 ms", "until: 50.5 ms", r"scene:43: reduction.snapshots\[1\].until: expected a multiple"),
         ("component: x", "component: z", "scene:39: outputs.x_B.component: expected x or y in the plane"),
@@ -342,6 +347,9 @@ def test_steps_that_are_kept() -> None:
     shorter = times.numbers((fields.Span(3e-3, 7e-3), fields.Span(4e-3)), 1e-3, 5e-3)
     np.testing.assert_array_equal(shorter, [0, 3])
     assert times.kept(7, 1e-3, 1.0) == 7
+    spans = "every: [{until: 0.05 s, every: 5 ms}, {every: 2 ms}]"
+    even = build.dynamic(scenes.loads(PLANAR.replace(spans, "every: 5 ms"), EXAMPLES)).kept
+    np.testing.assert_array_equal(even, np.arange(0, 101, 5))
     np.testing.assert_array_equal(times.snapshots(5e-3, 1e-3, 12e-3), [0, 5, 10])
     with pytest.raises(InputError, match="a multiple of the step"):
         times.snapshots(5.5e-3, 1e-3, 1.0)

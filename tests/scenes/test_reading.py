@@ -140,7 +140,7 @@ def test_parameters_of_a_sweep() -> None:
         ("dimension: 2", "dimension: 3", r"scene:13: bodies.beam.rotation: expected a rotation in space"),
         ("coarse: [5]", "coarse: [5, x, 0]", r"scene:31: compare.coarse\[1\]: expected a whole number, got 'x'"),
         ("coarse: [5]", "coarse: [5, x, 0]", r"scene:31: compare.coarse\[2\]: expected a number >= 1, got 0"),
-        ("pictures: {", "pictures: 3 # {", "scene:32: pictures: expected a mapping, got 3"),
+        ("pictures: {", "pictures: 3 # {", "scene:32: pictures: expected a mapping of instants, color, got 3"),
         ("bodies:", "units: mm\nbodies:", "scene:5: units: expected 'SI', got 'mm'"),
         # versions
         ("schema: 1", "schema: 2", "scene:1: schema: expected schema version 1, got 2; install a newer fmbs_skfem"),

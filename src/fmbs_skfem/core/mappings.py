@@ -193,9 +193,9 @@ def read_struct(kind: type, value: object, context: Context) -> Any:
 
 def make(kind: type, value: object, context: Context, tagged: Mapping[str, Any]) -> Any:
     """A dataclass of a mapping of its fields, beside which stands a tag that was read."""
-    if not isinstance(value, dict):
-        raise Problem("a mapping", shown(value))
     known = entries(kind)
+    if not isinstance(value, dict):
+        raise Problem(f"a mapping of {', '.join(known)}", shown(value))
     found = [
         ((key,), Problem(f"the key '{key}'", "no such key", hint_of(entry.rule.schema)))
         for key, entry in known.items()

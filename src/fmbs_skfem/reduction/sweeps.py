@@ -21,15 +21,16 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
+import re
 import signal
 import threading
 import time as clock
 import uuid
 import warnings
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
-from dataclasses import field
+from dataclasses import field, replace
 from multiprocessing import process
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -65,7 +66,11 @@ SETTINGS: dict[str, Any] = {  #: of dask, for processes of this machine
     "distributed.worker.http.routes": [],
 }
 
+LISTED = 10  #: members that a notice lists
+NUMBER = re.compile(r"(?<![\w'])-?\d+(\.\d*)?(e[-+]?\d+)?")  #: in a notice; not in names
+
 Keep: TypeAlias = Callable[[Record], object]
+Heard: TypeAlias = dict[str, tuple[str, list[int]]]  #: notices without their numbers: the first, and members with other numbers
 
 
 @dataclass(frozen=True)
@@ -142,7 +147,7 @@ class Desk:
     met: dict[str, float] = field(default_factory=dict)  #: when workers were first seen [s]
     ready: set[str] = field(default_factory=set)  #: workers that have prepared the task
     counts: Counter[Status] = field(default_factory=Counter)
-    shown: set[str] = field(default_factory=set)  #: notices of members, each given once
+    heard: Heard = field(default_factory=dict)  #: notices of members
     most: int = 0  #: workers at a time
     deaths: int = 0
     unprepared: int = 0  #: workers in a row that ended while they prepared
@@ -181,6 +186,7 @@ def run(
             serve(desk, len(todo), asked, progress)
         finally:
             client.cancel(list(desk.busy))
+            show_others(desk.heard)
     end = clock.monotonic()
     begun = (desk.began or end) - start
     return SweepOutcome(dict(desk.counts), desk.most, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
@@ -191,7 +197,7 @@ def run_by_executor(executor: Executor, task: Task, todo: Sequence[Member], keep
 
     Notices of members are given when all are settled: threads of this process that catch theirs would catch these as well.
     """
-    token, start, counts, told = uuid.uuid4().hex, clock.monotonic(), Counter[Status](), dict[str, None]()
+    token, start, counts, told = uuid.uuid4().hex, clock.monotonic(), Counter[Status](), list[Record]()
     busy = cpu = 0.0
     waiting = [executor.submit(members.prepare_and_work, token, task, (member,)) for member in todo]
     try:
@@ -203,7 +209,7 @@ def run_by_executor(executor: Executor, task: Task, todo: Sequence[Member], keep
                     raise kind(message) if reason is None else SolverError(message, reason)
                 for record in found:
                     keep(record)
-                    told |= dict.fromkeys(record.notices)
+                    told.append(replace(record, result=None))
                     counts[record.status] += 1
                     busy, cpu = busy + record.wall_s, cpu + record.cpu_s
                 if progress:
@@ -214,8 +220,7 @@ def run_by_executor(executor: Executor, task: Task, todo: Sequence[Member], keep
     finally:
         for future in waiting:
             future.cancel()
-        for text in told:
-            notify(text)
+        show(told)
     return SweepOutcome(dict(counts), getattr(executor, "_max_workers", 1), 0.0, clock.monotonic() - start, busy, cpu, 0)
 
 
@@ -387,11 +392,36 @@ def settle(desk: Desk, future: Future, sent: Sent) -> None:
         raise kind(message) if reason is None else SolverError(message, reason)
 
 
+def show(records: Iterable[Record]) -> None:
+    """Notices of members that are settled."""
+    heard: Heard = {}
+    for record in records:
+        hear(heard, record)
+    show_others(heard)
+
+
+def hear(heard: Heard, record: Record) -> None:
+    """Show notices of a member that are the first of their kind: those that differ in numbers alone are of one."""
+    for text in record.notices:
+        kind = NUMBER.sub("", text)
+        if kind not in heard:
+            heard[kind] = text, []
+            notify(text)
+        elif text != heard[kind][0]:
+            heard[kind][1].append(record.number)
+
+
+def show_others(heard: Heard) -> None:
+    """Say which members had a notice with other numbers, when all are settled."""
+    for text, others in heard.values():
+        if others:
+            some = ", ".join(map(str, sorted(others)[:LISTED])) + (", ..." if len(others) > LISTED else "")
+            notify(f"in {len(others)} more samples ({some}), with other numbers: {text}")
+
+
 def enter(desk: Desk, record: Record) -> None:
     """A member is settled."""
-    for text in set(record.notices) - desk.shown:
-        desk.shown.add(text)
-        notify(text)
+    hear(desk.heard, record)
     desk.keep(record)
     desk.counts[record.status] += 1
     desk.busy_s += record.wall_s

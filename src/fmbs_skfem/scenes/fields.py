@@ -108,6 +108,13 @@ def spans(value: object, context: Context) -> Spans:
     return found
 
 
+def every(value: object, context: Context) -> int | Spans:
+    """A number of steps; a time between states with its unit, which is one span; or spans."""
+    if isinstance(value, str):
+        return (Span(TIME.read(value, context)),)
+    return STEPS_OR_SPANS.read(value, context)
+
+
 def parts_or(told: str, single: Takes, parts: Takes, kind: type) -> Takes:
     """One value for everything, or parts in a mapping or a list."""
 
@@ -147,8 +154,10 @@ ROTATION = Takes(
     angle=lambda value: None if value is None else float(value.angle),
 )
 COUNTS = parts_or("a number of modes, for all components or by their names", NUMBER_OF, names(Annotated[int, NUMBER_OF], 1), dict)
-EVERY = parts_or("a number of steps, or spans of time", NUMBER_OF, SPANS, list)
-SNAPSHOTS = parts_or("a time between snapshots, or spans of time", quantity("s", "> 0"), SPANS, list)
+TIME = quantity("s", "> 0")
+STEPS_OR_SPANS = parts_or("a number of steps, a time such as 5 ms, or spans of time", NUMBER_OF, SPANS, list)
+EVERY = Takes(every, STEPS_OR_SPANS.schema | {"anyOf": [NUMBER_OF.schema, TIME.schema, SPANS.schema]})
+SNAPSHOTS = parts_or("a time between snapshots, or spans of time", TIME, SPANS, list)
 
 Thickness = Annotated[float | dict[str, float], THICKNESS]
 Rims = Annotated[dict[str, Rim], names(Annotated[Rim, RIM], words=True)]

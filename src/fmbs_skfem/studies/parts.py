@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 KEPT = 600  #: states of a run of a scene that a part is trained on, at least where it has as many steps
 SHARP = Newton(tolerance=1e-12)
 MEETS = 1e-6  #: distance of places of a part from those of its full body, over the size of the body
+NOTHING = 1e-12  #: a coordinate of a place that is round-off, over the largest one
 ALIKE = 1e-2  #: the same of second moments, which the mesh of a curved body changes a little
 #: rows of sections that are numbers of a body, by what they are
 NUMBERS = {"nu": "Poisson's ratio", "A": "membrane stiffness", "B": "bending stiffness", "EA": "EA", "EI": "EI", "mass": "mass"}
@@ -116,7 +117,7 @@ def facts(part: Part) -> dict[str, Any]:
     numbers = {name: value.number for name, value in part.body.values.items()}
     older = {"missing_shapes": "unknown: the file is of an earlier release"}
     notes = {key: value for key, value in (older | part.notes).items() if key != "provenance"}
-    return {**notes, "values": numbers, "places": sorted(places(part.body))}
+    return {**notes, "values": numbers, "places": sorted(places(part.body)), "stands_at": stands_at(part.body)}
 
 
 def places(body: Body) -> list[str]:
@@ -124,10 +125,17 @@ def places(body: Body) -> list[str]:
     return [*body.frames, *body.places]
 
 
+def stands_at(body: Body) -> dict[str, list[float]]:
+    """Positions [m] of the places of a body in the reference, by their names."""
+    found = {f"{name} [m]": reference_at(body, name) for name in places(body)}
+    size = max((float(np.abs(place).max()) for place in found.values()), default=0.0)
+    return {name: np.where(np.abs(place) < NOTHING * size, 0.0, place).tolist() for name, place in found.items()}
+
+
 def described(title: str, part: Part) -> ReportTable:
     """A part as a table."""
     flat = models.flatten({key: value for key, value in facts(part).items() if not isinstance(value, list)})
-    return ReportTable(title, ("", "value"), [(key, format_value(value)) for key, value in [*flat, ("places", places(part.body))]])
+    return ReportTable(title, ("", "value"), [(key, format_value(value)) for key, value in flat])
 
 
 def describe(job: Job) -> PartResult:

@@ -123,8 +123,7 @@ def compute(
 ) -> tuple[SweepOutcome, dict[int, Record]]:
     """Run the missing members; each is stored when it is settled."""
     records = dict(done)
-    for text in dict.fromkeys(text for record in done.values() for text in record.notices):
-        notify(text)
+    sweeps.show(done.values())
 
     def keep(record: Record) -> None:
         if out is not None:
