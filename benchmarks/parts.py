@@ -282,7 +282,8 @@ def machine(scale: float, bays: int = 33) -> Figures:
     trained = [
         alone(one, share, 1e-10, 1e-3, step=h, samples=300, duration=1.0) for one, (share, h) in zip(full, carried, strict=True)
     ]
-    models = coarser([part for part, _ in trained], lambda *own: machine_of(*own, bays), modes=((5, 10, 6), (4, 6, 6), (3, 7, 5)), eta=1e-2)
+    cuts = (5, 10, 6), (4, 6, 6), (3, 7, 5)
+    models = coarser([part for part, _ in trained], lambda *own: machine_of(*own, bays), modes=cuts, eta=1e-2)
     found = against(machine_of(*full, bays), models, 0.5 * scale, 1.0, rounds=3)
     return {"parts": 3.0 * bays + 1.0, "training [CPU s]": sum(spent for _, spent in trained)} | found
 

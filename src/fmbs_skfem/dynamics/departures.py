@@ -24,7 +24,7 @@ from ..core.records import dataclass
 from ..systems.system import Elastic, System
 from . import loading, missing_shapes
 from .checkpoint import Moment, Record
-from .missing_shapes import Look
+from .missing_shapes import Look, trained_parts
 from .trajectory import Trajectory
 
 BLOCK = 200  #: states whose strains are found at a time
@@ -85,11 +85,6 @@ def copies(parts: list[Elastic]) -> list[list[Elastic]]:
     for one in parts:
         alike.setdefault((id(one.gather.table), id(one.gather.section)), []).append(one)
     return list(alike.values())
-
-
-def trained_parts(system: System) -> list[Elastic]:
-    """The reduced bodies that know the strains of their training."""
-    return [one for one in system.elastic if isinstance(one.gather, ShapePoints) and one.gather.trained.size]
 
 
 def find(trajectory: Trajectory) -> list[Departure]:

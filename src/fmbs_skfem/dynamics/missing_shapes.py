@@ -95,6 +95,16 @@ def looked_at(states: int) -> np.ndarray:
     return evenly(min(1, states - 1), states - 1, LOOKS)
 
 
+def shape_points(elastic: Elastic) -> ShapePoints | None:
+    """The points of a body that is reduced by shape functions; None of others."""
+    return elastic.gather if isinstance(elastic.gather, ShapePoints) else None
+
+
+def trained_parts(system: System) -> list[Elastic]:
+    """The reduced bodies that know the strains of their training."""
+    return [one for one in system.elastic if (points := shape_points(one)) is not None and points.trained.size]
+
+
 def tests(system: System, elastic: Elastic) -> Tests | None:
     """Those of a part that knows shapes that it lacks; None of others, and where something acts elsewhere than at its places."""
     found = examined(system, elastic)
@@ -103,7 +113,7 @@ def tests(system: System, elastic: Elastic) -> Tests | None:
 
 def examined(system: System, elastic: Elastic) -> Tests | str:
     """The test functions of a part, or why there are none."""
-    if not isinstance(elastic.gather, ShapePoints):
+    if shape_points(elastic) is None:
         return UNKNOWN
     return remembered(system, (KIND, elastic.name), lambda: find_tests(system, elastic))
 
@@ -111,8 +121,8 @@ def examined(system: System, elastic: Elastic) -> Tests | str:
 def tell_unknown(system: System) -> None:
     """A remark of trained parts of which nothing can be said, by the reason."""
     silent: dict[str, list[str]] = {}
-    for one in system.elastic:
-        if isinstance(one.gather, ShapePoints) and one.gather.trained.size and isinstance(why := examined(system, one), str):
+    for one in trained_parts(system):
+        if isinstance(why := examined(system, one), str):
             silent.setdefault(why, []).append(f"'{one.name}'")
     for why, names in silent.items():
         remark(f"parts {first_of(names)}: nothing can be said of shapes that they lack, as {why}; {HOLD}")
@@ -238,8 +248,8 @@ def rows_that_act(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -
 
 def unbent_places(system: System, part: Body) -> list[str]:
     """Places of a part on whose directions joints or loads of a system with all multipliers act, without moments in training."""
-    points = next((one.gather for one in system.elastic if one.name == part.name), None)
-    if not isinstance(points, ShapePoints) or points.missing is None or not points.missing.unbent.size:
+    points = next((shape_points(one) for one in system.elastic if one.name == part.name), None)
+    if points is None or points.missing is None or not points.missing.unbent.size:
         return []
     weight = as_dense(part.mass) @ part.constant
     _, turned = rows_that_act(points, rows_on(system, points.columns), weight)
@@ -343,7 +353,7 @@ def softer(tests: Tests, u: np.ndarray, e: np.ndarray, R: np.ndarray, blocks: in
 
 
 def deflected(tests: Tests, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The rotations Q (s, c, c) that bring the start of a part nearest to its states z (s, b, c), and its deflection (s,) there [m]."""
+    """Rotations Q (s, c, c) that bring the start of a part nearest to its states z (s, b, c), and its deflection (s,) there [m]."""
     x = centred(tests.metric, tests.constant, z)
     Q = nearest(x.transpose(0, 2, 1) @ (tests.metric @ tests.begin))
     moved = x - tests.begin @ Q.transpose(0, 2, 1)
