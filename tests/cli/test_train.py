@@ -14,7 +14,10 @@ import pytest
 from fmbs_skfem import dynamics, reduction, scenes
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.reduction import full_runs, output_errors, parametric_model, prediction
+from fmbs_skfem.reduction import training_store as store
 from fmbs_skfem.scenes import build
+from fmbs_skfem.studies import training
+from fmbs_skfem.studies.job import Job
 
 from .calls import ROOT, Call, fmbs
 
@@ -319,6 +322,19 @@ def test_a_training_stopped_before_its_report_goes_on(call: Call, scene: Path, t
     assert again.code == 0, again.err
     assert again.json["points"] == call.json["points"]
     assert (out / "report.json").is_file()
+
+
+def test_a_training_that_was_stopped_knows_the_code_that_it_has_run(tmp_path: Path) -> None:
+    """Laws of files that a scene names stand in a system by their names; another file of that name is another training."""
+    codes = []
+    for number, code in enumerate(("FACTOR = 1", "FACTOR = 2", "FACTOR = 2")):
+        (place := tmp_path / f"{number}").mkdir()
+        (place / "own.py").write_text(code)
+        path = written(place)
+        path.write_text(path.read_text().replace("bodies:", "extensions: [own.py]\nbodies:", 1))
+        order = training.prepare(Job(path), scenes.read(path), None, None, None, None, False)
+        codes.append(store.fingerprint(order.task))
+    assert codes[0] != codes[1] == codes[2]
 
 
 def test_a_tolerance_of_an_output_is_met_in_its_unit(scene: Path, tmp_path: Path) -> None:

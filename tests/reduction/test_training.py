@@ -706,3 +706,16 @@ def test_the_fingerprint_takes_functions_of_time_by_values_and_others_by_name() 
     system = spun({"E": 1e9}).system
     moved = [dataclasses.replace(system, signals=(lambda t, k=k: k * t,)) for k in (1.0, 1.0, 2.0)]
     assert digest_of(moved[0]) == digest_of(moved[1]) != digest_of(moved[2])
+
+
+@pytest.mark.parametrize("begin", [0.02, 1.5])
+def test_the_fingerprint_sees_functions_of_time_over_the_whole_duration(begin: float) -> None:
+    """A blow between two sixteenths of a second, and one that begins after the first second."""
+    case = dataclasses.replace(spun({"E": 1e9}), duration=3.0)
+    digests = []
+    for k in (1.0, 1.0, 2.0):
+        digest = hashlib.sha256()
+        moved = dataclasses.replace(case.system, signals=(lambda t, k=k: np.where(np.abs(t - begin - 0.01) < 0.01, k, 0.0),))
+        store.add_to_digest(dataclasses.replace(case, system=moved), digest)
+        digests.append(digest.hexdigest())
+    assert digests[0] == digests[1] != digests[2]

@@ -52,6 +52,7 @@ class TrainingTask:
     interval: float | np.ndarray  #: between snapshots, or their times (s,) [s]
     form: Callable[[System], System] = eliminate  #: of the full system that is run
     measure: Measure | None = None  #: e(mu), what is predicted; None for the error of the states
+    code: str = ""  #: hash of the files whose functions the family takes by their names, as laws of one's own
 
 
 @dataclass(frozen=True)

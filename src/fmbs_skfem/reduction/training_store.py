@@ -39,6 +39,7 @@ from ..core.structs import Routine
 from ..systems.row_laws import RowLaw
 from ..systems.system import Signal, System
 from . import greedy, parametric_model
+from .cases import Case
 from .error_budget import BudgetChoice
 from .full_runs import FullRun, TrainingTask
 from .parametric_model import ParametricModel
@@ -48,6 +49,7 @@ KIND = FileKind("fmbs_skfem training", "a part of a training", 2, "delete the fi
 TITLE = "training.json"
 DIGITS = 9  #: of numbers in a fingerprint
 TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]
+PARTS = 0.5 * (math.sqrt(5.0) - 1.0) * np.arange(1, 1025) % 1.0  #: of a duration, the same, in no rhythm that a function may have
 
 
 @dataclass(frozen=True)
@@ -206,10 +208,13 @@ def read_checks(folder: Path) -> dict[int, FullRun]:
 
 
 def fingerprint(task: TrainingTask, *others: Any) -> str:
-    """What a training is, as a text: the family at both corners of the box, parameters, plan and snapshots, and `others`."""
+    """What a training is, as a text: the family at both corners of the box, parameters, plan and snapshots, and `others`.
+
+    Laws of one's own stand in it by name, and by the `code` of the task.
+    """
     corners = [{p.name: end(p) for p in task.parameters} for end in (lambda p: p.low, lambda p: p.high)]
     digest = hashlib.sha256()
-    measure = () if task.measure is None else (task.measure,)
+    measure = (*(() if task.measure is None else (task.measure,)), *((task.code,) if task.code else ()))
     families = (task.family(corner) for corner in corners)
     for value in (*families, task.parameters, task.plan, task.interval, *measure, *others):
         add_to_digest(value, digest)
@@ -235,7 +240,9 @@ def add_to_digest(value: Any, digest: Any) -> None:
     if is_dataclass(value):
         parts = {field.name: getattr(value, field.name) for field in fields(value)}
         if isinstance(value, System):
-            parts["signals"] = tuple(one if is_dataclass(one) else sample(one) for one in value.signals)
+            parts["signals"] = tuple(one if is_dataclass(one) else sample(one, TIMES) for one in value.signals)
+        if isinstance(value, Case) and (functions := [one for one in value.system.signals if not is_dataclass(one)]):
+            parts["functions"] = [sample(one, PARTS * value.duration) for one in functions]
         value = {"type": type(value).__name__} | parts
     if isinstance(value, Mapping):
         value = [item for pair in value.items() for item in pair]
@@ -249,9 +256,9 @@ def add_to_digest(value: Any, digest: Any) -> None:
     return digest.update(f"{value!r};".encode())
 
 
-def sample(signal: Signal) -> np.ndarray:
-    """A function of time by its values (s,)."""
-    return np.broadcast_to(np.asarray(signal(TIMES), dtype=float), TIMES.shape)
+def sample(signal: Signal, times: np.ndarray) -> np.ndarray:
+    """A function of time by its values (s,) at times (s,) [s]."""
+    return np.broadcast_to(np.asarray(signal(times), dtype=float), times.shape)
 
 
 def describe_function(value: Any) -> list[Any]:

@@ -130,6 +130,14 @@ def fingerprint(scene: Scene) -> str:
     return digest.hexdigest()
 
 
+def hash_of_code(scene: Scene) -> str:
+    """Hash of the Python files that a scene runs, empty where it has none."""
+    from ..shapes import meshes
+
+    read = [meshes.path(name, scene.folder, True).read_bytes() for name in scene.extensions or ()]
+    return hashlib.sha256(b"".join(read)).hexdigest() if read else ""
+
+
 def scene_files(scene: Scene) -> list[Path]:
     """The file of a scene and the mesh, surface and Python files it reads, each once."""
     from ..shapes import meshes

@@ -126,7 +126,8 @@ def prepare(
         raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))
     allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
     measure = OutputMeasure(allowed or {}) if scene.outputs else None
-    task = TrainingTask(family, known, plan, interval, functools.partial(build.chosen_form, scene), measure)
+    form = functools.partial(build.chosen_form, scene)
+    task = TrainingTask(family, known, plan, interval, form, measure, reports.hash_of_code(scene))
     search = parameters.search(known, chosen.candidates, chosen.samples, chosen.first)
     most = max(section.max_samples, len(search.samples))
     options = greedy.Options(iterations=iterations or section.iterations, max_samples=most, seed=section.seed)
