@@ -333,6 +333,17 @@ def test_nothing_heavy_is_imported_before_it_is_used() -> None:
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.parametrize("planar, begin, end", [(True, -0.22, 0.0), (False, 0.0, 0.22)])
+def test_arrows_of_forces_in_space_are_before_what_they_push(planar: bool, begin: float, end: float) -> None:
+    """One that points to the eye begins at its place; all others end there."""
+    order, _ = pictures._order(rollup.planar(), Look(), "overlay", 1.0, "a.png")
+    places = {f"place_of_{j}": np.array([[1.0, 2.0, 0.0]]) for j in range(2)}
+    arrays = places | {"aim_0": np.array([[0.0, 0.0, 5.0]]), "aim_1": np.array([[0.0, 0.0, -5.0]])}
+    towards, away = drawing.shafts(replace(order, arrows=("force", "force"), planar=planar), arrays, 0.01)
+    np.testing.assert_allclose(towards[0, [0, -1]], [[1.0, 2.0, begin], [1.0, 2.0, end]], atol=1e-15)
+    np.testing.assert_allclose(away[0, [0, -1]], [[1.0, 2.0, 0.22], [1.0, 2.0, 0.0]], atol=1e-15)
+
+
 @pytest.mark.parametrize("crowded, free", [((1, 1), (0, 1)), ((0, 1), (1, 1)), ((0, 0), (1, 1))])
 @pytest.mark.parametrize("aim", [(0.0, -1.0, 0.0), (0.6, 0.8, 0.0)])
 def test_gravity_stands_where_no_text_and_no_body_is(

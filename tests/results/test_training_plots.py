@@ -71,6 +71,7 @@ def test_a_slice_is_the_surrogate_at_the_centre_of_the_others() -> None:
     np.testing.assert_allclose(values, np.r_[line, 1.0 + 2.0 * model.points[:, 1]], rtol=1e-12)
     middle = np.column_stack([np.full(len(line), 0.5), (line - 1.0) / 2.0, np.full(len(line), 0.5)])
     np.testing.assert_allclose(found.mean, kriging.predict(model, middle)[0], atol=1e-9)
+    np.testing.assert_allclose(found.std, kriging.deviation(model, middle), rtol=1e-9)
     np.testing.assert_allclose(values[found.samples], 1.0 + 2.0 * model.points[:, 1], rtol=1e-12)
 
 

@@ -83,7 +83,7 @@ class Iteration:
     samples: tuple[int, ...]  #: candidates of the reduced runs, in their order
     indicators: tuple[float, ...]  #: theirs; infinite where the reduced run failed
     mean: Array  #: (c,) surrogate's mean of log10 I at the candidates, apart from its dips at full runs
-    std: Array  #: (c,) and its standard deviation
+    std: Array  #: (c,) standard deviation of a further sample from it
     next: int | None  #: candidate of the next full run; None where the loop ends
     failed: tuple[tuple[int, str], ...] = ()  #: all candidates known to have no full run, with the reason
 
@@ -235,7 +235,7 @@ def _iteration(problem: GreedyProblem, history: Sequence[Iteration], point: int,
         surrogate = _surrogate(problem, found, closed)
     if history and not _unstable(found, closed) and max(found, key=lambda k: found[k]) not in used:
         found |= {k: _indicator(problem, k) for k in used if k not in found}  # the floor: what more full runs can reach
-    mean, std = kriging.predict(surrogate, problem.candidates)
+    (mean, _), std = kriging.predict(surrogate, problem.candidates), kriging.deviation(surrogate, problem.candidates)
     return Iteration(len(history) + 1, point, tuple(found), tuple(found.values()), mean, std, None, failed)
 
 

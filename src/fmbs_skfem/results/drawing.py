@@ -115,27 +115,38 @@ def configuration(
 def _arrows(
     plotter: Any, job: PictureJob, arrays: Arrays, sample: int, nearer: Array, thinnest: float, strength: float, slot: int
 ) -> None:
-    """Forces that end at their place, moments as rings about it, axes of joints as lines through it."""
+    """Forces as of `begins`, moments as rings about their place, axes of joints as lines through it."""
     front = nearer + np.array([0.0, 0.0, 8 * GLYPH * thinnest if job.planar else 0.0])
     for j, kind in enumerate(job.arrows):
         aim = arrays[f"aim_{j}"][sample]
         if kind == "gravity" or not np.linalg.norm(aim) > 0.0:
             continue
-        shape = _arrow(kind, arrays[f"place_of_{j}"][sample] + front, aim / np.linalg.norm(aim), REACH * thinnest)
+        aim, reach = aim / np.linalg.norm(aim), REACH * thinnest
+        ahead = (1.0 + begins(job, aim)) * reach * aim if kind == "force" else np.zeros(3)
+        shape = _arrow(kind, arrays[f"place_of_{j}"][sample] + front + ahead, aim, reach)
         tint = _fade(_rgb(decor.ARROWS[kind][1])[None], strength)[0].tolist()
         plotter.add_mesh(shape, color=tint, name=f"arrow {slot} {j}", **FLAT, **STILL)
 
 
 def shafts(job: PictureJob, arrays: Arrays, thinnest: float) -> list[Array]:
     """Points (s, x, 3) along every arrow of a force, over the instants."""
-    along = np.linspace(-REACH * thinnest, 0.0, 9)[:, None]
+    along = REACH * thinnest * np.linspace(0.0, 1.0, 9)[:, None]
     found = []
     for j, kind in enumerate(job.arrows):
         if kind == "force":
             aims = arrays[f"aim_{j}"]
             units = aims / np.maximum(np.linalg.norm(aims, axis=1), 1e-300)[:, None]
-            found.append(arrays[f"place_of_{j}"][:, None] + along * units[:, None])
+            first = REACH * thinnest * begins(job, units)[:, None] * units
+            found.append((arrays[f"place_of_{j}"] + first)[:, None] + along * units[:, None])
     return found
+
+
+def begins(job: PictureJob, aim: Array) -> Array:
+    """Where the arrow of a force along `aim` (..., 3) begins, over its length: at its place, -1 if it ends there.
+
+    It ends there unless it points to the eye in space: from behind a plate it would be hidden by what it pushes.
+    """
+    return np.where(aim @ EYE > 0.0, 0.0, -1.0) if not job.planar else np.full(aim.shape[:-1], -1.0)
 
 
 def _arrow(kind: str, place: Array, aim: Array, reach: float) -> Any:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 LEVELS = 14  #: colours of a surface
 FINE = {1: 201, 2: 61}  #: points along an axis of a curve and of a surface
-LABELS = ("surrogate", "two standard deviations", "reduced runs", "reduced runs at full runs", "next full run")
+LABELS = ("surrogate", "two standard deviations of a run", "reduced runs", "reduced runs at full runs", "next full run")
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Panel:
 
     title: str
     mean: Array  #: (c,)
-    std: Array  #: (c,)
+    std: Array  #: (c,) of a further run from it
     samples: NDArray[np.intp]  #: (k,) numbers of candidates, or of places after them
     indicators: Array  #: (k,)
     chosen: int | None = None  #: candidate of the next full run
@@ -160,7 +160,7 @@ def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) ->
     mesh = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(axes))
     unit = np.full((len(mesh), len(known)), 0.5)
     unit[:, axes] = mesh
-    mean, std = kriging.predict(model, unit)
+    (mean, _), std = kriging.predict(model, unit), kriging.deviation(model, unit)
     values = boxes.from_box(tuple(known), np.concatenate([unit, model.points]))
     samples = np.arange(len(mesh), len(values))
     return [values[:, k] for k in axes], Panel("", mean, std, samples, 10**model.values)
@@ -185,7 +185,7 @@ def _curve(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[floa
     order = np.argsort(values[0][: len(panel.mean)], kind="stable")
     x, mean, std = np.asarray(values[0])[order], panel.mean[order], panel.std[order]
     band = (10 ** (mean - 2 * std), 10 ** (mean + 2 * std))
-    axes.fill_between(x, *band, color=palette.SKY, alpha=0.35, lw=0, label="two standard deviations")
+    axes.fill_between(x, *band, color=palette.SKY, alpha=0.35, lw=0, label="two standard deviations of a run")
     axes.plot(x, 10**mean, color=palette.BLUE, lw=1.4, label="surrogate")
     found = np.isfinite(panel.indicators) & (panel.indicators > 0)
     there = np.isin(panel.samples, panel.runs)
