@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import html
 import importlib.metadata
 import sys
@@ -14,6 +15,8 @@ from sphinx.application import Sphinx
 
 sys.path.insert(0, str(Path(__file__).parent))
 import docstrings
+
+gc.set_threshold(100_000, 20, 100)  # pages are millions of nodes that stay: searches for garbage take long
 
 project = "fmbs_skfem"
 author = "fmbs_skfem developers"

@@ -177,7 +177,9 @@ def eliminate(tree: Tree, indptr: np.ndarray, indices: np.ndarray, data: np.ndar
             least[j] = LOST * abs(front[j, j])
         for _ in range(tree.children[s]):
             top -= 1
-            at = place[tree.order[tree.rows[tree.start[stack[top]] : tree.start[stack[top] + 1]]]]
+            child = stack[top]
+            rows = tree.rows[tree.start[child] : tree.start[child + 1]]
+            at = place[tree.order[rows]]
             used -= at.size * (at.size + 1) // 2
             _add_remainder(front, at, waiting[used:])
         bad = _eliminate(front, w, least)
