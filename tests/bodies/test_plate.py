@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from functools import cache
 
@@ -12,9 +13,11 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import Rim, edge, plate, trace
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import vibration_modes
 from fmbs_skfem.shapes import nurbs, surface
 from fmbs_skfem.shapes.surface import Surface
-from fmbs_skfem.systems import assemble, check_system, compile_system, compiled
+from fmbs_skfem.systems import At, assemble, check_system, compile_system, compiled, eliminate, joints
 from fmbs_skfem.verification.plates import KINDS, SIDES, rectangle
 from fmbs_skfem.verification.vibration import ring
 
@@ -114,6 +117,28 @@ def test_rims_with_slopes_are_clamped(kind: str) -> None:
     A = trace(shape, edge("test", shape, ("right",)), normal=True)
     slopes = (A @ (body.spread @ q))[A.shape[0] // 2 :]
     assert_allclose(slopes / SIDE, np.tile(-q[body.frames["grip"] + 1], (len(slopes), 1)), atol=1e-11)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_plate_that_a_straight_rim_clamps_is_a_cantilever(kind: str) -> None:
+    """Without Poisson's effect it has the frequencies 3.5160 and 22.034 sqrt(E t^2 / 12 rho) / L^2; one that is hinged swings."""
+    steel = Material(1e9, 1000.0, 0.0)
+    grip = [joints.Clamp("root", At("strip", "grip"))]
+    lowest = []
+    for slopes in (True, False):
+        body = plate("strip", rectangle(kind, 12, 1, 1.0, 0.05), 1e-3, steel, rims={"grip": Rim(("left",), slopes=slopes)})
+        lowest.append(vibration_modes(eliminate(assemble([body], grip)), 2).frequencies)
+    assert_allclose(lowest[0], np.array([3.5160, 22.034]) * np.sqrt(1e9 / 12e3) * 1e-3, rtol=2e-3)
+    assert lowest[1][0] < 1e-2 * lowest[0][0]
+
+
+def test_a_rim_in_space_says_that_it_is_a_hinge() -> None:
+    with pytest.warns(Notice, match="body 'plate', rims A, B: the plate is hinged to its frame, not clamped"):
+        sheet(rectangle("bfs", 2, 2), rims={"A": Rim(("left",)), "B": Rim(("right",))})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        sheet(rectangle("bfs", 2, 2), dim=2, rims={"A": Rim(("left",))})
+        sheet(rectangle("bfs", 2, 2), rims={"A": Rim(("left",), slopes=False), "B": Rim(("right",), slopes=True)})
 
 
 @pytest.mark.parametrize("slopes", [False, True])

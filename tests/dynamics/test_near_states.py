@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -207,6 +208,21 @@ def test_factors_do_not_depend_on_the_size_of_the_load() -> None:
         for force in (1.0, 2.4, 2000.0)
     ]
     np.testing.assert_allclose(found, np.mean(found), rtol=1e-6)
+
+
+@pytest.mark.parametrize("history", [lambda t: 2.0 * t, lambda t: np.minimum(t, 2.0)])
+def test_histories_in_proportion_to_time_are_factors(history: Callable[[np.ndarray], np.ndarray]) -> None:
+    """A load of 0.5 at t = 2 s has the factor of Euler's load over 0.5, whatever its history does beyond."""
+    push = loads.PointForce("push", At("beam", "right"), (-0.5 / float(history(np.array(2.0))), 0.0), history)
+    np.testing.assert_allclose(buckling(cantilever(16, push, EA=1e8), time=2.0).factors, np.pi**2 / 2.0, rtol=3e-6)
+
+
+@pytest.mark.parametrize("history", [lambda t: np.sin(0.5 * np.pi * t), lambda t: t**2, lambda t: 0.5 + 0.5 * t])
+def test_other_histories_have_no_factor(history: Callable[[np.ndarray], np.ndarray]) -> None:
+    """Predicted from small loads, sin(pi t/2) would buckle at 2/pi of the load that buckles, and t^2 never."""
+    push = loads.PointForce("push", At("beam", "right"), (-1.0, 0.0), history)
+    with pytest.raises(InputError, match="in proportion to t, got another history of a load on beam up to t = 1 s"):
+        buckling(cantilever(8, push))
 
 
 def test_large_and_small_solutions_agree(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -296,6 +296,14 @@ def test_spatial_problems_have_file_and_line(before: str, after: str, message: s
         build.system(scenes.loads(SPATIAL.replace(before, after), EXAMPLES))
 
 
+def test_rims_in_space_are_clamped_where_the_scene_says_so() -> None:
+    text = SPATIAL.replace("rims: {left: left}", "rims: {left: {edges: left, slopes: true}}")
+    plate = scenes.loads(text, EXAMPLES).bodies["plate"]
+    assert plate.rims == {"left": Rim(("left",), slopes=True)}  # type: ignore[attr-defined]
+    with pytest.raises(InputError, match=r"scene:\d+: bodies.crank.rims.B.slopes: expected slopes in space only"):
+        scenes.loads(PLANAR.replace("center: [0.1 m, 0]}, outer", "slopes: true}, outer"), EXAMPLES)
+
+
 def test_loads_that_follow_have_cells_of_their_own() -> None:
     scene = scenes.loads(SPATIAL.replace("history: sin(t)", "follower: true"), EXAMPLES)
     pressure = build.system(scene).elastic[-1]

@@ -15,7 +15,6 @@ tied there, exactly where that is possible (`smoothing.tied`), else by constant 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field
 from functools import partial, singledispatch
 from typing import Any
 
@@ -26,7 +25,6 @@ from scipy.sparse.linalg import splu
 from ..core import ranks
 from ..core.errors import InputError, closest, listed, say
 from ..core.fields import Names, Position
-from ..core.mappings import HIDDEN
 from ..core.notices import notify
 from ..core.records import dataclass
 from ..shapes import ancf_plate, interfaces, nurbs, smoothing
@@ -47,12 +45,13 @@ CLEAR = 1e-10  #: least pivot of the normal equations, relative to the largest, 
 class Rim:
     """Edges that move as one rigid frame: names of edge groups, and its origin (the centre of a circle, or the middle).
 
-    With `slopes` the derivative across the edge follows the frame too: the plate is clamped to it, else hinged.
+    With `slopes` the derivative across the edge follows the frame too: the plate is clamped to it. Without, it is hinged there,
+    with a notice in space unless that is said (False).
     """
 
     edges: Names
     center: Position | None = None
-    slopes: bool = field(default=False, metadata=HIDDEN)
+    slopes: bool | None = None
 
 
 def plate(
@@ -77,6 +76,8 @@ def plate(
         got = f"the rim '{both[0]}' beside a point of the mesh of that name"
         raise InputError(say(where, "names of rims and points that differ", got, "rename the rim"))
     tell_closed(where, shape)
+    if dim == 3:
+        tell_hinged(where, rims or {})
     shape = smoothing.tie_slopes(shape) if dim == 3 and isinstance(shape.space, nurbs.Nurbs) else shape
     turned = place(where, shape.reference, dim, None, rotation)  # about the shape's own origin: far from it digits are lost
     reference = turned if origin is None else turned + np.outer(shape.unit, np.asarray(origin, dtype=float))
@@ -115,6 +116,14 @@ def tell_closed(where: str, shape: Surface) -> None:
         if shape.space.join is None and patch == other.rpartition(".")[0]:
             text = f"the edges '{one}' and '{other}' of one patch coincide and are joined, so that it is closed"
             notify(f"{where}: {text}; say 'join: true' if that is meant, 'join: false' if it is slit there")
+
+
+def tell_hinged(where: str, rims: Mapping[str, Rim]) -> None:
+    """A notice of rims in space about which the plate turns without having been asked to."""
+    if names := [name for name, rim in rims.items() if rim.slopes is None]:
+        text = "the plate is hinged to its frame, not clamped: nothing holds its slope across the edge"
+        remedy = "say {edges: ..., slopes: true} to clamp it, 'slopes: false' if that is meant"
+        notify(f"{where}, {'rims' if names[1:] else 'rim'} {listed(names)}: {text}; {remedy}")
 
 
 def fold_springs(where: str, shape: Surface, thickness: float | np.ndarray, material: Material) -> csr_array | None:
@@ -326,7 +335,7 @@ def tie_rims(
     follow, links, centers = [], [], []
     for name, rim in rims.items():
         sides = edge(f"{where}, rim '{name}'", shape, rim.edges)
-        A = trace(shape, sides, rim.slopes)
+        A = trace(shape, sides, bool(rim.slopes))
         first, second, X = dependent(A)
         if taken[first].any() or taken[second].any():
             raise InputError(

@@ -13,14 +13,16 @@ from scipy.linalg import eig
 from scipy.sparse.linalg import LinearOperator, eigs
 
 from ..core import ranks, saddle
-from ..core.errors import InputError, say
+from ..core.errors import InputError, listed, say
 from ..core.records import dataclass
 from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import scale_of, without_redundant
+from ..systems.signals import Cosine, Sine
 from ..systems.system import System
+from .histories import signal_names
 from .linear import linearise
-from .loading import ramp
+from .loading import INSTANTS, ramp
 from .modes import SMALL, largest_one
 from .scheme import STATIC, Newton
 from .shapes import find_free
@@ -28,6 +30,7 @@ from .statics import Equilibrium, newton_statics
 
 FIRST, PROBE = 1e-3, 1e-2  #: loads of the difference quotient: a part of those given, then of those that buckle
 POTENTIAL = 1e-6  #: part of K1 that is not symmetric, on a motion that the joints allow, of loads with a potential
+PROPORTIONAL = 1e-9  #: of a history: how far one may be from a multiple of t that is one
 REAL = 1e-6  #: imaginary parts of load factors, relative to their size, that are round-off
 
 
@@ -47,8 +50,13 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
 
     The factor 1 stands for the loads at `time` [s] as in `solve_statics`; K1 is taken from loads of a hundredth of the least one.
     Exact where equilibria lie on a straight path, as in a column; where a structure bends before, `follow_path` finds what happens.
-    InputError where the loads do not change the stiffness, or the system is free to move.
+    InputError where the loads do not change the stiffness or do not grow in proportion, or the system is free to move.
     """
+    if uneven := uneven_histories(system, time):
+        got = f"another history of {listed(uneven)} up to t = {time:g} s"
+        raise InputError(
+            say("buckling", "loads and drives in proportion to t", got, "leave it out: they then grow with the factor")
+        )
     model, probe = compile_system(without_redundant(ramp(system, time))), FIRST
     if free := find_free(model.system, linearise(model.system)).names:
         raise InputError(say("buckling", "a system that its joints hold", "; ".join(free), "hold it by joints"))
@@ -56,6 +64,18 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
         found = predict_buckling(model, count, probe)
         probe = PROBE * float(abs(found.factors[0]))
     return found
+
+
+def uneven_histories(system: System, time: float) -> list[str]:
+    """What histories drive that is no multiple of the load factor over 0 to `time` [s]."""
+    s = np.linspace(0.0, 1.0, INSTANTS)
+    found = []
+    for name, signal in zip(signal_names(system), ramp(system, time).signals, strict=False):
+        grown = signal.angle if isinstance(signal, Cosine | Sine) else signal
+        values = np.broadcast_to(grown(s), s.shape)
+        if np.abs(values - s * values[-1]).max() > PROPORTIONAL * np.abs(values).max():
+            found.append(name)
+    return list(dict.fromkeys(found))
 
 
 def predict_buckling(model: Compiled, count: int, probe: float) -> Buckling:

@@ -223,6 +223,13 @@ class RigidPlate(RigidBody):
         return rigid.rigid_from_mesh(self.name, mesh, self.thickness, self.density, dim=scene.dimension, **placed(self))
 
 
+def planar_slopes(rims: fields.Rims, dim: int) -> Iterator[tuple[tuple[str, ...], Problem]]:
+    """Rims that clamp what does not bend."""
+    for name, rim in rims.items():
+        if rim.slopes and dim == 2:
+            yield ("rims", name, "slopes"), Problem("slopes in space only", "true in the plane, where nothing bends", "delete it")
+
+
 class ThinBody(SceneBody, ABC):
     """A thin body over a surface."""
 
@@ -260,7 +267,8 @@ class Plate(ThinBody):
     """A thin plate over a mesh file, in the plane a membrane.
 
     `arcs` are edges that are circular arcs, for ancf; `rims` makes rigid frames of named edges, with centres in the frame of the
-    scene; `order` is the number of Gauss points a direction.
+    scene; in space the plate is clamped to those with `slopes: true`, and hinged to others. `order` is the number of Gauss points a
+    direction.
 
     {type: plate, mesh: lug.msh, thickness: 5 mm, material: {young_modulus: 70 GPa, density: 2700}, rims: {hole: hole}}
     """
@@ -281,6 +289,7 @@ class Plate(ThinBody):
     flat: ClassVar[bool] = True
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        yield from planar_slopes(self.rims, dim)
         if self.arcs is not None and not surfaces.INTERPOLATIONS[self.interpolation].arcs:
             got = f"arcs with {self.interpolation}, whose sides are straight"
             yield "arcs", Problem("arcs with ancf only", got, "delete them")
@@ -335,6 +344,7 @@ class Shell(ThinBody):
         return {key: name for key, name in (("nurbs", self.nurbs), ("mesh", self.mesh)) if name is not None}
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        yield from planar_slopes(self.rims, dim)
         if (self.nurbs is None) == (self.mesh is None):
             got, remedy = ("neither", "add one of the two") if self.mesh is None else ("both", "delete one of the two")
             yield "nurbs", Problem("a file of NURBS patches or a mesh", got, remedy)

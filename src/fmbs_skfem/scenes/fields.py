@@ -143,7 +143,7 @@ _AXIS = {"type": "array", "items": {"type": "number"}}
 _TURNS = [number_schema(units.ANGLE), mapping_schema(("axis", "angle"), axis=_AXIS, angle=number_schema(units.ANGLE))]
 
 THICKNESS = parts_or("a thickness, or one a face", quantity("m", "> 0"), names(Length, 1), dict)
-RIM = parts_or("an edge, a list of edges, or {edges: ..., center: [...]}", EDGES, inline(Rim), dict)
+RIM = parts_or("an edge, a list of edges, or {edges: ..., center: [...], slopes: true or false}", EDGES, inline(Rim), dict)
 INERTIA = Takes(
     inertia,
     _options("a moment of inertia [kg m^2], in space 3 principal ones or a tensor", _INERTIA, _ROW, array_schema(_ROW, 3, 3)),
