@@ -21,6 +21,18 @@ def test_contract(law: Law, dim: int, seed: int) -> None:
     check_law(law, dim, seed=seed)
 
 
+@pytest.mark.parametrize("law, dim", list(product(CABLES, (2, 3))))
+def test_stresses_of_outputs_are_those_of_the_law(law: Law, dim: int) -> None:
+    rng = np.random.default_rng(3)
+    u, section = rng.normal(size=(2 * dim, 3, 5)), rng.uniform(0.5, 2.0, size=(4, 3, 5))
+    section[2, 0] = 0.0
+    section[2] *= law is not Law.QUADRATIC
+    S = np.zeros_like(u)
+    laws.stress(law, u, 0.0 * u, 0.0, section, S)
+    found = cable_law.stresses(law.option, dim, (section[0], section[1]), section[2], u.transpose(1, 2, 0))
+    assert_allclose(np.concatenate(found, axis=-1).transpose(2, 0, 1) * section[3], S, rtol=1e-9, atol=1e-9)
+
+
 def stress_times(factor: float, fault: Callable[..., np.ndarray] = lambda S, *_: 0.0 * S) -> Callable[..., None]:
     """The stress of the cable times a factor, and a fault added."""
 

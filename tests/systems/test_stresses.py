@@ -14,6 +14,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.shapes import meshes, plate_meshes
 from fmbs_skfem.systems.probes import column_labels, column_units
+from fmbs_skfem.verification.beams import polyline
 
 FOLDER = Path(__file__).parents[2] / "meshes"
 BEAM = """\
@@ -117,6 +118,59 @@ def test_section_forces_balance_the_loads_of_a_beam_bent_far(curvature: str, dim
     assert found["tip_M"] == pytest.approx(0.7, rel=2e-4)
     if curvature != "quadratic":
         assert found["root_N"] == pytest.approx(-found["clamp_x"], abs=5e-3)
+
+
+HOW = {"ancf": "interpolation: ancf", "C1": "degree: 3", "C2": "continuity: 2", "quartic": "degree: 4, continuity: 3"}
+
+
+@pytest.mark.parametrize("how", HOW.values(), ids=HOW)
+def test_the_axial_force_of_a_slender_arc_is_that_of_equilibrium(how: str, folder: Path) -> None:
+    """A quarter of a circle, clamped, and pushed by P along the tangent of its root: N = -P cos(a) at the angle a from there.
+
+    Ten cells of R sqrt(EA/EI) = 1000 lock, so that EA times the strain at a place is up to a hundred times as large.
+    """
+    angles = np.linspace(0.0, 0.5 * np.pi, 11)
+    meshes.write(polyline(np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])), folder / "arc.msh")
+    places = ", ".join(f"a{a}: {{type: section_forces, at: {{body: arc, s: 0.{a}}}}}" for a in (2, 5, 8))
+    text = f"""
+schema: 1
+dimension: 2
+bodies: {{arc: {{type: cable, mesh: arc.msh, {how}, section: {{shape: given, EA: 1e6, EI: 1, rhoA: 1}}}}}}
+joints: {{root: {{type: clamp, at: arc.left}}}}
+loads: {{push: {{type: point_force, at: arc.right, force: [0, -1e-4]}}}}
+analysis: {{type: static, load_steps: 1, tolerance: 1e-13}}
+outputs: {{{places}, root: {{type: section_forces, at: arc.left}}}}
+"""
+    found = solved(text, folder)
+    wanted = -1e-4 * np.cos([0.0, 0.2, 0.5, 0.8])
+    assert [found[f"{name}_N"] for name in ("root", "a2", "a5", "a8")] == pytest.approx(wanted, rel=5e-3)
+
+
+@pytest.mark.parametrize("how", HOW.values(), ids=HOW)
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_axial_force_of_a_slender_beam_bent_far_is_exact_on_any_mesh(dim: int, how: str, folder: Path) -> None:
+    """N = F.t at slopes t of four cells under their weight of 3 N a metre and a load at the tip; EA times the strain is 1e4 N."""
+    zero = "" if dim == 2 else ", 0"
+    places = ", ".join(
+        f"n{s}: {{type: section_forces, at: {{body: beam, s: 0.{s}}}}}, t{s}: {{type: slope, at: {{body: beam, s: 0.{s}}}}}"
+        for s in (1, 3, 4)
+    )
+    text = f"""
+schema: 1
+dimension: {dim}
+bodies: {{beam: {{type: cable, mesh: line.msh, {how}, section: {{shape: given, EA: 1e6, EI: 1, rhoA: 0.3}}}}}}
+joints: {{clamp: {{type: clamp, at: beam.left}}}}
+loads:
+  weight: {{type: gravity, acceleration: [0, -10 m/s^2{zero}]}}
+  pull: {{type: point_force, at: beam.right, force: [-2 N, 8 N{zero}]}}
+analysis: {{type: static, load_steps: 20}}
+outputs: {{{places}}}
+"""
+    found = solved(text, folder)
+    for s in (1, 3, 4):
+        tangent = np.array([found[f"t{s}_x"], found[f"t{s}_y"]])
+        force = np.array([-2.0, 8.0 - 3.0 * (1.0 - 0.1 * s)])
+        assert found[f"n{s}_N"] == pytest.approx(force @ tangent / np.linalg.norm(tangent), abs=1e-4)
 
 
 def test_membrane_of_a_turned_strip(folder: Path) -> None:

@@ -73,3 +73,23 @@ def section_forces(
     above = (n or 1) - 2
     change = EI * (kappa - kappa0)
     return EA * 0.5 * (stretch**2 - 1.0) * stretch - above * change * kappa / stretch, change * stretch**-above
+
+
+def stresses(
+    n: int, dim: int, numbers: tuple[np.ndarray, np.ndarray], kappa0: np.ndarray, gradients: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """dW/dr' [N] and dW/dr'' [N m], both (..., c), of EA and EI (...,) at gradients (..., 2c); n as in `section_forces`."""
+    EA, EI = numbers
+    slope, bend = gradients[..., :dim], gradients[..., dim:]
+    a = (slope**2).sum(axis=-1)
+    N = EA * 0.5 * (a - 1.0)
+    if n == 0:
+        return N[..., None] * slope, np.broadcast_to(EI, N.shape)[..., None] * bend
+    r1, r2 = (np.concatenate([one, np.zeros((*N.shape, 3 - dim))], axis=-1) for one in (slope, bend))
+    fall = a ** (-0.5 * n)
+    k = fall[..., None] * np.cross(r1, r2)
+    kappa = k[..., 2] if dim == 2 else np.linalg.norm(k, axis=-1)
+    along = np.divide(kappa0, kappa, out=np.zeros_like(kappa), where=kappa != 0.0)
+    m = EI[..., None] * (k - np.array([0.0, 0.0, 1.0]) * kappa0[..., None] if dim == 2 else (1.0 - along)[..., None] * k)
+    first = (N - n * (m * k).sum(axis=-1) / a)[..., None] * r1 + fall[..., None] * np.cross(r2, m)
+    return first[..., :dim], (fall[..., None] * np.cross(m, r1))[..., :dim]

@@ -274,7 +274,9 @@ def warn_of_stiffness(name: str, *lines: Body) -> None:
     cells = [part.cells for part in lines if part.cells is not None and "EA" in part.cells.law.section]
     low, high = np.sort([0.0, 0.0, *(float(own.section[own.law.section.index("EA")].flat[0]) for own in cells)])[-2:]
     if 0.0 < low < (1.0 - JUMP) * high:
-        text = f"ties slopes, with their stretch, of lines whose EA is {low:.4g} N and {high:.4g} N: their N beside it is wrong"
+        text = (
+            f"ties slopes, with their stretch, of lines whose EA is {low:.4g} N and {high:.4g} N: their strains beside it are wrong"
+        )
         notify(f"{name} {text}, and errors fall in proportion to their cells; weld both to a small rigid body where that matters")
 
 

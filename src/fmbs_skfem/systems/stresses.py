@@ -2,7 +2,7 @@ r"""Strains, stresses and section forces at a place, as outputs, with axes that 
 
     surfaces    E(z) = E + z k,  S(z) = N/t + 12 z M/t^3 at z = -t/2, 0, t/2 along n; N = A C:E, M = B C:k (`bodies.fields`)
     principal   s1, s2 = (s11 + s22)/2 +- sqrt((s11 - s22)^2/4 + s12^2),   angle of direction 1:  tan 2a = 2 s12 / (s11 - s22)
-    cables      N along the line and M, which balance the loads on either side                         (`cable_law.section_forces`)
+    cables      N along the line and M, which balance the loads on either side                                  (`cable_sections`)
 
 Components 1 and 2 refer to two orthonormal tangents of the reference shape, which the body carries along: axis 1 is the x axis of
 the scene as far as the surface allows (where it is nearly normal to x, the y axis), axis 2 = normal x axis 1. Stresses and forces
@@ -17,17 +17,14 @@ from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array, vstack
 
-from ..bodies import cable_law, laws
-from ..bodies.body import Body, locate, own
+from ..bodies.body import Body, locate
 from ..bodies.fields import principal
-from ..core.errors import InputError, say
 from ..core.notices import notify, remark
 from ..core.records import dataclass
 from ..shapes import line
 from ..shapes.surface import Surface
-from . import fields
+from . import cable_sections, fields
 from .places import At, Draft
 from .probes import Probe, Sensed, Sizes
 from .surface_points import counts, recovered, surface_point
@@ -145,8 +142,8 @@ class SectionForces(Probe):
     """Forces and moments of the section at a place of a cable, or at a named point of a plate or shell.
 
     Cables have the axial force N [N] and the bending moment M [N m], in the plane with its sign (counter-clockwise along the line),
-    in space with its vector Mx, My, Mz: what balances the loads beyond the place, without damping. N of slender lines that bend
-    converges more slowly than M: where it matters, take more cells or `degree: 4`. Plates and shells have membrane forces N11, N22,
+    in space with its vector Mx, My, Mz: what balances the loads beyond the place, without damping. N does so on coarse meshes too,
+    some cells away from forces inside the line; M has the error of the curvature. Plates and shells have membrane forces N11, N22,
     N12 [N/m] and moments M11, M22, M12 [N] a length, positive where they stretch the face at t/2, with principal values N1, N2, M1,
     M2; stresses and axes are those of `stress_tensor`, lengths those of the reference.
 
@@ -167,7 +164,7 @@ class SectionForces(Probe):
             labels = tuple(f"{word}, {text}" if len(word) == 3 else "principal value" for word in words)
             columns = tuple(f"{name}_{word}" for word in words)
             return self.output(draft, columns, [point.rows], parameters=point.parameters, labels=labels)
-        rows, parameters = cable_point(where, part, self.at)
+        rows, parameters = cable_sections.cable_point(where, part, self.at)
         warn_of_jump(where, draft, part, self.at)
         columns = tuple(f"{name}_{word}" for word in (CABLE_PLANE if part.dim == 2 else CABLE_SPACE))
         wide = draft.layout.spread(part, rows)
@@ -175,8 +172,8 @@ class SectionForces(Probe):
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        if len(output.columns) in (len(CABLE_PLANE), len(CABLE_SPACE)) and len(output.parameters) == 4:
-            return cable_forces(output.parameters, sensed.values)
+        if cable_sections.reads_cable(output.parameters):
+            return cable_sections.cable_forces(output.parameters, sensed.dim, sensed.values)
         found = recovered(output.parameters, sensed.values)
         t, (below, middle, above) = output.parameters[1], found.stress
         N, M = t * middle, t**2 * (above - below) / 12.0
@@ -185,14 +182,15 @@ class SectionForces(Probe):
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
-        if len(output.parameters) == 4:
+        if cable_sections.reads_cable(output.parameters):
             return ("N", *("N m",) * (len(output.columns) - 1))
         return ("N/m",) * 5 + ("N",) * (len(output.columns) - 5)
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        if len(output.parameters) == 4:
-            return 2 * dim, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), 4
+        if cable_sections.reads_cable(output.parameters):
+            rows, parameters = cable_sections.counts(output.parameters, dim)
+            return rows, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), parameters
         rows, parameters = counts(output.parameters[0], dim)
         return rows, len(RESULTANTS if dim == 3 else MEMBRANE), parameters
 
@@ -207,36 +205,3 @@ def warn_of_jump(where: str, draft: Draft, part: Body, at: At) -> None:
     if meeting := [what for what, there in others if abs(here - float(there)) < near]:  # type: ignore[arg-type]
         text = f"{', '.join(dict.fromkeys(meeting))} may let forces jump at this place, and what is shown is right on neither side"
         notify(f"{where}: {text}; read it some cells beside the place")
-
-
-def cable_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float, ...]]:
-    """Rows (2, b) of r' and r'' at a place of a cable, by reference arc length; its law, EA [N], EI [N m2] and kappa0 [1/m]."""
-    xi = locate(part, at.place) if isinstance(part.space, line.BSpline | line.Hermite) else None
-    if part.cells is None or part.cells.law not in laws.CABLES or not isinstance(xi, float | int):
-        raise InputError(say(where, "a place of a cable with a law of this package, or a named point of a plate", at))
-    first, second = (own(part, line.sample(part.space, np.array([float(xi)]), k)) for k in (1, 2))
-    r1, r2 = first @ part.reference, second @ part.reference
-    J = np.linalg.norm(r1, axis=1)
-    slope = diags_array(1 / J) @ first
-    bend = diags_array(1 / J**2) @ second - diags_array(np.einsum("xc,xc->x", r1, r2) / J**4) @ first
-    rows = csr_array(vstack([slope, bend]))
-    law = part.cells.law
-    kappa0 = cable_law.curvatures(law.option, part.dim, (rows @ part.reference).reshape(1, -1))
-    breaks = line.breaks(part.space)
-    cell = int(np.clip(np.searchsorted(breaks, xi, side="right") - 1, 0, part.cells.section.shape[2] - 1))
-    EA, EI = part.cells.section[:2, :, cell].mean(axis=1)
-    return rows, (float(laws.number(law)), float(EA), float(EI), float(kappa0[0]))
-
-
-def cable_forces(parameters: tuple[float, ...], u: np.ndarray) -> list[np.ndarray]:
-    """N and M (s,), in space with the vector of M, of r' and r'' (s, 2 c)."""
-    number, EA, EI, kappa0 = parameters
-    dim = u.shape[1] // 2
-    slope, bend = u[:, :dim], u[:, dim:]
-    N, M = cable_law.section_forces(laws.NUMBERS[int(number)].option, dim, (EA, EI), kappa0, u)
-    if dim == 2:
-        return [N, M]
-    normal = np.cross(slope, bend)
-    size = np.linalg.norm(normal, axis=1)
-    binormal = np.divide(normal, size[:, None], out=np.zeros_like(normal), where=size[:, None] > 0.0)
-    return [N, M, *(M[:, None] * binormal).T]
