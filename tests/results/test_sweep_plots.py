@@ -47,6 +47,14 @@ def test_the_response_shows_extremes_over_each_parameter(tmp_path: Path) -> None
     assert tinted.read_bytes().startswith(b"%PDF")
 
 
+def test_figures_say_that_outputs_are_left_out() -> None:
+    many = replace(SWEEP, columns={f"{name}{k}": values for k in range(7) for name, values in SWEEP.columns.items()})
+    count = len(many.columns)
+    assert sweep_plots.response(many, title="pendulum").get_suptitle() == f"pendulum, 4 of {count} outputs"
+    assert sweep_plots.fan(many).get_suptitle() == f"6 of {count} outputs"
+    assert sweep_plots.response(SWEEP, title="pendulum").get_suptitle() == "pendulum"
+
+
 def test_the_matrix_marks_parameters_of_members_that_failed(tmp_path: Path) -> None:
     whole = plots.save(sweep_plots.scatter_matrix(SWEEP), tmp_path / "whole.png")
     parts = plots.save(sweep_plots.scatter_matrix(some_failed()), tmp_path / "parts.png")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 COMPILES = (
     "compiling {} and what else this model needs, once after installation (about half a minute); `fmbs warm` compiles all ahead"
 )
+EXPRESSIONS = "compiling expressions of this model, once for each of them (some seconds)"
+LAW = "law_"  #: of names of functions that are made from expressions, see `symbols.import_text`
 _BEGUN: set[str] = set()  #: functions whose compilation has begun
 _LISTENERS: list[Callable[[str], None]] = []
 
@@ -26,9 +28,17 @@ def begin(name: str) -> None:
     """Say that the compilation of a function begins: to listeners, or once in a process where there are none."""
     for listener in _LISTENERS:
         listener(name)
-    if not _LISTENERS and not _BEGUN:
-        log(COMPILES.format(name))
+    if not _LISTENERS and (text := news(name, _BEGUN)):
+        log(text)
     _BEGUN.add(name)
+
+
+def news(name: str, begun: Collection[str]) -> str:
+    """What is said when the compilation of a function begins after those of others; expressions take less than all the rest."""
+    own = name.startswith(LAW)
+    if begun and (own or not all(one.startswith(LAW) for one in begun)):
+        return ""
+    return EXPRESSIONS if own else COMPILES.format(name)
 
 
 def log(text: str) -> None:

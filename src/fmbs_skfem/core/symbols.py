@@ -19,6 +19,7 @@ from typing import Any, TypeAlias
 import sympy
 from sympy.printing.pycode import PythonCodePrinter
 
+from .compilation import LAW
 from .expressions import Algebra
 from .jit import cache_folder
 
@@ -107,7 +108,7 @@ def module(about: str, imports: Sequence[str], parts: Sequence[str]) -> str:
 def import_text(text: str) -> ModuleType:
     """The module of a text, kept in the cache folder under its hash, so that its compiled functions are found again."""
     folder = cache_folder() or Path(tempfile.mkdtemp(prefix="fmbs_laws_"))
-    name = f"law_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    name = f"{LAW}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]
     path = folder / f"{name}.py"

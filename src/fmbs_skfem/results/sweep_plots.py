@@ -5,7 +5,7 @@ Only members that ran are drawn as points; where members failed, crosses mark th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Sized
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,7 +35,8 @@ KINDS = {"max": (palette.VERMILLION, "^"), "final": (palette.BLACK, "."), "min":
 def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
     """Largest, last and smallest value of outputs over every parameter: a row an output, a column a parameter."""
     chosen = choose_outputs(sweep, outputs, MOST_ROWS)
-    figure = charts.figure(3.1 * len(sweep.parameters) + 1.2, 2.2 * len(chosen) + 0.8, title)
+    width, height = 3.1 * len(sweep.parameters) + 1.2, 2.2 * len(chosen) + 0.8
+    figure = charts.figure(width, height, headed(title, chosen, sweep.columns))
     grid = figure.subplots(len(chosen), len(sweep.parameters), squeeze=False, sharex="col", sharey="row")
     for row, output in zip(grid, chosen, strict=True):
         values = extremes(sweep, output)
@@ -59,7 +60,7 @@ def scatter_matrix(sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final
     sides += [(add_unit(f"{name} {kind}", sweep.units.get(name, "")), extremes(sweep, name)[kind]) for name in chosen]
     good = np.array([status is Status.OK for status in sweep.status])
     bad = np.array([status not in (Status.OK, None) for status in sweep.status])
-    figure = charts.figure(1.9 * len(sides) + 0.8, 1.8 * len(sides) + 0.8, title)
+    figure = charts.figure(1.9 * len(sides) + 0.8, 1.8 * len(sides) + 0.8, headed(title, chosen, sweep.columns))
     grid = figure.subplots(len(sides), len(sides), squeeze=False, sharex="col")
     for i, (below, y) in enumerate(sides):
         for j, (left, x) in enumerate(sides):
@@ -84,7 +85,8 @@ def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "", across: str 
     """
     chosen = choose_outputs(sweep, outputs, MOST_OUTPUTS)
     columns = 2 if len(chosen) > 3 else 1
-    figure = charts.figure(7.2 if columns == 1 else 10.0, 2.5 * -(-len(chosen) // columns) + 0.9, title)
+    width, height = 7.2 if columns == 1 else 10.0, 2.5 * -(-len(chosen) // columns) + 0.9
+    figure = charts.figure(width, height, headed(title, chosen, sweep.columns))
     grid = charts.panels(figure, len(chosen), columns, sharex=True)
     for axes, output in zip(grid.flat, chosen, strict=False):
         times, values = align(sweep.times, sweep.columns[output])
@@ -106,7 +108,7 @@ def sensitivity(indices: Mapping[str, Any], title: str = "") -> Figure:
     chosen = {name: kinds.get("final") or next(iter(kinds.values())) for name, kinds in indices.items()}
     shown = dict(list(chosen.items())[:MOST_OUTPUTS])
     names = list(next(iter(shown.values()))["first"])
-    figure = charts.figure(7.2, 1.5 * len(shown) + 1.2, title)
+    figure = charts.figure(7.2, 1.5 * len(shown) + 1.2, headed(title, shown, chosen))
     grid = figure.subplots(len(shown), 1, squeeze=False, sharex=True)
     places = np.arange(len(names))
     for axes, (name, one) in zip(grid[:, 0], shown.items(), strict=True):
@@ -131,7 +133,8 @@ def surfaces(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[
     parameters = chosen[0][1][1].parameters
     flat = len(parameters) == 2
     columns = 1 if flat else len(parameters)
-    figure = charts.figure(5.6 if flat else 3.1 * columns + 1.2, (3.4 if flat else 2.4) * len(chosen) + 0.8, title)
+    width, height = 5.6 if flat else 3.1 * columns + 1.2, (3.4 if flat else 2.4) * len(chosen) + 0.8
+    figure = charts.figure(width, height, headed(title, chosen, shown))
     grid = figure.subplots(len(chosen), columns, squeeze=False)
     for row, (name, (kind, one)) in zip(grid, chosen, strict=True):
         label = add_unit(f"{name} {kind}", units.get(name, ""))
@@ -215,6 +218,12 @@ def choose_outputs(sweep: Sweep, outputs: Sequence[str], most: int) -> list[str]
     if not found or not ran.any():
         raise InputError(say("plots of a sweep", "samples that ran, with an output", f"{ran.sum()} with {len(whole)} outputs"))
     return found
+
+
+def headed(title: str, chosen: Sized, outputs: Sized) -> str:
+    """A title that says how many of the outputs are drawn, if not all."""
+    some = f"{len(chosen)} of {len(outputs)} outputs"
+    return title if len(chosen) == len(outputs) else f"{title}, {some}" if title else some
 
 
 def scale_axis(axes: Axes, parameter: Parameter) -> None:

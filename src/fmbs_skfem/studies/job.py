@@ -66,15 +66,15 @@ class Job:
     notices: list[str] = field(default_factory=list)
     made: Path | None = None  #: the output folder, once it is there
     trajectory: Trajectory | None = None  #: the motion, once there is one
-    compiled: int = 0  #: functions whose compilation has begun
+    compiled: list[str] = field(default_factory=list)  #: functions whose compilation has begun
     warned: str = ""  #: the first warning about a result, where warnings are to be errors
 
     def hear_compilation(self, name: str) -> None:
         """Say once that this model compiles, and show how far it is."""
-        self.compiled += 1
-        if self.compiled == 1:
-            self.listener.tell(compilation.COMPILES.format(name))
-        self.listener.progress("compiling", min(self.compiled / TYPICAL, 0.99))
+        if text := compilation.news(name, self.compiled):
+            self.listener.tell(text)
+        self.compiled.append(name)
+        self.listener.progress("compiling", min(len(self.compiled) / TYPICAL, 0.99))
 
     def progress(self, label: str) -> Progress:
         """A function that takes the finished part of the work `label`."""
