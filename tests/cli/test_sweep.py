@@ -300,11 +300,14 @@ def test_a_trained_model_shows_its_surrogate(model: Path, address: str, tmp_path
     plain = fmbs("sweep", model, "--samples", "2", "--scheduler", address, "--out", tmp_path / "plain", "--json")
     assert not [name for name in plain.json["files"] if "surrogate" in name]
     unit = np.linspace(0.0, 1.0, 5)[:, None]
-    notes = {prediction.KEY: {"samples": unit, "indicators": 1e-9 * 10 ** unit[:, 0], "pairs": np.array([[1e-9, 1e-6]])}}
+    notes: dict[str, object] = {prediction.DOUBTS: ["there is one full run only"]}
+    notes[prediction.KEY] = {"samples": unit, "indicators": 1e-9 * 10 ** unit[:, 0], "pairs": np.array([[1e-9, 1e-6]])}
     trained = parametric_model.save(ParametricModel(parametric_model.load(model).model, notes), tmp_path / "trained.h5")
     out = tmp_path / "out"
     done = fmbs("sweep", trained, "--samples", "2", "--scheduler", address, "--out", out, "--json")
     assert done.code == 0, done.err
+    (doubt,) = done.json["notices"]
+    assert doubt == "the training of the model cannot promise the errors that it predicts: there is one full run only"
     assert str(out / "surrogate.png") in done.json["files"]
     assert (out / "surrogate.png").read_bytes().startswith(b"\x89PNG")
 
@@ -318,6 +321,10 @@ def test_ranges_of_a_saved_model(model: Path, address: str, tmp_path: Path) -> N
     outside = fmbs(*call, tmp_path / "b", "--range", "E=0.9 GPa:2 GPa")
     assert outside.code == 0
     assert "outside its training: E = 2 GPa" in outside.err
+    (table := tmp_path / "points.csv").write_text("E [GPa]\n0.9\n1.1\n3\n")
+    listed = fmbs("sweep", model, "--list", table, "--scheduler", address, "--no-plots", "--json", "--out", tmp_path / "d")
+    assert (listed.code, len(listed.json["notices"])) == (0, 1)
+    assert "outside its training in 1 of 3 samples: E from 9e+08 to 3e+09, trained from" in listed.json["notices"][0]
     for wrong in (("--range", "F=1:2"), ("--set", "F=1"), ("--range", "E=1 mm:2 mm"), ("--duration", "1"), ("--set", "E=1 GPa")):
         assert fmbs(*call, tmp_path / "c", *wrong).code == 3, wrong
 

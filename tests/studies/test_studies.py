@@ -211,3 +211,12 @@ def test_extremes_of_a_sweep_are_those_between_its_instants(tmp_path: Path, monk
     assert sweep_files.extremes(coarse.table, "mass_x")["max"] == pytest.approx(4.0 / coarse.points[:, 0], rel=1e-3)
     assert again.report["computed"] == 0
     assert (tmp_path / "sweep.csv").read_text().count("ok") == 2
+
+
+@pytest.mark.filterwarnings("ignore:scene.*no joint ties")
+def test_a_sweep_over_a_table_that_is_named_by_a_text(tmp_path: Path) -> None:
+    (table := tmp_path / "points.csv").write_text("k [N/mm]\n0.1\n0.125\n")
+    with ThreadPoolExecutor(1) as pool:
+        found = studies.sweep(scenes.loads(SWING), table=str(table), scheduler=pool)
+    assert found.points == pytest.approx(np.array([[100.0], [125.0]]))
+    assert sweep_files.extremes(found.table, "mass_x")["max"] == pytest.approx([0.04, 0.032], rel=2e-5)

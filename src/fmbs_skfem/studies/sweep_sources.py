@@ -50,6 +50,7 @@ class Members:
     predict: Predictor | None = None  #: error of a member, where a model knows it
     fixed: Mapping[str, float] = field(default_factory=dict)  #: parameters that no member changes
     scene: Scene | None = None  #: whose full models are swept; none of a saved model
+    trained: tuple[Parameter, ...] = ()  #: `parameters` with the ranges of the training of a saved model
 
 
 def members(job: Job, ranges: Ranges, duration: float | None, instants: int) -> Members:
@@ -123,7 +124,11 @@ def of_model(job: Job, ranges: Ranges, duration: float | None, instants: int) ->
     digest = hashlib.sha256(path.read_bytes() + repr(sorted(fixed.items())).encode()).hexdigest()
     task, parameters = ModelTask(str(path), fixed, instants), check_ranges(str(job.path), kept)
     title = models.title(path, model.notes)
-    return Members(title, parameters, task, mark_of(digest, instants), prediction.predictor(model), fixed)
+    if doubts := model.notes.get(prediction.DOUBTS, ()):
+        notify(f"the training of the model cannot promise the errors that it predicts: {'; '.join(doubts)}")
+    ranges_of_training = tuple(named[own.name] for own in parameters)
+    mark = mark_of(digest, instants)
+    return Members(title, parameters, task, mark, prediction.predictor(model), fixed, trained=ranges_of_training)
 
 
 def mark_of(digest: str, instants: int) -> str:
@@ -165,7 +170,7 @@ def spread(
     if table is not None or design == "list":
         if table is None or samples is not None or design not in (None, "list"):
             raise InputError(say("--list", "a table alone, without --samples and another --design", table or "no table"))
-        return boxes.listed(parameters, sweep_files.read_points(table, parameters))
+        return boxes.listed(parameters, sweep_files.read_points(Path(table), parameters))
     counts = re.fullmatch(r"[1-9]\d{0,8}(x[1-9]\d{0,8})*", str(samples or ""))
     if counts is None:
         raise InputError(
@@ -182,6 +187,22 @@ def spread(
             raise InputError(say("--samples", expected, each[0], "take more samples"))
         return sensitivity.design(parameters, each[0], seed)
     return (boxes.latin_hypercube if design == "lhs" else boxes.sobol)(parameters, each[0], seed)
+
+
+def warn_outside(members: Members, points: np.ndarray) -> None:
+    """A warning where points (k, d) of a saved model, as those of a table, lie beyond its training."""
+    if not members.trained:
+        return
+    low, high = (np.array([getattr(own, end) for own in members.trained]) for end in ("low", "high"))
+    beyond = np.maximum(low - points, points - high) > boxes.NEAR * (high - low)
+    if beyond.any():
+        spans = [
+            f"{own.name} from {column.min():g} to {column.max():g}, trained from {own}"
+            for own, column, far in zip(members.trained, points.T, beyond.T, strict=True)
+            if far.any()
+        ]
+        where = f"in {beyond.any(axis=1).sum()} of {len(points)} samples: {'; '.join(spans)}"
+        notify(f"the reduced model runs outside its training {where}; no error is predicted there, check it against full runs")
 
 
 def root(count: int, dimensions: int) -> int:

@@ -87,6 +87,7 @@ def sweep_points(
     job: Job, members: Members, points: np.ndarray, seed: int, options: SweepOptions, resume: bool, plots: bool, more: Wanted
 ) -> SweepResult:
     """Members at points (k, d) of the parameters, which a design with a seed gave, and what is made of them."""
+    sweep_sources.warn_outside(members, points)
     origin = reports.provenance(members.scene, () if members.scene else (job.path,), {"design": seed}, options.workers)
     out, done = open_folder(job, members, points, resume, origin)
     outcome, records = compute(job, members, points, options, out, done)
