@@ -1,4 +1,4 @@
-"""Laws in symbols: the committed loops are those of their symbols, and a user's own law is one like any other."""
+"""Laws in symbols: the functions of cables are those of their symbols, and a user's own law is one like any other."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 import sympy
 from numpy.testing import assert_allclose
 
-from fmbs_skfem.bodies import Given, cable, cable_symbols, check_law, laws, own_laws, symbolic
+from fmbs_skfem.bodies import Given, cable, check_law, laws, own_laws, symbolic
 from fmbs_skfem.bodies.laws import CABLES, Law
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, solve_statics
@@ -20,6 +20,7 @@ from fmbs_skfem.reduction import files
 from fmbs_skfem.systems import At, assemble, eliminate, joints, loads, probes
 
 from ..models import straight
+from . import cable_symbols
 
 
 def stiffening_energy(r: Any, EA: Any, EI: Any, c: Any) -> Any:
@@ -31,7 +32,7 @@ def stiffening_energy(r: Any, EA: Any, EI: Any, c: Any) -> Any:
 def planar_twin(r: Any, EA: Any, EI: Any, kappa0: Any) -> Any:
     return (
         cable_symbols.planar_energy(r, EA, EI, kappa0)
-        .subs(symbolic.OPTION, 3)
+        .subs(cable_symbols.OPTION, 3)
         .replace(cable_symbols.fall, lambda a, n: a ** (-n / 2))
     )
 
@@ -41,13 +42,15 @@ TWIN = own_laws.define("twin", 2, ("EA", "EI", "kappa0"), planar_twin, dims=(2,)
 
 
 @pytest.mark.parametrize("law, dim", [(law, dim) for law in CABLES for dim in (2, 3)])
-def test_committed_loops_are_those_of_the_symbols(law: Law, dim: int) -> None:
-    """Energy, stress and modulus, damped or not, at random gradients against SymPy's own numbers."""
+def test_functions_of_cables_are_those_of_their_symbols(law: Law, dim: int) -> None:
+    """Energy, stress and modulus, damped or not, and what damping dissipates, at random gradients against SymPy's own numbers."""
     given = cable_symbols.QUADRATIC if law is Law.QUADRATIC else cable_symbols.PLANAR if dim == 2 else cable_symbols.SPATIAL
     random = np.random.default_rng(dim)
     u, v, section = random.normal(size=(2 * dim, 1, 3)), random.normal(size=(2 * dim, 1, 3)), random.uniform(0.5, 2.0, (4, 1, 3))
     u[0] += 2.0
     found = {"energy": np.array([laws.energy(law, u[:, :, k : k + 1].copy(), section[:, :, k : k + 1].copy()) for k in range(3)])}
+    parts = [(u[:, :, k : k + 1].copy(), v[:, :, k : k + 1].copy(), section[:, :, k : k + 1].copy()) for k in range(3)]
+    found["dissipation"] = np.array([laws.dissipation(law, *part) for part in parts])
     for beta, kind in ((0.0, ""), (0.3, "damped_")):
         S, D = np.zeros((2 * dim, 1, 3)), np.zeros((2 * dim, 2 * dim, 1, 3))
         laws.stress(law, u, v, beta, section, S)
@@ -57,7 +60,7 @@ def test_committed_loops_are_those_of_the_symbols(law: Law, dim: int) -> None:
         parts = [symbolic.results(given, dim, part) for part in kind.split()]
         wanted, symbols = [sum(one) for one in zip(*(part for part, _ in parts), strict=True)], parts[0][1]
         power = {cable_symbols.fall: lambda a, n: a ** (-n / 2)}
-        exact = [one.subs(symbolic.OPTION, law.option).replace(*next(iter(power.items()))) for one in wanted]
+        exact = [one.subs(cable_symbols.OPTION, law.option).replace(*next(iter(power.items()))) for one in wanted]
         values = sympy.lambdify(symbols, exact, "numpy")(*u[:, 0], *v[:, 0], *section[:, 0], 0.3)
         expected = np.array([np.broadcast_to(value, 3) for value in values]).reshape(numbers.shape)
         assert_allclose(numbers, expected, rtol=0, atol=1e-12 * np.abs(expected).max())

@@ -28,7 +28,13 @@ where the line is straight. A rigid rotation omega of a line that is bent in spa
 Arrays: gradients `u` (2c, p, e) hold r' (c rows) and r'' (c rows) at point p of cell e, `S` = dW/du the same, `D` = d2W/du2
 (2c, 2c, p, e); `section` (4, p, e) holds EA [N], EI [N m2], kappa0 [1/m] and the weight [m] of each point.
 
-`cable_symbols` says all this in symbols, from which the loops of `cable_loops` are generated.
+All three are one form in the gradient g = (g1, g2) of the curvature (in the plane) or of H/2, whose coefficients `Bending` has,
+
+    S = EA eps (r', 0) + pull g,     D and d2R/dv2 = [A, B; B^T, C] with I the identity and J = (0, 1; -1, 0)
+
+    A = alpha I + beta r'r' + gamma g1 g1 - tau (g1 r' + r' g1) - sigma r'' r''
+    B = gamma g1 g2 - tau r' g2 + (sigma + omega) r' r'' - omega r'' r' - sigma (r'.r'') I + skew J
+    C = zeta I + gamma g2 g2 - sigma r' r'
 
 Source (strain and curvature of the ANCF cable): Gerstmayr and Irschik, J. Sound Vib. 318 (2008) 461-487, doi
 10.1016/j.jsv.2008.04.019.
@@ -37,20 +43,230 @@ Source (strain and curvature of the ANCF cable): Gerstmayr and Irschik, J. Sound
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.jit import jit
+from ..core.entries import LANES, entry, unfold
+from ..core.jit import carray, inlined, jit
 
 STRAIGHT = 6.25e-8  #: square s^2 EI / EA of the strain below which a line in space counts as straight in the damping law [-]
 SMALL = 1e-6  #: part of kappa0 that curvatures in space do not fall below
 NEXT_TO_NOTHING = 1e-60  #: keeps kappa0 / kappa finite where there is none [1/m2]
+LINES = 4  #: rows of a section
+
+Vector = tuple[float, float, float]
+
+
+class Bending(NamedTuple):
+    """Energy of bending at a point, its gradient, and coefficients of its second derivatives and of those of its dissipation."""
+
+    energy: float
+    pull: float
+    g1: Vector
+    g2: Vector
+    elastic: tuple[float, float, float, float, float, float]  #: alpha, beta, gamma, tau, zeta, skew
+    viscous: tuple[float, float, float, float, float]  #: alpha, beta, gamma, tau, zeta
+    sigma: tuple[float, float]  #: elastic, where omega is the same, and viscous
 
 
 @jit
 def fall(a: float, n: int) -> float:
     """a^(-n/2) for n = 2 and 3."""
     return 1.0 / (a * math.sqrt(a)) if n == 3 else 1.0 / a
+
+
+@jit
+def dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@jit
+def cross(f: float, a: Vector, b: Vector) -> Vector:
+    """f a x b."""
+    return f * (a[1] * b[2] - a[2] * b[1]), f * (a[2] * b[0] - a[0] * b[2]), f * (a[0] * b[1] - a[1] * b[0])
+
+
+@jit
+def combine(f: float, a: Vector, h: float, b: Vector) -> Vector:
+    """f a + h b."""
+    return f * a[0] + h * b[0], f * a[1] + h * b[1], f * a[2] + h * b[2]
+
+
+@jit
+def read(u: np.ndarray, dim: int, q: int) -> tuple[Vector, Vector]:
+    """r' and r'' or their rates at point q, whose third component is 0 in the plane."""
+    if dim == 2:
+        return (u[0, q], u[1, q], 0.0), (u[2, q], u[3, q], 0.0)
+    return (u[0, q], u[1, q], u[2, q]), (u[3, q], u[4, q], u[5, q])
+
+
+@inlined
+def planar(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -> Bending:
+    """The curvature with a sign, kappa = r' x r'' / |r'|^n."""
+    a = dot(r, r)
+    power, by = fall(a, n), n / a
+    kappa = (r[0] * b[1] - r[1] * b[0]) * power
+    M = EI * (kappa - kappa0)
+    g1, g2 = (power * b[1] - by * kappa * r[0], -power * b[0] - by * kappa * r[1], 0.0), (-power * r[1], power * r[0], 0.0)
+    elastic = -M * by * kappa, M * by * (2.0 - n) * kappa / a, EI, M * by, 0.0, M * power
+    return Bending(0.5 * M * (kappa - kappa0), M, g1, g2, elastic, (0.0, 0.0, EI, 0.0, 0.0), (0.0, 0.0))
+
+
+@inlined
+def bent(H: float, EA: float, EI: float, kappa0: float) -> tuple[float, float, float, float, float]:
+    """The energy of H = kappa^2, EI (1 - kappa0 / kappa), EI kappa0 / kappa^3, EI / (H + s^2), and s^2 times that."""
+    kappa, straight = math.sqrt(H + (SMALL * kappa0) ** 2 + NEXT_TO_NOTHING), STRAIGHT * EA / EI
+    part, rho = EI * kappa0 / kappa, EI / (H + straight)
+    return 0.5 * EI * (H - 2.0 * kappa0 * kappa + kappa0 * kappa0), EI - part, part / (kappa * kappa), rho, straight * rho
+
+
+@inlined
+def spatial(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -> Bending:
+    """H = |r' x r''|^2 / |r'|^(2 n)."""
+    a, d, across = dot(r, r), dot(b, b), cross(1.0, r, b)
+    power, by = fall(a, n), n / a
+    h = power * power
+    H = h * dot(across, across)
+    W, c, gamma, rho, mu = bent(H, EA, EI, kappa0)
+    elastic = c * (h * d - by * H), 2.0 * c * by * (1.0 - n) * H / a, gamma, 2.0 * by * c, c * h * a, 0.0
+    viscous = mu * h * d, -mu * by * by * H, rho, mu * by, mu * h * a
+    return Bending(W, c, combine(1.0, cross(h, b, across), -by * H, r), cross(h, across, r), elastic, viscous, (c * h, mu * h))
+
+
+@inlined
+def quadratic(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -> Bending:
+    """H = r''.r''."""
+    W, c, gamma, rho, mu = bent(dot(b, b), EA, EI, kappa0)
+    return Bending(W, c, (0.0, 0.0, 0.0), b, (0.0, 0.0, gamma, 0.0, c, 0.0), (0.0, 0.0, rho, 0.0, mu), (0.0, 0.0))
+
+
+@inlined
+def drag(r: Vector, b: Vector, v: Vector, w: Vector, EA: float, B: Bending, whole: bool) -> tuple[Vector, Vector]:
+    """dR/dv by the rates v of r' and w of r''; B has alpha, beta, tau and sigma where it is `whole`."""
+    alpha, beta, gamma, tau, zeta = B.viscous
+    rv, gv = dot(r, v), dot(B.g1, v) + dot(B.g2, w)
+    if not whole:
+        return combine(EA * rv, r, gamma * gv, B.g1), combine(gamma * gv, B.g2, zeta, w)
+    sigma, along = B.sigma[1], gamma * gv - tau * rv
+    mixed = sigma * dot(r, b)
+    first = combine((EA + beta) * rv - tau * gv + sigma * dot(b, w), r, along, B.g1)
+    second = combine(along, B.g2, zeta, w)
+    first = combine(1.0, first, 1.0, combine(-sigma * dot(b, v), b, 1.0, combine(alpha, v, -mixed, w)))
+    return first, combine(1.0, second, 1.0, combine(sigma * rv, b, 1.0, combine(-sigma * dot(r, w), r, -mixed, v)))
+
+
+@inlined
+def write(S: np.ndarray, dim: int, q: int, f: float, first: Vector, second: Vector) -> None:
+    """S = f (first, second) at point q."""
+    S[0, q], S[1, q], S[dim, q], S[dim + 1, q] = f * first[0], f * first[1], f * second[0], f * second[1]
+    if dim == 3:
+        S[2, q], S[5, q] = f * first[2], f * second[2]
+
+
+@inlined
+def put(D: np.ndarray, T: np.ndarray, dim: int, i: int, j: int, q: int, k: int, value: float) -> None:
+    """D[i, j, q] = D[j, i, q] = value, j <= i: in space by way of T, see `unfold`."""
+    if dim == 2:
+        D[i, j, q] = D[j, i, q] = value
+    else:
+        T[i * (i + 1) // 2 + j, k] = value
+
+
+def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
+    """Functions of a law by how it bends; those of modulus and stress have the damping in them."""
+    whole, leans = name == "spatial", name != "quadratic"
+
+    def named(function: Callable[..., None]) -> Callable[[], int]:
+        function.__qualname__ = f"{name}_{dim}_{function.__name__}"
+        return entry(function)
+
+    @named
+    def energy(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+        count, total = points * cells, 0.0
+        u, s = carray(u, (2 * dim, count)), carray(section, (LINES, count))
+        for q in range(count):
+            r, b = read(u, dim, q)
+            eps, B = 0.5 * (dot(r, r) - 1.0), bend(r, b, n, s[0, q], s[1, q], s[2, q])
+            total += s[3, q] * (0.5 * s[0, q] * eps * eps + B.energy)
+        carray(W, 1)[0] = total
+
+    @named
+    def stress(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+        count = points * cells
+        u, s, S = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(S, (2 * dim, count))
+        for q in range(0 if beta > 0.0 else count):
+            r, b = read(u, dim, q)
+            B, N = bend(r, b, n, s[0, q], s[1, q], s[2, q]), 0.5 * s[0, q] * (dot(r, r) - 1.0)
+            write(S, dim, q, s[3, q], combine(N, r, B.pull, B.g1), combine(B.pull, B.g2, 0.0, B.g2))
+        rates = carray(rate, (2 * dim, count))
+        for q in range(count if beta > 0.0 else 0):
+            r, b = read(u, dim, q)
+            v, w = read(rates, dim, q)
+            B, N = bend(r, b, n, s[0, q], s[1, q], s[2, q]), 0.5 * s[0, q] * (dot(r, r) - 1.0)
+            first, second = drag(r, b, v, w, s[0, q], B, whole)
+            first = combine(1.0, combine(N, r, B.pull, B.g1), beta, first)
+            write(S, dim, q, s[3, q], first, combine(B.pull, B.g2, beta, second))
+
+    @named
+    def dissipation(u: Any, rate: Any, section: Any, W: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+        count = points * cells
+        u, s, rates = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(rate, (2 * dim, count))
+        W = carray(W, count)
+        for q in range(count):
+            r, b = read(u, dim, q)
+            v, w = read(rates, dim, q)
+            B, rv = bend(r, b, n, s[0, q], s[1, q], s[2, q]), dot(r, v)
+            alpha, stretch, gamma, tau, zeta = B.viscous
+            gv = dot(B.g1, v) + dot(B.g2, w)
+            twice = (s[0, q] + stretch) * rv * rv + gamma * gv * gv + zeta * dot(w, w)
+            if whole:
+                across = 2.0 * (rv * dot(b, w) - dot(r, b) * dot(v, w)) - dot(b, v) ** 2 - dot(r, w) ** 2
+                twice += alpha * dot(v, v) - 2.0 * tau * rv * gv + B.sigma[1] * across
+            W[q] = s[3, q] * twice
+
+    @named
+    def modulus(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+        count = points * cells
+        u, s, D = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(D, (2 * dim, 2 * dim, count))
+        lanes = LANES if dim == 3 else count
+        T = np.empty((dim * (2 * dim + 1), LANES))
+        for start in range(0, count, lanes):
+            for k in range(min(lanes, count - start)):
+                q = start + k
+                r, b = read(u, dim, q)
+                EA, f = s[0, q], s[3, q]
+                B = bend(r, b, n, EA, s[1, q], s[2, q])
+                g1, g2, elastic, viscous = B.g1, B.g2, B.elastic, B.viscous
+                alpha = f * (EA * 0.5 * (dot(r, r) - 1.0) + elastic[0] + beta * viscous[0])
+                stretch = f * (EA * (1.0 + beta) + elastic[1] + beta * viscous[1])
+                gamma, tau = f * (elastic[2] + beta * viscous[2]), f * (elastic[3] + beta * viscous[3])
+                zeta, skew = f * (elastic[4] + beta * viscous[4]), f * elastic[5]
+                omega, sigma = f * B.sigma[0], f * (B.sigma[0] + beta * B.sigma[1])
+                p, g, mixed = combine(stretch, r, -tau, g1), combine(gamma, g1, -tau, r), sigma * dot(r, b)
+                for i in range(dim):
+                    for j in range(i + 1):
+                        own = p[i] * r[j] + g[i] * g1[j] if leans else stretch * r[i] * r[j]
+                        own -= sigma * b[i] * b[j] if whole else 0.0
+                        put(D, T, dim, i, j, q, k, own + alpha if i == j else own)
+                        own = gamma * g2[i] * g2[j] - (sigma * r[i] * r[j] if whole else 0.0)
+                        put(D, T, dim, dim + i, dim + j, q, k, own + zeta if i == j else own)
+                    for j in range(dim):
+                        own = g[i] * g2[j] if leans else 0.0
+                        if whole:
+                            own += (sigma + omega) * r[i] * b[j] - omega * b[i] * r[j] - (mixed if i == j else 0.0)
+                        put(D, T, dim, dim + j, i, q, k, own + (j - i) * skew if dim == 2 and leans else own)
+            if dim == 3:
+                unfold(T, start, D, False)
+
+    return {"energy": energy, "stress": stress, "modulus": modulus, "dissipation": dissipation}
+
+
+FUNCTIONS = {
+    "curved": {2: functions("planar", 2, planar), 3: functions("spatial", 3, spatial)},
+    "quadratic": {dim: functions("quadratic", dim, quadratic) for dim in (2, 3)},
+}
 
 
 def curvatures(n: int, dim: int, gradients: np.ndarray) -> np.ndarray:

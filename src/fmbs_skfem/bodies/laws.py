@@ -96,18 +96,22 @@ def hand_written(module: str, prefix: str = "") -> Callable[[int, str], int]:
     return entry
 
 
-def generated_from(planar: str, spatial: str) -> Callable[[int, str], int]:
-    """Addresses of functions in `cable_loops`, by the prefix of their names in the plane and in space."""
-    names = {2: planar, 3: spatial}
-    return lambda dim, kind: int(getattr(import_module(".cable_loops", __package__), f"{names[dim]}_{dim}_{kind}")())
+def of_cables(bends: str) -> Callable[[int, str], int]:
+    """Addresses of functions in `cable_law`, by how they bend; as of `hand_written`."""
+
+    def entry(dim: int, kind: str) -> int:
+        from . import cable_law
+
+        return 0 if kind == "viscosity" else int(cable_law.FUNCTIONS[bends][dim][kind.removeprefix("damped_")]())
+
+    return entry
 
 
 CABLE = ("EA", "EI", "kappa0", "weight")
-BEAM = generated_from("planar", "spatial")
 PRESSED = ("p", "v0", "weight")
-Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), generated_from("quadratic", "quadratic"))
-Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), BEAM, option=2)
-Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), BEAM, option=3)
+Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), of_cables("quadratic"))
+Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), of_cables("curved"), option=2)
+Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), of_cables("curved"), option=3)
 CABLES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT)
 Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), hand_written(".membrane_law"))
 Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), hand_written(".shell_law"))

@@ -22,8 +22,6 @@ from ..core import extras
 from ..core.errors import InputError, say
 from .laws import Law
 
-PREFIX = "own"
-
 
 def define(
     name: str,
@@ -47,9 +45,9 @@ def define(
         from . import symbolic
 
         law = symbolic.LawSymbols(vectors, tuple(section), energy, dissipation)
-        return symbols.import_text(symbolic.source([(PREFIX, law, tuple(dims))], f"The law '{name}'."))
+        return symbols.import_text(symbolic.source(law, dims, f"The law '{name}'."))
 
     def entry(dim: int, kind: str) -> int:
-        return int(getattr(loops(), f"{PREFIX}_{dim}_{kind}")())
+        return int(getattr(loops(), f"own_{dim}_{kind}")())
 
     return Law(name, vectors, (*section, "weight"), tuple(dims), entry)

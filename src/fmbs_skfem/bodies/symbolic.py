@@ -26,7 +26,6 @@ Vectors: TypeAlias = list[sympy.Matrix]  #: r,1 ... r,k
 Energy: TypeAlias = Callable[..., Expression]  #: W of vectors and of the numbers of a section but the weight
 Dissipation: TypeAlias = Callable[..., Expression]  #: R of vectors, their rates and those numbers
 
-OPTION = sympy.Symbol("option", integer=True)  #: number by which laws that share their loops differ
 HEAD = "(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:"
 FRAMES = {  # of a loop over all points, with where the results of a point go
     "energy": (
@@ -141,12 +140,11 @@ def loop(law: LawSymbols, dim: int, kind: str, name: str) -> str:
     return f"@entry\ndef {name}{HEAD}\n    count = points * cells\n{text}"
 
 
-def source(laws: Sequence[tuple[str, LawSymbols, Sequence[int]]], about: str, imports: Sequence[str] = ()) -> str:
-    """A module with the entries of laws (prefix of their names, symbols, dimensions)."""
+def source(law: LawSymbols, dims: Sequence[int], about: str) -> str:
+    """A module with the entries of a law, own_dimension_kind."""
     needed = [
         "import numpy as np",
         "from fmbs_skfem.core.entries import LANES, entry, unfold",
         "from fmbs_skfem.core.jit import carray",
     ]
-    loops = [loop(law, dim, kind, f"{name}_{dim}_{kind}") for name, law, dims in laws for dim in dims for kind in KINDS]
-    return module(about, [*needed, *imports], loops)
+    return module(about, needed, [loop(law, dim, kind, f"own_{dim}_{kind}") for dim in dims for kind in KINDS])

@@ -1,19 +1,16 @@
-r"""The cable of `cable_law` in symbols, and the script that writes its loops.
-
-python -m fmbs_skfem.bodies.cable_symbols        after every change here, in `symbolic` or of the constants of `cable_law`
-"""
+"""The cable of `bodies.cable_law` in symbols."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import sympy
 
-from ..core.symbols import Expression
-from .cable_law import NEXT_TO_NOTHING, SMALL, STRAIGHT
-from .symbolic import OPTION, LawSymbols, Vectors, quadratic_dissipation, rate, source
+from fmbs_skfem.bodies.cable_law import NEXT_TO_NOTHING, SMALL, STRAIGHT
+from fmbs_skfem.bodies.symbolic import LawSymbols, Vectors, quadratic_dissipation, rate
+from fmbs_skfem.core.symbols import Expression
 
+OPTION = sympy.Symbol("option", integer=True)  #: n of |r'|^n in the curvature
 SECTION = ("EA", "EI", "kappa0")
 
 
@@ -84,17 +81,3 @@ def quadratic_dissipation_of(r: Vectors, v: Vectors, EA: Expression, EI: Express
 PLANAR = LawSymbols(2, SECTION, planar_energy, quadratic_dissipation(planar_strains, stiffness))
 SPATIAL = LawSymbols(2, SECTION, spatial_energy, spatial_dissipation)
 QUADRATIC = LawSymbols(2, SECTION, quadratic_energy, quadratic_dissipation_of)
-
-LOOPS = Path(__file__).with_name("cable_loops.py")
-ABOUT = "Energy, stress and modulus of cables, written by `cable_symbols` and not to be edited."
-IMPORTS = ("from .cable_law import fall",)
-
-
-def write_module() -> str:
-    """The text of `cable_loops`."""
-    laws = [("planar", PLANAR, (2,)), ("spatial", SPATIAL, (3,)), ("quadratic", QUADRATIC, (2, 3))]
-    return source(laws, ABOUT, IMPORTS)
-
-
-if __name__ == "__main__":
-    LOOPS.write_text(write_module(), encoding="utf-8")
