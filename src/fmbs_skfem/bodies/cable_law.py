@@ -50,13 +50,12 @@ import numpy as np
 
 from ..core.entries import LANES, entry, unfold
 from ..core.jit import carray, inlined, jit
+from .vectors import Vector, combine, cross, dot
 
 STRAIGHT = 6.25e-8  #: square s^2 EI / EA of the strain below which a line in space counts as straight in the damping law [-]
 SMALL = 1e-6  #: part of kappa0 that curvatures in space do not fall below
 NEXT_TO_NOTHING = 1e-60  #: keeps kappa0 / kappa finite where there is none [1/m2]
 LINES = 4  #: rows of a section
-
-Vector = tuple[float, float, float]
 
 
 class Bending(NamedTuple):
@@ -75,23 +74,6 @@ class Bending(NamedTuple):
 def fall(a: float, n: int) -> float:
     """a^(-n/2) for n = 2 and 3."""
     return 1.0 / (a * math.sqrt(a)) if n == 3 else 1.0 / a
-
-
-@jit
-def dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@jit
-def cross(f: float, a: Vector, b: Vector) -> Vector:
-    """f a x b."""
-    return f * (a[1] * b[2] - a[2] * b[1]), f * (a[2] * b[0] - a[0] * b[2]), f * (a[0] * b[1] - a[1] * b[0])
-
-
-@jit
-def combine(f: float, a: Vector, h: float, b: Vector) -> Vector:
-    """f a + h b."""
-    return f * a[0] + h * b[0], f * a[1] + h * b[1], f * a[2] + h * b[2]
 
 
 @jit

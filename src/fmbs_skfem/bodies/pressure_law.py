@@ -27,7 +27,8 @@ from typing import Any
 
 from ..core.entries import entry
 from ..core.jit import carray
-from .shell_law import cross, dot, vector
+from .shell_law import vector
+from .vectors import cross, dot
 
 LINES = 3  #: rows of a section
 
@@ -36,9 +37,9 @@ LINES = 3  #: rows of a section
 def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
     """-p (V - V0) [J] summed over all points: W[0]."""
     count, total = points * cells, 0.0
-    u, section = carray(u, (rows, 1, count)), carray(section, (LINES, count))
+    u, section = carray(u, (rows, count)), carray(section, (LINES, count))
     for q in range(count):
-        volume = dot(vector(u, 0, 0, q), cross(vector(u, 1, 0, q), vector(u, 2, 0, q), 1.0))
+        volume = dot(vector(u, 0, q), cross(1.0, vector(u, 1, q), vector(u, 2, q)))
         total -= section[2, q] * section[0, q] * (volume - section[1, q]) / 3.0
     carray(W, 1)[0] = total
 
@@ -47,23 +48,23 @@ def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cell
 def stress_at(u: Any, _: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
     """S = -weight (p r,1 x r,2, 0, 0), shapes (9, p, e)."""
     count = points * cells
-    u, section, S = carray(u, (rows, 1, count)), carray(section, (LINES, count)), carray(S, (rows, count))
+    u, section, S = carray(u, (rows, count)), carray(section, (LINES, count)), carray(S, (rows, count))
     S[3:] = 0.0
     for q in range(count):
-        S[0, q], S[1, q], S[2, q] = cross(vector(u, 1, 0, q), vector(u, 2, 0, q), -section[2, q] * section[0, q])
+        S[0, q], S[1, q], S[2, q] = cross(-section[2, q] * section[0, q], vector(u, 1, q), vector(u, 2, q))
 
 
 @entry
 def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
     """D = weight sym(-df/du), shape (9, 9, p, e)."""
     count = points * cells
-    u, section, D = carray(u, (rows, 1, count)), carray(section, (LINES, count)), carray(D, (rows, rows, count))
+    u, section, D = carray(u, (rows, count)), carray(section, (LINES, count)), carray(D, (rows, rows, count))
     D[:] = 0.0
     for q in range(count):
         half = 0.5 * section[2, q] * section[0, q]
         for k in range(2):
             sign = half if k == 0 else -half
-            a, row = vector(u, 2 - k, 0, q), 3 + 3 * k
+            a, row = vector(u, 2 - k, q), 3 + 3 * k
             for i in range(3):
                 j, l = (i + 1) % 3, (i + 2) % 3
                 D[i, row + j, q] = D[row + j, i, q] = -sign * a[l]

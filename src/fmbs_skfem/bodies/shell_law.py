@@ -31,296 +31,170 @@ from typing import Any
 
 import numpy as np
 
-from ..core.entries import entry
-from ..core.jit import carray, jit
+from ..core.entries import LANES, entry, unfold
+from ..core.jit import carray, inlined, jit
 from .membrane_law import hooke, quadratic
-
-Vector = tuple[float, float, float]
+from .vectors import Vector, combine, cross, dot
 
 LINES = 7  #: rows of a section
-WIDTH = 64  #: cells of a block
-DUAL, NORMAL, SECOND = 2, 4, 5  #: first rows of r^1 r^2, n and r,11 r,22 r,12 in a frame
+ROWS = 15  #: of gradients
+
+Frame = tuple[Vector, Vector, Vector, Vector, Vector]  #: r,1 r,2, their duals r^1 r^2, and the unit normal n
 
 
 @jit
-def vector(u: np.ndarray, k: int, p: int, e: int) -> Vector:
-    return u[3 * k, p, e], u[3 * k + 1, p, e], u[3 * k + 2, p, e]
+def vector(u: np.ndarray, k: int, q: int) -> Vector:
+    """Vector k of point q."""
+    return u[3 * k, q], u[3 * k + 1, q], u[3 * k + 2, q]
 
 
-@jit
-def dot(a: Vector, b: Vector) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@jit
-def cross(a: Vector, b: Vector, factor: float) -> Vector:
-    """factor a x b."""
-    return (
-        factor * (a[1] * b[2] - a[2] * b[1]),
-        factor * (a[2] * b[0] - a[0] * b[2]),
-        factor * (a[0] * b[1] - a[1] * b[0]),
-    )
-
-
-@jit
-def normal(a1: Vector, a2: Vector) -> tuple[Vector, float]:
-    """Unit normal n and 1 / |r,1 x r,2|."""
-    g = cross(a1, a2, 1.0)
+@inlined
+def frame_of(u: np.ndarray, q: int) -> Frame:
+    a1, a2 = vector(u, 0, q), vector(u, 1, q)
+    g = cross(1.0, a1, a2)
     inverse = 1.0 / math.sqrt(dot(g, g))
-    return (inverse * g[0], inverse * g[1], inverse * g[2]), inverse
+    n = inverse * g[0], inverse * g[1], inverse * g[2]
+    return a1, a2, cross(inverse, a2, n), cross(inverse, n, a1), n
 
 
-@jit
-def membrane_strains(a1: Vector, a2: Vector) -> Vector:
-    """E11, E22, E12."""
-    return 0.5 * (dot(a1, a1) - 1.0), 0.5 * (dot(a2, a2) - 1.0), 0.5 * dot(a1, a2)
+@inlined
+def strains(u: np.ndarray, section: np.ndarray, q: int, frame: Frame) -> tuple[Vector, Vector]:
+    """E11, E22, E12, and b_i - b0_i, i = 11, 22, 12: minus the curvatures [1/m]."""
+    a1, a2, _, _, n = frame
+    b1, b2, b3 = dot(n, vector(u, 2, q)), dot(n, vector(u, 3, q)), dot(n, vector(u, 4, q))
+    E = 0.5 * (dot(a1, a1) - 1.0), 0.5 * (dot(a2, a2) - 1.0), 0.5 * dot(a1, a2)
+    return E, (b1 - section[3, q], b2 - section[4, q], b3 - section[5, q])
 
 
-@jit
-def bending_strains(u: np.ndarray, n: Vector, section: np.ndarray, p: int, e: int) -> Vector:
-    """b_i - b0_i, i = 11, 22, 12: minus the curvatures [1/m]."""
-    d1, d2, d3 = vector(u, 2, p, e), vector(u, 3, p, e), vector(u, 4, p, e)
-    return dot(n, d1) - section[3, p, e], dot(n, d2) - section[4, p, e], dot(n, d3) - section[5, p, e]
+@inlined
+def projections(u: np.ndarray, q: int, dual: Vector) -> Vector:
+    """G_i^a, i = 11, 22, 12, of r^a."""
+    return dot(dual, vector(u, 2, q)), dot(dual, vector(u, 3, q)), dot(dual, vector(u, 4, q))
+
+
+@inlined
+def rates(u: np.ndarray, v: np.ndarray, q: int, frame: Frame) -> tuple[Vector, Vector]:
+    """dE/dt and db_i/dt = n.(v,i - G_i^a v,a) of gradient rates v."""
+    a1, a2, c1, c2, n = frame
+    v1, v2, G1, G2 = vector(v, 0, q), vector(v, 1, q), projections(u, q, c1), projections(u, q, c2)
+    w1, w2 = dot(n, v1), dot(n, v2)
+    k1 = dot(n, vector(v, 2, q)) - G1[0] * w1 - G2[0] * w2
+    k2 = dot(n, vector(v, 3, q)) - G1[1] * w1 - G2[1] * w2
+    k3 = dot(n, vector(v, 4, q)) - G1[2] * w1 - G2[2] * w2
+    return (dot(a1, v1), dot(a2, v2), 0.5 * (dot(a1, v2) + dot(a2, v1))), (k1, k2, k3)
+
+
+@inlined
+def moments(B: float, nu: float, k: Vector) -> Vector:
+    """m = dW/db_i = (M11, M22, 2 M12), the moduli of bending times k."""
+    M = hooke(B, nu, k[0], k[1], k[2])
+    return M[0], M[1], 2.0 * M[2]
+
+
+@inlined
+def quadratics(section: np.ndarray, q: int, E: Vector, k: Vector) -> float:
+    """weight (A E:C:E + B k:C:k) / 2."""
+    stretching = quadratic(section[0, q], section[2, q], E[0], E[1], E[2])
+    return section[6, q] * (stretching + quadratic(section[1, q], section[2, q], k[0], k[1], k[2]))
 
 
 @entry
 def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
     """Strain energy [J] summed over all points: W[0]."""
-    u, section, total = carray(u, (rows, points, cells)), carray(section, (LINES, points, cells)), 0.0
-    for p in range(points):
-        for e in range(cells):
-            a1, a2 = vector(u, 0, p, e), vector(u, 1, p, e)
-            n, _ = normal(a1, a2)
-            E, k, nu = membrane_strains(a1, a2), bending_strains(u, n, section, p, e), section[2, p, e]
-            stretching, bending = (
-                quadratic(section[0, p, e], nu, E[0], E[1], E[2]),
-                quadratic(section[1, p, e], nu, k[0], k[1], k[2]),
-            )
-            total += section[6, p, e] * (stretching + bending)
+    count, total = points * cells, 0.0
+    u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
+    for q in range(count):
+        frame = frame_of(u, q)
+        E, k = strains(u, section, q, frame)
+        total += quadratics(section, q, E, k)
     carray(W, 1)[0] = total
 
 
 @entry
-def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (15, p, e).
-
-    dW/dr,a = N_ab r,b - m_i G_i^a n,  dW/dr,i = m_i n,  with m = (M11, M22, 2 M12).
-
-    Cells go through a block in which all rows have fixed places: so the compiler sees that they do not overlap, and vectorises.
-    """
-    shape, block = (rows, points, cells), np.empty(15 * WIDTH)
-    u, rate, section, S = carray(u, shape), carray(rate, shape), carray(section, (LINES, points, cells)), carray(S, shape)
-    for p in range(points):
-        for first in range(0, cells, WIDTH):
-            count = min(WIDTH, cells - first)
-            set_elastic(u, section, p, first, count, block)
-            for row in range(15):
-                target = S[row, p, first : first + count]
-                for i in range(count):
-                    target[i] = block[row * WIDTH + i]
-            if beta > 0.0:
-                set_damping(u, rate, beta, section, p, first, count, block)
-                for row in range(15):
-                    target = S[row, p, first : first + count]
-                    for i in range(count):
-                        target[i] += block[row * WIDTH + i]
-
-
-@jit
-def set_elastic(u: np.ndarray, section: np.ndarray, p: int, first: int, cells: int, block: np.ndarray) -> None:
-    """Stress without damping of the cells from `first` on."""
-    if p < 0 or first < 0:
-        return  # never: where the compiler knows the sign of the indices, the loop is four times as fast
-    for i in range(cells):
-        e = first + i
-        a1, a2 = vector(u, 0, p, e), vector(u, 1, p, e)
-        n, inverse = normal(a1, a2)
-        c1, c2 = cross(a2, n, inverse), cross(n, a1, inverse)
-        E1, E2, E3 = membrane_strains(a1, a2)
-        k1, k2, k3 = bending_strains(u, n, section, p, e)
-        weight, nu = section[6, p, e], section[2, p, e]
-        N = hooke(weight * section[0, p, e], nu, E1, E2, E3)
-        m = moments(weight * section[1, p, e], nu, k1, k2, k3)
-        put(block, i, a1, a2, n, N, m, moments_along(u, p, e, c1, c2, m))
-
-
-@jit
-def set_damping(
-    u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, p: int, first: int, cells: int, block: np.ndarray
-) -> None:
-    """Stress of the damping of the cells from `first` on, from dE/dt and db/dt = n.(v,i - G_i^a v,a) of the gradient rates v."""
-    if p < 0 or first < 0:
-        return  # as in `set_elastic`
-    for i in range(cells):
-        e = first + i
-        a1, a2, v1, v2 = vector(u, 0, p, e), vector(u, 1, p, e), vector(rate, 0, p, e), vector(rate, 1, p, e)
-        n, inverse = normal(a1, a2)
-        c1, c2 = cross(a2, n, inverse), cross(n, a1, inverse)
-        k1, k2, k3 = bending_rates(u, rate, n, c1, c2, p, e)
-        weight, nu = beta * section[6, p, e], section[2, p, e]
-        N = hooke(weight * section[0, p, e], nu, dot(a1, v1), dot(a2, v2), 0.5 * (dot(a1, v2) + dot(a2, v1)))
-        m = moments(weight * section[1, p, e], nu, k1, k2, k3)
-        put(block, i, a1, a2, n, N, m, moments_along(u, p, e, c1, c2, m))
+def dissipation_at(u: Any, rate: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """W (p, e) = weight (A dE/dt : C : dE/dt + B db/dt : C : db/dt) of gradient rates [W]."""
+    count = points * cells
+    u, v, section, W = carray(u, (ROWS, count)), carray(rate, (ROWS, count)), carray(section, (LINES, count)), carray(W, count)
+    for q in range(count):
+        frame = frame_of(u, q)
+        E, k = rates(u, v, q, frame)
+        W[q] = 2.0 * quadratics(section, q, E, k)
 
 
 @entry
-def dissipation_at(u: Any, rate: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """W (p, e) = weight (A dE/dt : C : dE/dt + B db/dt : C : db/dt) of gradient rates, as `set_damping` has them [W]."""
-    shape = (rows, points, cells)
-    u, rate, W = carray(u, shape), carray(rate, shape), carray(W, (points, cells))
-    section = carray(section, (LINES, points, cells))
-    for p in range(points):
-        for e in range(cells):
-            a1, a2, v1, v2 = vector(u, 0, p, e), vector(u, 1, p, e), vector(rate, 0, p, e), vector(rate, 1, p, e)
-            n, inverse = normal(a1, a2)
-            k1, k2, k3 = bending_rates(u, rate, n, cross(a2, n, inverse), cross(n, a1, inverse), p, e)
-            nu = section[2, p, e]
-            stretched = quadratic(section[0, p, e], nu, dot(a1, v1), dot(a2, v2), 0.5 * (dot(a1, v2) + dot(a2, v1)))
-            W[p, e] = 2.0 * section[6, p, e] * (stretched + quadratic(section[1, p, e], nu, k1, k2, k3))
+def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (15, p, e)."""
+    count = points * cells
+    u, section, S = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(S, (ROWS, count))
+    v = carray(rate, (ROWS, count))
+    for q in range(0 if beta > 0.0 else count):
+        frame = frame_of(u, q)
+        E, k = strains(u, section, q, frame)
+        balance(u, section, q, frame, E, k, S)
+    for q in range(count if beta > 0.0 else 0):
+        frame = frame_of(u, q)
+        E, k = strains(u, section, q, frame)
+        dE, dk = rates(u, v, q, frame)
+        balance(u, section, q, frame, combine(1.0, E, beta, dE), combine(1.0, k, beta, dk), S)
 
 
-@jit
-def bending_rates(u: np.ndarray, rate: np.ndarray, n: Vector, c1: Vector, c2: Vector, p: int, e: int) -> Vector:
-    """db_i/dt = n.(v,i - G_i^a v,a), i = 11, 22, 12."""
-    turn1, turn2 = dot(n, vector(rate, 0, p, e)), dot(n, vector(rate, 1, p, e))
-    d, w = vector(u, 2, p, e), vector(rate, 2, p, e)
-    k1 = dot(n, w) - dot(c1, d) * turn1 - dot(c2, d) * turn2
-    d, w = vector(u, 3, p, e), vector(rate, 3, p, e)
-    k2 = dot(n, w) - dot(c1, d) * turn1 - dot(c2, d) * turn2
-    d, w = vector(u, 4, p, e), vector(rate, 4, p, e)
-    k3 = dot(n, w) - dot(c1, d) * turn1 - dot(c2, d) * turn2
-    return k1, k2, k3
+@inlined
+def balance(u: Any, section: Any, q: int, frame: Frame, E: Vector, k: Vector, S: Any) -> None:
+    """dW/dr,a = N_ab r,b - m_i G_i^a n,  dW/dr,i = m_i n,  with m = (M11, M22, 2 M12), of strains and curvatures."""
+    a1, a2, c1, c2, n = frame
+    weight, nu = section[6, q], section[2, q]
+    N, m = hooke(weight * section[0, q], nu, E[0], E[1], E[2]), moments(weight * section[1, q], nu, k)
+    g1, g2 = dot(m, projections(u, q, c1)), dot(m, projections(u, q, c2))
+    first, second = combine(N[0], a1, N[2], a2), combine(N[2], a1, N[1], a2)
+    for c in range(3):
+        S[c, q], S[3 + c, q] = first[c] - g1 * n[c], second[c] - g2 * n[c]
+        S[6 + c, q], S[9 + c, q], S[12 + c, q] = m[0] * n[c], m[1] * n[c], m[2] * n[c]
 
 
-@jit
-def put(block: np.ndarray, i: int, a1: Vector, a2: Vector, n: Vector, N: Vector, m: Vector, g: tuple[float, float]) -> None:
-    """Cell i of a block: N_ab r,b - g^a n in the rows of r,a, and m_i n in those of r,i."""
-    put_vector(block, 0, i, combine(N[0], a1, N[2], a2, -g[0], n))
-    put_vector(block, 1, i, combine(N[2], a1, N[1], a2, -g[1], n))
-    put_vector(block, 2, i, (m[0] * n[0], m[0] * n[1], m[0] * n[2]))
-    put_vector(block, 3, i, (m[1] * n[0], m[1] * n[1], m[1] * n[2]))
-    put_vector(block, 4, i, (m[2] * n[0], m[2] * n[1], m[2] * n[2]))
-
-
-@jit
-def moments(B: float, nu: float, k1: float, k2: float, k3: float) -> Vector:
-    """m = dW/db_i = (M11, M22, 2 M12)."""
-    M = hooke(B, nu, k1, k2, k3)
-    return M[0], M[1], 2.0 * M[2]
-
-
-@jit
-def moments_along(u: np.ndarray, p: int, e: int, c1: Vector, c2: Vector, m: Vector) -> tuple[float, float]:
-    """g^a = m_i G_i^a."""
-    d1, d2, d3 = vector(u, 2, p, e), vector(u, 3, p, e), vector(u, 4, p, e)
-    g1 = m[0] * dot(c1, d1) + m[1] * dot(c1, d2) + m[2] * dot(c1, d3)
-    return g1, m[0] * dot(c2, d1) + m[1] * dot(c2, d2) + m[2] * dot(c2, d3)
-
-
-@jit
-def combine(f: float, a: Vector, g: float, b: Vector, h: float, c: Vector) -> Vector:
-    """f a + g b + h c."""
-    return f * a[0] + g * b[0] + h * c[0], f * a[1] + g * b[1] + h * c[1], f * a[2] + g * b[2] + h * c[2]
-
-
-@jit
-def put_vector(block: np.ndarray, k: int, i: int, a: Vector) -> None:
-    """Cell i of vector k of a block."""
-    block[3 * k * WIDTH + i] = a[0]
-    block[(3 * k + 1) * WIDTH + i] = a[1]
-    block[(3 * k + 2) * WIDTH + i] = a[2]
+@inlined
+def put(T: np.ndarray, k: int, i: int, j: int, value: float) -> None:
+    """D[i, j] = value, j <= i, in `unfold`'s order."""
+    T[i * (i + 1) // 2 + j, k] = value
 
 
 @entry
 def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
-    """D = weight d2W/du2 + beta (material part), shape (15, 15, p, e), symmetric; `beta` [-]: damping time times gh."""
-    shape, frame, force, C, G = (rows, points, cells), np.empty((8, 3)), np.empty((2, 3)), np.zeros((3, 3)), np.empty((2, 3))
-    u, section, D = carray(u, shape), carray(section, (LINES, points, cells)), carray(D, (rows, rows, points, cells))
-    for p in range(points):
-        for e in range(cells):
-            set_frame(u, p, e, frame)
-            set_forces(u, section, p, e, force)
-            factor, nu = (1.0 + beta) * section[6, p, e], section[2, p, e]
-            B = factor * section[1, p, e]
-            C[0, 0], C[1, 1], C[2, 2] = B, B, 2.0 * B * (1.0 - nu)
-            C[0, 1] = C[1, 0] = B * nu
-            for al in range(2):
-                for i in range(3):
-                    G[al, i] = 0.0
-                    for c in range(3):
-                        G[al, i] += frame[DUAL + al, c] * frame[SECOND + i, c]
-            set_tangent_blocks(p, e, factor * section[0, p, e], nu, frame, force, C, G, D)
-            set_curvature_blocks(p, e, frame, force, C, G, D)
+    """D = weight d2W/du2 + beta (material part), shape (15, 15, p, e), symmetric; `beta` [-]: damping time times gh.
 
-
-@jit
-def set_frame(u: np.ndarray, p: int, e: int, frame: np.ndarray) -> None:
-    """Rows r,1 r,2, r^1 r^2, n, r,11 r,22 r,12 (8, 3)."""
-    a1, a2 = vector(u, 0, p, e), vector(u, 1, p, e)
-    n, inverse = normal(a1, a2)
-    c1, c2 = cross(a2, n, inverse), cross(n, a1, inverse)
-    frame[DUAL, 0], frame[DUAL, 1], frame[DUAL, 2] = c1
-    frame[DUAL + 1, 0], frame[DUAL + 1, 1], frame[DUAL + 1, 2] = c2
-    frame[NORMAL, 0], frame[NORMAL, 1], frame[NORMAL, 2] = n
-    for c in range(3):
-        frame[0, c], frame[1, c] = a1[c], a2[c]
-        for i in range(3):
-            frame[SECOND + i, c] = u[6 + 3 * i + c, p, e]
-
-
-@jit
-def set_forces(u: np.ndarray, section: np.ndarray, p: int, e: int, force: np.ndarray) -> None:
-    """Rows N11 N22 N12 and m = M11 M22 2M12 times the weight (2, 3)."""
-    a1, a2 = vector(u, 0, p, e), vector(u, 1, p, e)
-    n, _ = normal(a1, a2)
-    E, k = membrane_strains(a1, a2), bending_strains(u, n, section, p, e)
-    weight, nu = section[6, p, e], section[2, p, e]
-    force[0, 0], force[0, 1], force[0, 2] = hooke(weight * section[0, p, e], nu, E[0], E[1], E[2])
-    force[1, 0], force[1, 1], force[1, 2] = moments(weight * section[1, p, e], nu, k[0], k[1], k[2])
-
-
-@jit
-def set_tangent_blocks(
-    p: int, e: int, A: float, nu: float, frame: np.ndarray, force: np.ndarray, C: np.ndarray, G: np.ndarray, D: np.ndarray
-) -> None:
-    """Blocks (r,a r,b) of D: N_ab I + A C:r,c r,d + f n n + g^a r^b n + g^b n r^a,  g^a = m_i G_i^a,
-
-    f = C_ij G_i^a G_j^b - m_i b_i (r^a.r^b),  C_ij the moduli of bending.
+    (r,a r,b):  N_ab I + A C:r,c r,d + f n n + g^a r^b n + g^b n r^a,  g^a = m_i G_i^a,
+                f = C_ij G_i^a G_j^b - m_i b_i (r^a.r^b),  C_ij the moduli of bending
+    (r,i r,a):  -(C_ij G_j^a n + m_i r^a) n        (r,i r,j):  C_ij n n
     """
-    a, dual, n, d, N, m = frame[:DUAL], frame[DUAL:NORMAL], frame[NORMAL], frame[SECOND:], force[0], force[1]
-    mb = 0.0
-    for i in range(3):
-        mb += m[i] * (n[0] * d[i, 0] + n[1] * d[i, 1] + n[2] * d[i, 2])
-    for al in range(2):
-        for be in range(al + 1):
-            f, ga, gb = 0.0, 0.0, 0.0
+    count, T = points * cells, np.zeros((ROWS * (ROWS + 1) // 2, LANES))
+    u, section, D = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(D, (ROWS, ROWS, count))
+    for start in range(0, count, LANES):
+        for lane in range(min(LANES, count - start)):
+            q = start + lane
+            frame = frame_of(u, q)
+            a1, a2, c1, c2, n = frame
+            E, k = strains(u, section, q, frame)
+            A, B, nu = section[6, q] * section[0, q], section[6, q] * section[1, q], section[2, q]
+            N, m = hooke(A, nu, E[0], E[1], E[2]), moments(B, nu, k)
+            A, B = (1.0 + beta) * A, (1.0 + beta) * B
+            half, G1, G2 = 0.5 * A * (1.0 - nu), projections(u, q, c1), projections(u, q, c2)
+            h1, h2, g1, g2 = moments(B, nu, G1), moments(B, nu, G2), dot(m, G1), dot(m, G2)
+            mb = dot(m, (k[0] + section[3, q], k[1] + section[4, q], k[2] + section[5, q]))
+            f11, f21, f22 = dot(h1, G1) - mb * dot(c1, c1), dot(h2, G1) - mb * dot(c2, c1), dot(h2, G2) - mb * dot(c2, c2)
             for i in range(3):
-                f -= mb * dual[al, i] * dual[be, i]
-                ga += m[i] * G[al, i]
-                gb += m[i] * G[be, i]
+                for j in range(i + 1):
+                    own = g1 * (c1[i] * n[j] + n[i] * c1[j]) + f11 * n[i] * n[j] + A * a1[i] * a1[j] + half * a2[i] * a2[j]
+                    put(T, lane, i, j, own + N[0] if i == j else own)
+                    own = g2 * (c2[i] * n[j] + n[i] * c2[j]) + f22 * n[i] * n[j] + A * a2[i] * a2[j] + half * a1[i] * a1[j]
+                    put(T, lane, 3 + i, 3 + j, own + N[1] if i == j else own)
                 for j in range(3):
-                    f += C[i, j] * G[al, i] * G[be, j]
-            same = al == be
-            N_ab, along, left, right = (N[al], A, 1 - al, 1 - al) if same else (N[2], A * nu, be, al)
-            for i in range(3):
-                for j in range(i + 1 if same else 3):
-                    value = along * a[al, i] * a[be, j] + 0.5 * A * (1.0 - nu) * a[left, i] * a[right, j]
-                    value += f * n[i] * n[j] + ga * dual[be, i] * n[j] + gb * n[i] * dual[al, j]
-                    value += N_ab if i == j else 0.0
-                    D[3 * al + i, 3 * be + j, p, e] = D[3 * be + j, 3 * al + i, p, e] = value
-
-
-@jit
-def set_curvature_blocks(p: int, e: int, frame: np.ndarray, force: np.ndarray, C: np.ndarray, G: np.ndarray, D: np.ndarray) -> None:
-    """Blocks (r,i r,a) of D: -(C_ij G_j^a n + m_i r^a) n, and (r,i r,j): C_ij n n."""
-    dual, n, m = frame[DUAL:NORMAL], frame[NORMAL], force[1]
-    for i in range(3):
-        for c in range(3):
-            row = 6 + 3 * i + c
-            for al in range(2):
-                g = C[i, 0] * G[al, 0] + C[i, 1] * G[al, 1] + C[i, 2] * G[al, 2]
-                for k in range(3):
-                    D[row, 3 * al + k, p, e] = D[3 * al + k, row, p, e] = -(g * n[c] + m[i] * dual[al, c]) * n[k]
-            for j in range(i + 1):
-                for k in range(3 if j < i else c + 1):
-                    D[row, 6 + 3 * j + k, p, e] = D[6 + 3 * j + k, row, p, e] = C[i, j] * n[c] * n[k]
+                    own = g2 * c1[i] * n[j] + g1 * n[i] * c2[j] + f21 * n[i] * n[j] + A * nu * a2[i] * a1[j] + half * a1[i] * a2[j]
+                    put(T, lane, 3 + i, j, own + N[2] if i == j else own)
+                    for of in range(3):
+                        put(T, lane, 6 + 3 * of + i, j, -(h1[of] * n[i] + m[of] * c1[i]) * n[j])
+                        put(T, lane, 6 + 3 * of + i, 3 + j, -(h2[of] * n[i] + m[of] * c2[i]) * n[j])
+                    put(T, lane, 9 + i, 6 + j, B * nu * n[i] * n[j])
+                for j in range(i + 1):
+                    put(T, lane, 6 + i, 6 + j, B * n[i] * n[j])
+                    put(T, lane, 9 + i, 9 + j, B * n[i] * n[j])
+                    put(T, lane, 12 + i, 12 + j, 2.0 * B * (1.0 - nu) * n[i] * n[j])
+        unfold(T, start, D, False)

@@ -1,0 +1,24 @@
+"""Vectors of three numbers in compiled loops over points, as tuples: the compiler keeps them in registers, side by side."""
+
+from __future__ import annotations
+
+from ..core.jit import jit
+
+Vector = tuple[float, float, float]
+
+
+@jit
+def dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@jit
+def cross(f: float, a: Vector, b: Vector) -> Vector:
+    """f a x b."""
+    return f * (a[1] * b[2] - a[2] * b[1]), f * (a[2] * b[0] - a[0] * b[2]), f * (a[0] * b[1] - a[1] * b[0])
+
+
+@jit
+def combine(f: float, a: Vector, h: float, b: Vector) -> Vector:
+    """f a + h b."""
+    return f * a[0] + h * b[0], f * a[1] + h * b[1], f * a[2] + h * b[2]
