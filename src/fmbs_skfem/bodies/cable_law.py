@@ -157,12 +157,14 @@ def put(D: np.ndarray, T: np.ndarray, dim: int, i: int, j: int, q: int, k: int, 
 
 
 def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
-    """Functions of a law by how it bends; those of modulus and stress have the damping in them."""
+    """Functions of a law by how it bends; the modulus has the viscosity in it."""
     whole, leans = name == "spatial", name != "quadratic"
 
-    def named(function: Callable[..., None]) -> Callable[[], int]:
-        function.__qualname__ = f"{name}_{dim}_{function.__name__}"
-        return entry(function)
+    found: dict[str, Callable[[], int]] = {}
+
+    def named(function: Callable[..., None]) -> None:
+        kind, function.__qualname__ = function.__name__, f"{name}_{dim}_{function.__name__}"
+        found[kind] = entry(function)
 
     @named
     def energy(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
@@ -175,15 +177,20 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
         carray(W, 1)[0] = total
 
     @named
-    def stress(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+    def stress(u: Any, _: Any, section: Any, S: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
         count = points * cells
         u, s, S = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(S, (2 * dim, count))
-        for q in range(0 if beta > 0.0 else count):
+        for q in range(count):
             r, b = read(u, dim, q)
             B, N = bend(r, b, n, s[0, q], s[1, q], s[2, q]), 0.5 * s[0, q] * (dot(r, r) - 1.0)
             write(S, dim, q, s[3, q], combine(N, r, B.pull, B.g1), combine(B.pull, B.g2, 0.0, B.g2))
+
+    @named
+    def damped_stress(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+        count = points * cells
+        u, s, S = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(S, (2 * dim, count))
         rates = carray(rate, (2 * dim, count))
-        for q in range(count if beta > 0.0 else 0):
+        for q in range(count):
             r, b = read(u, dim, q)
             v, w = read(rates, dim, q)
             B, N = bend(r, b, n, s[0, q], s[1, q], s[2, q]), 0.5 * s[0, q] * (dot(r, r) - 1.0)
@@ -242,7 +249,7 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
             if dim == 3:
                 unfold(T, start, D, False)
 
-    return {"energy": energy, "stress": stress, "modulus": modulus, "dissipation": dissipation}
+    return found
 
 
 FUNCTIONS = {

@@ -97,12 +97,12 @@ def hand_written(module: str, prefix: str = "") -> Callable[[int, str], int]:
 
 
 def of_cables(bends: str) -> Callable[[int, str], int]:
-    """Addresses of functions in `cable_law`, by how they bend; as of `hand_written`."""
+    """Addresses of functions in `cable_law`, by how they bend; the modulus has the viscosity in it."""
 
     def entry(dim: int, kind: str) -> int:
         from . import cable_law
 
-        return 0 if kind == "viscosity" else int(cable_law.FUNCTIONS[bends][dim][kind.removeprefix("damped_")]())
+        return 0 if kind == "viscosity" else int(cable_law.FUNCTIONS[bends][dim][kind]())
 
     return entry
 
