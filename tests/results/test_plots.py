@@ -127,6 +127,17 @@ def test_numbers_at_an_axis_are_whole(tmp_path: Path) -> None:
     assert all(label.get_text().startswith("19.6") for label in axis.get_ticklabels())
 
 
+@pytest.mark.parametrize("size", [1.0, 1e7])
+def test_a_key_is_above_the_power_of_ten(size: float) -> None:
+    figure = plots.panel_grid(TIMES, [plots.Panel("stress [Pa]", {"11": size * SWING, "second principal value": -size * SWING})])
+    figure.canvas.draw()
+    (axes,), power = figure.axes, figure.axes[0].yaxis.get_offset_text()
+    assert power.get_text() == ("" if size == 1.0 else "1e7")
+    key = axes.get_legend().get_window_extent()
+    assert not (power.get_text() and key.overlaps(power.get_window_extent()))
+    assert key.y0 - axes.bbox.y1 < 25.0 * figure.dpi / 72
+
+
 def test_long_keys_leave_panels_their_width(tmp_path: Path) -> None:
     """Keys of a clamp in space, three of them beside each other, had made its panels a quarter as wide."""
     long = {f"moment about ({k}, {k}, {k}), round-off": SWING for k in range(3)}

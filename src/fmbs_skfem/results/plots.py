@@ -30,6 +30,7 @@ LONGEST = 34  #: letters of a name
 PANELS = 24  #: most axes of one figure
 LETTERS = 26  #: of a line of the label beside a small axes
 MARGIN = 1.1  #: beside a small axes, for its numbers and its label [inch]
+ABOVE = 1.7  #: distance of a key from its axes where a power of ten stands between them, over the size of its letters
 CLOSE = 1e-9  #: range of an axis, relative to its numbers, below which they are written as differences from one
 
 #: family -> (colour, marker, name in the legend)
@@ -83,7 +84,8 @@ def panel_grid(
         _mark(axes, marks)
         _finish(axes, plain(panel.label))
         if len(curves) > 1:
-            beside: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.1}
+            pad = ABOVE if has_power(axes) else 0.1
+            beside: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": pad}
             room = figure.get_figwidth() / columns - MARGIN
             axes.legend(fontsize=8, frameon=False, ncols=charts.fitting(list(curves), room, 8), **beside)
     return figure
@@ -107,6 +109,13 @@ def history_grid(
     if len(order) > 1:
         charts.legend_below(figure, order, list(grid.flat[: len(outputs)]))
     return figure
+
+
+def has_power(axes: Axes) -> bool:
+    """Whether a power of ten, by which the numbers of its axis are shortened, stands above an axes."""
+    shown = axes.yaxis.get_major_formatter()
+    shown.set_locs(list(axes.yaxis.get_majorticklocs()))
+    return bool(shown.get_offset())
 
 
 def _mark(axes: Axes, marks: Sequence[tuple[float, str]]) -> None:
