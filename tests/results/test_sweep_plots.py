@@ -13,6 +13,7 @@ from fmbs_skfem.reduction.members import Status
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import palette, plots, sweep_plots
 from fmbs_skfem.results.sweep_files import Sweep
+from fmbs_skfem.studies.sweeping import sobol_table
 
 from .test_plots import count
 
@@ -91,3 +92,13 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
             rule(nothing)
     with pytest.raises(InputError, match=r"\.png"):
         plots.save(sweep_plots.fan(SWEEP), tmp_path / "a.gif")
+
+
+def test_indices_name_the_value_that_they_are_of() -> None:
+    """Of an output whose last value does not vary, those of another one, which stands beside its name."""
+    part = {"E": 0.7, "d": 0.3}
+    one = {"first": part, "total": part, "first_error": part, "total_error": part, "rows": 8}
+    found = {"tip": {"min": one, "final": one}, "stop": {"max": one}}
+    figure = sweep_plots.sensitivity(found)
+    assert [axes.get_ylabel() for axes in figure.axes] == ["tip", "stop max"]
+    assert [row[0] for row in sobol_table(found).rows] == ["tip", "stop max"]

@@ -103,9 +103,15 @@ def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "", across: str 
     return figure
 
 
+def choose_kind(output: str, kinds: Mapping[str, Any]) -> tuple[str, Any]:
+    """What is known of the last value of an output, or of another one, which is named, where that does not vary."""
+    kind = "final" if "final" in kinds else next(iter(kinds))
+    return output if kind == "final" else f"{output} {kind}", kinds[kind]
+
+
 def sensitivity(indices: Mapping[str, Any], title: str = "") -> Figure:
-    """Sobol indices of the last values of outputs, alone and with all other parameters, with two standard errors."""
-    chosen = {name: kinds.get("final") or next(iter(kinds.values())) for name, kinds in indices.items()}
+    """Sobol indices of last values of outputs, or of those named, alone and with all other parameters, with two standard errors."""
+    chosen = dict(choose_kind(name, kinds) for name, kinds in indices.items())
     shown = dict(list(chosen.items())[:MOST_OUTPUTS])
     names = list(next(iter(shown.values()))["first"])
     figure = charts.figure(7.2, 1.5 * len(shown) + 1.2, headed(title, shown, chosen))

@@ -242,11 +242,11 @@ def surface_table(found: Mapping[str, Mapping[str, ResponseSurface]], units: Map
 
 def sobol_table(found: Mapping[str, Any]) -> ReportTable:
     """The indices of the last values, or of another one where that does not vary."""
-    chosen = {name: kinds.get("final") or next(iter(kinds.values())) for name, kinds in found.items()}
+    chosen = dict(sweep_plots.choose_kind(name, kinds) for name, kinds in found.items())
     names = list(next(iter(chosen.values()))["first"])
     heads = ("output", *(f"S {name}" for name in names), *(f"ST {name}" for name in names))
     rows = [(name, *one["first"].values(), *one["total"].values()) for name, one in chosen.items()]
-    return ReportTable("Sobol indices of the last values: alone (S), with all others (ST)", heads, rows)
+    return ReportTable("Sobol indices of the last values, or of those named: alone (S), with all others (ST)", heads, rows)
 
 
 def figures_of(job: Job, members: Members, table: Sweep) -> Figures:
