@@ -12,11 +12,12 @@ from fmbs_skfem.bodies import body, rigid, sections
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs, reactions, solve_statics
-from fmbs_skfem.systems import At, System, assemble, eliminate, events, joints, loads, probes
+from fmbs_skfem.systems import At, System, assemble, eliminate, events, joints, loads, probes, springs
 
 from .. import models
 
 TIGHT = Newton(tolerance=1e-13)
+PAIR = {"base": 0.0, "arm": 1.0}
 CORNER = {"column": ((0.0, -1.0, 0.0), (0.0, 0.0, 0.0)), "beam": ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))}
 
 
@@ -134,6 +135,26 @@ def test_what_a_lock_carries_stands_beside_its_columns(dim: int) -> None:
     np.testing.assert_allclose(moment_on(system, found), [0.0, 0.0, -20.0], rtol=1e-3, atol=1e-9)
     assert outputs(found)["catch_y_locked"][-1] == pytest.approx(20.0)
     assert probes.column_labels(system.outputs)["catch_y_locked"] == "force along y"
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "cylindrical"])
+def test_axes_of_reactions_turn_with_the_body_that_carries_the_joint(kind: str) -> None:
+    """A base that turns by 90 degrees about z takes an arm of 2 kg along, 1 m out: it is held by -20 N m about the base's y."""
+    base, arm = (
+        rigid.rigid(name, 2.0, (1.0, 1.0, 1.0), (x, 0.0, 0.0), places={"root": (0.0, 0.0, 0.0)}) for name, x in PAIR.items()
+    )
+    ends, z = (At("arm", "root"), At("base", "root")), (0.0, 0.0, 1.0)
+    held = {
+        "revolute": joints.Revolute("joint", *ends, axis=(1.0, 0.0, 0.0)),
+        "prismatic": joints.Prismatic("joint", ends[0], direction=(1.0, 0.0, 0.0), to=ends[1]),
+        "cylindrical": joints.Cylindrical("joint", ends[0], axis=(1.0, 0.0, 0.0), to=ends[1]),
+    }[kind]
+    turn = joints.DrivenAngle("turn", At("base", "root"), lambda t: 0.5 * np.pi * t**3 * (10.0 - 15.0 * t + 6.0 * t**2), axis=z)
+    spindle, down = joints.Revolute("spindle", At("base", "root"), axis=z), loads.Gravity((0.0, 0.0, -10.0))
+    stay = springs.SpringDamper("stay", ends[0], ends[1], stiffness=1e5, length=0.0)
+    system = eliminate(assemble([base, arm], [spindle, turn, held], [down, stay], outputs={"joint": probes.Reaction("joint")}))
+    found = integrate(system, GeneralizedAlpha(2e-3), 1.0)
+    np.testing.assert_allclose(moment_on(system, found), [0.0, -20.0, 0.0], atol=0.05)
 
 
 @pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])
