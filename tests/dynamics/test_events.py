@@ -346,10 +346,12 @@ def test_a_lock_holds_bodies_of_any_size(size: float) -> None:
 
 @pytest.mark.parametrize("at", [(0.5, 0.0), (0.505, 0.004)])
 @pytest.mark.parametrize("step", [1e-3, 2.5e-4, 1e-4])
-def test_a_damped_bar_that_catches_a_mass(step: float, at: tuple[float, float]) -> None:
-    """With its end, or beside it: momenta are kept, the balance holds, and both end as one rigid body.
+@pytest.mark.parametrize("damping, unbalanced", [(5e-3, 0.02), (0.0, 0.06)])
+def test_a_bar_that_catches_a_mass(damping: float, unbalanced: float, step: float, at: tuple[float, float]) -> None:
+    """With its end, or beside it: momenta are kept, the balance holds, and both end as one rigid body where strains are damped.
 
     By the mass alone an impulse strains single cells, at rates whose damping forces are those of no motion: runs fail at any step.
+    Without damping they leave waves that no step resolves, which the scheme damps by 8 to 15 % of the energy.
     """
     size, mass, load, speed = 0.5, 2700.0 * 0.03 * 0.005 * 0.5, 0.2, np.array([1.0, 2.0])
     line, section = models.straight(10, end=(size, 0.0, 0.0)), sections.Rectangular(0.03, 0.005)
@@ -358,18 +360,18 @@ def test_a_damped_bar_that_catches_a_mass(step: float, at: tuple[float, float]) 
         [Latch("catch", At("load"), At("bar", "right"))],
         outputs={"E": probes.Energy()},
         initial={"bar": Motion((1.0, 2.0))},
-        damping=Rayleigh(stiffness=5e-3),
+        damping=Rayleigh(stiffness=damping),
         events={"grab": event("t - 2.3e-3", lock=("catch",))},
     )
     motion = integrate(eliminate(system), GeneralizedAlpha(step), 0.1, TIGHT)
     found, total = outputs(motion), motion.v @ system.mass @ np.kron(system.unit[:, None], np.eye(2))
     assert_allclose(total, np.tile(mass * speed, (len(total), 1)), rtol=1e-9)
-    assert_allclose(found["E_balance"], 0.5 * mass * speed @ speed, rtol=0.02)
+    assert_allclose(found["E_balance"], 0.5 * mass * speed @ speed, rtol=unbalanced)
     apart = np.array(at) - (size / 2 + 2.3e-3 * speed[0], 2.3e-3 * speed[1])  # the mass from the centre of the bar
     shared = mass * load / (mass + load)
     spin, inertia = shared * (apart[0] * speed[1] - apart[1] * speed[0]), mass * size**2 / 12 + shared * apart @ apart
     rigid_energy = 0.5 * (mass * speed) @ (mass * speed) / (mass + load) + 0.5 * spin**2 / inertia
-    assert found["E_kinetic"][-1] == pytest.approx(rigid_energy, rel=2e-3)
+    assert not damping or found["E_kinetic"][-1] == pytest.approx(rigid_energy, rel=2e-3)
 
 
 def test_endless_events() -> None:

@@ -183,16 +183,18 @@ def jump(
 ) -> np.ndarray:
     """Change u (n,) of velocities by an impulse of the rows J (m, n) of joints that lock, which closes a gap Phi_x v + Phi_t (m,).
 
-    M u + J^T mu = 0 without damping. Rates of strains that are damped by z = h beta w^2 in a step keep (1 + 2 z) / (1 + z)^2 of it:
-    all that a step resolves, to second order, and little of what dies at once, whose damping forces are those of no motion.
+    M u + J^T mu = 0 of rigid bodies. Of strains that vibrate by w [rad/s], with the damping time beta, rates keep
 
-        u = 2 d(M d0) - d(M d(M d0)),    (M + h C) d(f) + J^T mu = f,    J d = J d0 = -gap
+        (1 + 2 y) / (1 + y)^2,  y = h beta w^2 + (h w)^2 / 4,    u = 2 d(M d0) - d(M d(M d0)),
+        (M + h C + h^2 K / 4) d(f) + J^T mu = f,    J d = J d0 = -gap
+
+    of it: to second order all that a step resolves, and little of what it does not, whose forces would be those of no motion.
     """
-    M, time = system.mass, max((part.beta for part in system.elastic), default=0.0)
-    if time == 0.0:
+    M = system.mass
+    if not system.elastic:
         return change_of(kkt_solver(system, M, J, False, invert), np.zeros(len(x)), gap)
-    C = csr_array(compilation.elastic_tangent(model, x, 1.0 / time)) - csr_array(compilation.elastic_tangent(model, x, 0.0))
-    solve = kkt_solver(system, csr_array(M + h * time * C), J, False, invert)
+    A = M + 0.25 * h * h * csr_array(compilation.elastic_tangent(model, x, 4.0 / h))  # K + 4 / h C
+    solve = kkt_solver(system, csr_array(A), J, False, invert)
     once = change_of(solve, np.zeros(len(x)), gap)  # M d0 is a force of the rows
     return 2.0 * once - change_of(solve, M @ once, gap)
 
