@@ -40,9 +40,10 @@ def test_left_out_samples_one_by_one() -> None:
     points = sobol(BOX, 12, 2)
     surface = response_surfaces.fit(BOX, points, np.log(deflection(points)))
     assert surface is not None
-    K = surface.covariance(surface.points) + surface.noise * np.eye(12)
+    process = surface.process
+    K = process.covariance(process.points) + process.noise * np.eye(12)
     y = (surface.values - surface.values.mean()) / surface.values.std()
-    for i, missed in enumerate(response_surfaces.left_out(surface)):
+    for i, missed in enumerate(process.left_out()[0]):
         kept = np.arange(12) != i
         guess = K[i, kept] @ np.linalg.solve(K[np.ix_(kept, kept)], y[kept])
         assert missed == pytest.approx(surface.values.std() * (y[i] - guess), rel=1e-6, abs=1e-9)

@@ -1,17 +1,13 @@
 r"""Response surfaces: outputs as smooth functions of the parameters, fitted to the samples of a sweep.
 
-    y(p) = m + s z(u) + n,    cov(z(u), z(v)) = a^2 (1 + r + r^2 / 3) exp(-r),    r^2 = 5 sum_i (u_i - v_i)^2 / l_i^2
+    y(p) = m + s (z(u) + n)                                                                              (`gaussian`)
 
-u (d,) are the parameters in the unit box, by their logarithm where their scale is that. Amplitude, lengths and the variance of what
-is no smooth function, n, are those of greatest likelihood (`kriging`). The error is that of samples that the surface has not seen:
-each in turn left out of at most MOST samples, e_i = [K^-1 y]_i / [K^-1]_ii, or of all samples beyond these.
+u (d,) are the parameters in the unit box, by their logarithm where their scale is that. The error is that of samples that the
+surface has not seen: each in turn left out of at most MOST samples, or of all samples beyond these.
 
     q2 = 1 - mean(e^2) / var(y)
 
 1 for a surface that meets what it has not seen, 0 for one that is no better than the mean.
-
-Sources: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning, MIT Press 2006, eqs. 2.25, 2.26, 5.12;
-S. Sundararajan, S. S. Keerthi, Neural Comput. 13 (2001) 1103-1118, doi:10.1162/08997660151134343.
 """
 
 from __future__ import annotations
@@ -29,7 +25,8 @@ from numpy.typing import ArrayLike
 from ..core.errors import InputError, say
 from ..core.ranges import Parameter, Scale
 from ..core.records import dataclass
-from . import kriging
+from . import gaussian
+from .gaussian import Process
 from .parameters import check, row_of, to_box
 
 MOST = 200  #: samples of a fit, whose cost grows with their third power; further ones are its test
@@ -54,33 +51,18 @@ class ResponseSurface:
     q2: float
 
     @cached_property
-    def solved(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower Cholesky factor (k, k) of the covariance, and the weights (k,) of the samples."""
-        from scipy.linalg import cho_solve, cholesky
-
-        K = self.covariance(self.points) + self.noise * np.eye(len(self.points))
-        factor = cholesky(K, lower=True)
-        return factor, cho_solve((factor, True), (self.values - self.values.mean()) / self.values.std())
-
-    def covariance(self, points: np.ndarray) -> np.ndarray:
-        """cov(z, z) (i, k) of values of the parameters (i, d) with the samples."""
-        apart = (to_box(self.parameters, points)[:, None] - to_box(self.parameters, self.points)[None]) / self.lengths
-        r = np.sqrt(5.0 * np.sum(apart**2, axis=2))
-        return np.asarray(self.amplitude * (1.0 + r + r**2 / 3.0) * np.exp(-r))
+    def process(self) -> Process:
+        """The process over the unit box."""
+        box, y = to_box(self.parameters, self.points), self.values
+        return Process(box, y, float(y.mean()), float(y.std()), self.lengths, self.amplitude, self.noise)
 
     def predict(self, points: ArrayLike | Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """Mean and standard deviation (i,) of the smooth part at values (i, d) of the parameters, or at one set of them by name.
 
         InputError for other parameters and another number of columns.
         """
-        from scipy.linalg import solve_triangular
-
         rows = row_of(self.parameters, points)[None] if isinstance(points, Mapping) else np.atleast_2d(np.asarray(points, float))
-        factor, weights = self.solved
-        across = self.covariance(rows)
-        left = solve_triangular(factor, across.T, lower=True)
-        deviation = np.sqrt(np.maximum(self.amplitude - np.sum(left**2, axis=0), 0.0))
-        return self.values.mean() + self.values.std() * (across @ weights), self.values.std() * deviation
+        return self.process.predict(to_box(self.parameters, rows))
 
 
 def fit(parameters: Sequence[Parameter], points: ArrayLike, values: ArrayLike, seed: int = 0) -> ResponseSurface | None:
@@ -102,20 +84,9 @@ def fit(parameters: Sequence[Parameter], points: ArrayLike, values: ArrayLike, s
     kept, rest = np.sort(order[:MOST]), np.sort(order[MOST:])
     mean, scale = y[kept].mean(), y[kept].std()
     some = order[:LIKELY]
-    process = kriging.process(to_box(parameters, given[some]), (y[some] - mean) / scale, ROUGH, seed)
-    smooth, rough = process.kernel_.k1, process.kernel_.k2
-    surface = ResponseSurface(
-        tuple(parameters),
-        given[kept],
-        y[kept],
-        np.broadcast_to(smooth.k2.length_scale, len(parameters)).astype(float),
-        float(smooth.k1.constant_value),
-        float(rough.noise_level + process.alpha),
-        0.0,
-        0.0,
-        0.0,
-    )
-    missed = surface.predict(given[rest])[0] - y[rest] if len(rest) else left_out(surface)
+    found = gaussian.likeliest(to_box(parameters, given[some]), (y[some] - mean) / scale, ROUGH, seed)
+    surface = ResponseSurface(tuple(parameters), given[kept], y[kept], *found, 0.0, 0.0, 0.0)
+    missed = surface.predict(given[rest])[0] - y[rest] if len(rest) else surface.process.left_out()[0]
     numbers = float(np.sqrt(np.mean(missed**2))), float(np.abs(missed).max()), float(1.0 - np.mean(missed**2) / y.var())
     return replace(surface, rms_error=numbers[0], largest_error=numbers[1], q2=numbers[2])
 
@@ -128,15 +99,6 @@ def check_count(parameters: Sequence[Parameter], count: int) -> None:
 
 
 FIELDS = tuple(ResponseSurface.__dataclass_fields__)
-
-
-def left_out(surface: ResponseSurface) -> np.ndarray:
-    """Errors (k,) at every sample of the surface through all the others."""
-    from scipy.linalg import cho_solve
-
-    factor, weights = surface.solved
-    inverse = np.diag(cho_solve((factor, True), np.eye(len(factor))))
-    return np.asarray(surface.values.std() * weights / inverse)
 
 
 def write(path: Path, surfaces: Mapping[str, Mapping[str, ResponseSurface]]) -> Path:
