@@ -67,7 +67,7 @@ def outside(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
 
 def distance(part: Body, S: np.ndarray, states: np.ndarray) -> float:
     """Largest distance in the mass of states (s, b, c) from S (b, m) [m]."""
-    rest = outside(part, S, np.moveaxis(states, 0, 1).reshape(len(S), -1))
+    rest = outside(part, S, parts.as_columns(states))
     found = squares(rest, parts.metric(part)).reshape(len(states), -1).sum(axis=1)
     return float(np.sqrt(found.max(initial=0.0)))
 

@@ -24,8 +24,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..bodies import fields
-from ..bodies.body import Body
-from ..bodies.missing_shapes import MissingShapes
+from ..bodies.body import Body, ShapePoints
 from ..core import container, validation
 from ..core.container import FileKind, storable
 from ..core.errors import InputError, say
@@ -81,47 +80,55 @@ def train(
 
     What a part of `before` with its memory was trained on counts as well, and none of its states is needed.
     """
-    begun, known = clock.process_time(), None if before is None else recall(before, body)
-    earlier = None if known is None else known.functions @ known.factor
-    S = parts.shape_functions(body, states, tolerance, modes, earlier)
+    begun, then = clock.process_time(), {} if before is None else before.notes
+    factor, old = (np.zeros((len(body.reference), 0)), states[:0]) if before is None else remembered(recall(before, body))
+    every = np.concatenate([old, states])
+    S = parts.shape_functions(body, states, tolerance, modes, factor)
     warn_of_no_bending(body, S)
-    z, found = parts.coordinates(body, S, states), parts.reduced_body(body, S)
-    columns = np.moveaxis(z, 0, 1).reshape(len(z[0]), -1)
-    if known is not None and earlier is not None:
-        columns = np.hstack([parts.projected(body, S, earlier), columns])
-        z = np.concatenate([parts.coordinates(body, S, np.einsum("bm,smc->sbc", known.functions, known.states)), z])
+    z, found = parts.coordinates(body, S, every), parts.reduced_body(body, S)
     found = parts.ranged(found, z) if eta is None else parts.sampled(found, z, eta)
-    assert found.shapes is not None
-    if before is not None and before.body.shapes is not None:
-        (a, b), (c, d) = found.shapes.trained, before.body.shapes.trained
-        found = replace(found, shapes=replace(found.shapes, trained=np.stack([np.minimum(a, c), np.maximum(b, d)])))
-    assert found.shapes is not None
-    kept = evenly(0, len(z) - 1, KEPT)
-    lacks = lacked(body, S, states, before)
-    lacks = lacks and replace(lacks, unbent=unbent(body, notes.get("alone"), before))
+    some, kept = states[evenly(0, len(states) - 1, KEPT)], evenly(0, len(z) - 1, KEPT)
+    lacks = missing_shapes.find(body, S, every, np.hstack([factor, parts.as_columns(some)]))
+    lacks = lacks and replace(lacks, unbent=unbent(body, notes.get("alone")))
     errors = parts.strain_errors(body, S, states[evenly(0, len(states) - 1, LOOKED_AT)])
-    if before is not None and before.body.shapes is not None and before.body.shapes.strain_errors.size:
-        errors = np.maximum(errors, before.body.shapes.strain_errors)
-    found = replace(found, shapes=replace(found.shapes, missing=lacks, strain_errors=errors))
     assert found.shapes is not None
-    low, high = found.shapes.trained
-    names, largest = departures.kinds_of(found.shapes), float(parts.largest_strains(body, states).max())
+    points = replace(found.shapes, missing=lacks, strain_errors=errors)
+    if before is not None and before.body.shapes is not None:
+        points = of_both(points, before.body.shapes)
+    (low, high), largest = points.trained, float(parts.largest_strains(body, states).max())
     record = {
         "functions": S.shape[1],
         "functions_full": len(S),
-        "points": found.shapes.table.shape[1],
+        "points": points.table.shape[1],
         "points_full": 0 if body.cells is None else body.cells.shape[1] * body.cells.shape[3],
         "tolerance": None if modes else tolerance,
         "hyper_tolerance": eta,
-        "states": len(states) + (0 if before is None else int(before.notes["states"])),
+        "states": len(states) + int(then.get("states", 0)),
         "states_kept": len(kept),
-        "largest_strain": max(largest, 0.0 if before is None else before.notes.get("largest_strain", 0.0)),
-        "strains": {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)},
-        "strain_errors": errors_by_name(errors),
+        "largest_strain": max(largest, then.get("largest_strain", 0.0)),
+        "strains": {name: [float(a), float(b)] for name, a, b in zip(departures.kinds_of(points), low, high, strict=True)},
+        "strain_errors": errors_by_name(points.strain_errors),
         "missing_shapes": "known" if lacks else missing_shapes.why_unknown(body, S),
         "training_s": clock.process_time() - begun,
     }
-    return Part(found, record | notes, Memory(S, np.asarray(np.linalg.qr(columns.T, mode="r")).T, z[kept]))
+    columns = np.hstack([parts.projected(body, S, factor), parts.as_columns(z[len(old) :])])
+    memory = Memory(S, np.asarray(np.linalg.qr(columns.T, mode="r")).T, z[kept])
+    return Part(replace(found, shapes=points), record | notes, memory)
+
+
+def remembered(known: Memory) -> tuple[np.ndarray, np.ndarray]:
+    """What stands for the columns of a training (b, m), and the states that are kept of it (s, b, c), of the full body."""
+    return known.functions @ known.factor, np.einsum("bm,smc->sbc", known.functions, known.states)
+
+
+def of_both(points: ShapePoints, before: ShapePoints) -> ShapePoints:
+    """Points with what is known of two trainings: the strains and errors of both, and the places that neither has bent."""
+    (a, b), (c, d), lacks, known = points.trained, before.trained, points.missing, before.missing
+    if lacks is not None:
+        bends = lacks.unbent[np.isin(lacks.unbent, () if known is None else known.unbent)]
+        lacks = replace(lacks, unbent=bends, left_out=max(lacks.left_out, 0.0 if known is None else known.left_out))
+    errors = np.maximum(points.strain_errors, before.strain_errors) if before.strain_errors.size else points.strain_errors
+    return replace(points, trained=np.stack([np.minimum(a, c), np.maximum(b, d)]), strain_errors=errors, missing=lacks)
 
 
 def errors_by_name(errors: np.ndarray) -> dict[str, float]:
@@ -129,32 +136,13 @@ def errors_by_name(errors: np.ndarray) -> dict[str, float]:
     return dict(zip(("strain", "curvature"), errors.tolist(), strict=False))
 
 
-def unbent(body: Body, alone: Any, before: Part | None) -> np.ndarray:
-    """Numbers (k,) of places with directions on which no moment acted in a training `alone` and before; none where unknown."""
+def unbent(body: Body, alone: Any) -> np.ndarray:
+    """Numbers (k,) of places with directions on which no moment acted in a training `alone`; none where unknown."""
     if not isinstance(alone, Mapping):
         return np.zeros(0, dtype=np.int64)
     names = [*body.places, *body.frames]
     still = [k for k, name in enumerate(names) if directions(body, name) and not (alone.get("moment") and turns(body, name))]
-    if before is not None:
-        points = before.body.shapes
-        known = () if points is None or points.missing is None else points.missing.unbent.tolist()
-        still = [k for k in still if k in known]
     return np.array(still, dtype=np.int64)
-
-
-def lacked(body: Body, S: np.ndarray, states: np.ndarray, before: Part | None) -> MissingShapes | None:
-    """The shapes that a part of the functions S (b, m) lacks for states (s, b, c), and for those of before."""
-    some = states[evenly(0, len(states) - 1, KEPT)]
-    columns = np.moveaxis(some, 0, 1).reshape(len(S), -1)
-    if before is None or before.memory is None:
-        return missing_shapes.find(body, S, states, columns)
-    known = before.memory
-    columns = np.hstack([known.functions @ known.factor, columns])
-    states = np.concatenate([np.einsum("bm,smc->sbc", known.functions, known.states), states])
-    found, points = missing_shapes.find(body, S, states, columns), before.body.shapes
-    if found is None or points is None or points.missing is None:
-        return found
-    return replace(found, left_out=max(found.left_out, points.missing.left_out))
 
 
 def recall(before: Part, body: Body) -> Memory:

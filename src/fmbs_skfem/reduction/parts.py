@@ -57,11 +57,15 @@ def shape_functions(
     Coordinates at the places of the body come first, the others are orthonormal in the mass over that of the body. Factors U_1 S_1
     (b, k) of `earlier` states stand for them, by the left singular vectors of [U_1 S_1, Y].
     """
-    columns = np.moveaxis(states, 0, 1).reshape(states.shape[1], -1)
-    columns = columns if earlier is None else np.hstack([earlier, columns])
+    columns = as_columns(states) if earlier is None else np.hstack([earlier, as_columns(states)])
     keep = np.column_stack([part.constant, part.reference])
     S = pod.of_vectors(columns, keep, None if modes else tolerance, modes, metric(part)).modes
     return with_places(part, S)
+
+
+def as_columns(states: np.ndarray) -> np.ndarray:
+    """States (s, b, c) as columns (b, s c), one a component."""
+    return np.moveaxis(states, 0, 1).reshape(states.shape[1], -1)
 
 
 def with_places(part: Body, S: np.ndarray) -> np.ndarray:
@@ -83,7 +87,7 @@ def with_places(part: Body, S: np.ndarray) -> np.ndarray:
 
 def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Coordinates z (s, m, c) of the states (s, b, c) of a full body nearest in the mass."""
-    found = projected(part, S, np.moveaxis(states, 0, 1).reshape(len(S), -1))
+    found = projected(part, S, as_columns(states))
     return found.reshape(S.shape[1], len(states), -1).transpose(1, 0, 2)
 
 
