@@ -127,7 +127,7 @@ def train(
     options = options or Options()
     work = replace(begin(task, search, options, folder, tolerance), savable=savable)
     with durable.writing(Path(folder or ""), ROOM):
-        done = resume(work) if work.folder else ()
+        done = resume(work)
         outcome, last = loop(work, options, done, checks, progress)
     found = replace(work.task, plan=work.fast.plan)
     pairs, seen = tuple(known_pairs(work)), tuple(unseen(work).values())
@@ -165,7 +165,6 @@ def begin(
 
 def resume(work: TrainingState) -> tuple[Iteration, ...]:
     """Take over what the folder holds; its complete iterations."""
-    assert work.folder is not None
     known = store.read(work.folder)
     work.runs, work.points = [stored.run for stored in known.runs], [stored.point for stored in known.runs]
     for number in range(1, len(work.runs) + 1):
@@ -178,7 +177,8 @@ def resume(work: TrainingState) -> tuple[Iteration, ...]:
     work.checks = store.read_checks(work.folder)
     if len(work.models) == len(work.runs):
         work.indicators = dict(known.indicators)
-        recalibrate(work)
+        if work.checks:
+            recalibrate(work)
     return known.iterations[: len(work.models)]
 
 
@@ -198,8 +198,7 @@ def loop(
         if work.tolerance is None or small_enough(work, last.largest):
             return outcome, last
         if outcome.stop is StopReason.TOLERANCE and options.tolerance is None and len(work.runs) < options.iterations:
-            if work.folder:
-                store.keep_iteration(work.folder, last)
+            store.keep_iteration(work.folder, last)
             done = [*before, last]
         elif outcome.stop in LIMITS and lower(work, last):
             done = before
@@ -224,7 +223,7 @@ def run_greedy(work: TrainingState, options: Options, done: Sequence[Iteration],
         work.search.samples,
         work.search.first,
         options,
-        keep=functools.partial(store.keep_iteration, work.folder) if work.folder else lambda iteration: None,
+        keep=functools.partial(store.keep_iteration, work.folder),
         truncates=functools.partial(truncates, work),
         name=lambda point: boxes.text(work.task.parameters, values_at(work, point)),
         enough=functools.partial(small_enough, work),

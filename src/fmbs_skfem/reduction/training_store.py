@@ -113,8 +113,15 @@ def open_folder(folder: Path | str, fingerprint: str) -> Path:
     return place
 
 
-def keep(path: Path, content: Any) -> None:
+def file_of(folder: Path | None, name: str, number: int, ending: str = "h5") -> Path | None:
+    """The file of the run, model, ... of this number; None without a folder, where nothing is stored."""
+    return None if folder is None else folder / f"{name}-{number:03d}.{ending}"
+
+
+def keep(path: Path | None, content: Any) -> None:
     """Store a struct or plain values, as the JSON text or the numbers that the name of the file says."""
+    if path is None:
+        return
     tree = asdict(content) if is_dataclass(content) and not isinstance(content, type) else content
     if path.suffix == ".json":
         durable.write(path, json.dumps(tree, indent=2).encode() + b"\n")
@@ -122,70 +129,72 @@ def keep(path: Path, content: Any) -> None:
         container.write(path, KIND, tree=tree)
 
 
-def take(path: Path, kind: Any) -> Any:
+def take(path: Path | None, kind: Any) -> Any:
     """What `keep` has stored, as a type; None where there is no file."""
-    if not path.is_file():
+    if path is None or not path.is_file():
         return None
     with container.reading(path, KIND):
         tree = json.loads(path.read_bytes()) if path.suffix == ".json" else container.read(path, KIND, tree=dict)["tree"]
         return validation.build(kind, tree, "content")
 
 
-def numbered(folder: Path, kind: Any, name: str) -> tuple[Any, ...]:
+def numbered(folder: Path | None, kind: Any, name: str) -> tuple[Any, ...]:
     """The structs of the files with this name, from number 1 to the first that is not there."""
-    each = (take(folder / f"{name}-{number:03d}.h5", kind) for number in itertools.count(1))
+    each = (take(file_of(folder, name, number), kind) for number in itertools.count(1))
     return tuple(itertools.takewhile(lambda found: found is not None, each))
 
 
-def read(folder: Path) -> Stored:
+def read(folder: Path | None) -> Stored:
     """All that is complete in a folder, less the models."""
     runs = numbered(folder, StoredRun, "run")
-    known = take(folder / f"indicators-{len(runs):03d}.json", list[tuple[int, float]])
+    known = take(file_of(folder, "indicators", len(runs), "json"), list[tuple[int, float]])
     return Stored(runs, numbered(folder, greedy.Iteration, "iteration"), dict(known or ()))
 
 
-def keep_model(folder: Path, number: int, model: ReducedModel, notes: Notes) -> None:
+def keep_model(folder: Path | None, number: int, model: ReducedModel, notes: Notes) -> None:
     """Store the reduced model of the first `number` runs; one that a file cannot hold is made again when training goes on."""
+    if (path := file_of(folder, "model", number)) is None:
+        return
     parts = {"modes": dict(model.modes), "selections": model.selections, "training_s": model.training_s}
-    path = folder / f"model-{number:03d}.h5"
     path.unlink(missing_ok=True)
     with contextlib.suppress(InputError):
         parametric_model.save(ParametricModel(model.parametric, {"model": parts}), path)
-    keep(folder / f"notes-{number:03d}.json", notes)
+    keep(file_of(folder, "notes", number, "json"), notes)
 
 
-def notes_of(folder: Path, number: int) -> Notes | None:
+def notes_of(folder: Path | None, number: int) -> Notes | None:
     """What was known when the model of the first `number` runs was made; None where it was not."""
-    found: Notes | None = take(folder / f"notes-{number:03d}.json", Notes)
+    found: Notes | None = take(file_of(folder, "notes", number, "json"), Notes)
     return found
 
 
-def read_model(folder: Path, number: int) -> ReducedModel | None:
+def read_model(folder: Path | None, number: int) -> ReducedModel | None:
     """The stored reduced model of the first `number` runs."""
-    path = folder / f"model-{number:03d}.h5"
-    if not path.is_file():
+    path = file_of(folder, "model", number)
+    if path is None or not path.is_file():
         return None
     found = parametric_model.load(path)
     return ReducedModel(found.model, **found.notes["model"])
 
 
-def forget(folder: Path, number: int) -> None:
+def forget(folder: Path | None, number: int) -> None:
     """Remove the iteration and the indicators of a model that is made again."""
-    for name in (f"iteration-{number:03d}.h5", f"indicators-{number:03d}.json"):
-        (folder / name).unlink(missing_ok=True)
+    for path in (file_of(folder, "iteration", number), file_of(folder, "indicators", number, "json")):
+        if path is not None:
+            path.unlink(missing_ok=True)
 
 
-def keep_indicators(folder: Path, number: int, indicators: Mapping[int, float]) -> None:
+def keep_indicators(folder: Path | None, number: int, indicators: Mapping[int, float]) -> None:
     """Store the indicators of the model of the first `number` runs."""
-    keep(folder / f"indicators-{number:03d}.json", list(indicators.items()))
+    keep(file_of(folder, "indicators", number, "json"), list(indicators.items()))
 
 
-def keep_iteration(folder: Path, iteration: greedy.Iteration) -> None:
+def keep_iteration(folder: Path | None, iteration: greedy.Iteration) -> None:
     """Store a complete iteration."""
-    keep(folder / f"iteration-{iteration.number:03d}.h5", iteration)
+    keep(file_of(folder, "iteration", iteration.number), iteration)
 
 
-def read_or_make(path: Path, make: Callable[[], FullRun]) -> FullRun:
+def read_or_make(path: Path | None, make: Callable[[], FullRun]) -> FullRun:
     """The full run of a file, or one that is made and kept there; one that has failed fails again without being run."""
     known: FullRun | FailedRun | None = take(path, FullRun | FailedRun)
     if isinstance(known, FailedRun):
@@ -201,9 +210,10 @@ def read_or_make(path: Path, make: Callable[[], FullRun]) -> FullRun:
     return run
 
 
-def read_checks(folder: Path) -> dict[int, FullRun]:
+def read_checks(folder: Path | None) -> dict[int, FullRun]:
     """The checks that have succeeded, by candidate."""
-    found = {int(path.stem.split("-")[1]): take(path, FullRun | FailedRun) for path in sorted(folder.glob("check-*.h5"))}
+    files = sorted(folder.glob("check-*.h5")) if folder else ()
+    found = {int(path.stem.split("-")[1]): take(path, FullRun | FailedRun) for path in files}
     return {point: run for point, run in found.items() if isinstance(run, FullRun)}
 
 

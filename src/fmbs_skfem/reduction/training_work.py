@@ -86,21 +86,14 @@ def unseen(work: TrainingState) -> dict[int, FullRun]:
 
 
 def calibrate(pairs: Sequence[Pair]) -> Calibration:
-    known = usable_pairs(pairs)
-    return calibration.fit([pair.indicator for pair in known], [pair.error for pair in known])
-
-
-def usable_pairs(pairs: Sequence[Pair]) -> list[Pair]:
-    """Those with a finite indicator and an error."""
-    return [pair for pair in pairs if math.isfinite(pair.indicator) and pair.indicator > 0.0 and pair.error > 0.0]
+    return calibration.fit([pair.indicator for pair in pairs], [pair.error for pair in pairs])
 
 
 def evaluate(work: TrainingState, point: int) -> float:
     """The indicator at a candidate; infinite where the reduced run fails."""
     if point not in work.indicators:
         measure(work, point)
-        if work.folder:
-            store.keep_indicators(work.folder, len(work.runs), work.indicators)
+        store.keep_indicators(work.folder, len(work.runs), work.indicators)
     return work.indicators[point]
 
 
@@ -130,20 +123,16 @@ def extend(work: TrainingState, point: int) -> None:
     run = work.runs[number] if known else work.checks.get(point) or full_run(work.task, values)
     if not known:
         work.runs, work.points = [*work.runs, run], [*work.points, point]
-        if work.folder:
-            store.keep(work.folder / f"run-{number + 1:03d}.h5", store.StoredRun(run, point))
-    before = pairs_at(work, [number]) if number == len(work.models) and work.models else []
+        store.keep(store.file_of(work.folder, "run", number + 1), store.StoredRun(run, point))
+    before = pairs_at(work, [(number, point, run)]) if number == len(work.models) and work.models else []
     if work.tolerance is not None and work.choice is None:
         take_choice(work, error_budget.choose(work.fast, run, work.tolerance, full_runs.step_error(work.task, values, run)))
     model = make_savable(work, work.runs)
     work.models, work.indicators, work.motions, work.stale = [*work.models[:number], model], {}, {}, False
-    work.pairs = [*work.pairs, *before]
-    own = pairs_at(work, range(len(work.runs)))
-    work.pairs, work.present = [*work.pairs, *own], [*average_pairs(own), *pairs_at_checks(work)]
-    if work.folder:
-        notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
-        store.keep_model(work.folder, number + 1, model, notes)
-        store.keep_indicators(work.folder, number + 1, work.indicators)
+    work.pairs = [*work.pairs, *before, *recalibrate(work)]
+    notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
+    store.keep_model(work.folder, number + 1, model, notes)
+    store.keep_indicators(work.folder, number + 1, work.indicators)
 
 
 def make_savable(work: TrainingState, runs: Sequence[FullRun]) -> ReducedModel:
@@ -171,24 +160,19 @@ def lower(work: TrainingState, last: greedy.Iteration) -> bool:
         return False
     take_choice(work, replace(choice, eps=eps, eta=eta))
     work.lowered, work.discarded, work.stale = work.lowered + 1, work.discarded + len(last.samples), True
-    if work.folder:
-        store.forget(work.folder, last.number)
+    store.forget(work.folder, last.number)
     return True
 
 
-def pairs_at(work: TrainingState, numbers: Iterable[int]) -> list[Pair]:
-    """Indicator and error of the present model at full runs, where the reduced run succeeds."""
-    found = (pair_at(work, work.runs[number], work.points[number], number) for number in numbers)
-    return [pair for pair in found if pair is not None]
-
-
-def pair_at(work: TrainingState, run: FullRun, point: int, number: int) -> Pair | None:
-    """Indicator and error of the present model at a full run; None where the reduced run fails."""
-    motion = work.motions.get(point) or measure(work, point)
-    if motion is None:
-        return None
-    error = full_runs.wanted_error(work.fast, work.fast.family(run.values).system, run, motion)
-    return Pair(number, len(work.models), work.indicators[point], error)
+def pairs_at(work: TrainingState, runs: Iterable[tuple[int, int, FullRun]]) -> list[Pair]:
+    """Indicator and error of the present model at full runs, by number and candidate, where the reduced run succeeds."""
+    found = []
+    for number, point, run in runs:
+        motion = work.motions.get(point) or measure(work, point)
+        if motion is not None:
+            error = full_runs.wanted_error(work.fast, work.fast.family(run.values).system, run, motion)
+            found.append(Pair(number, len(work.models), work.indicators[point], error))
+    return found
 
 
 def unit_box(work: TrainingState) -> np.ndarray:
@@ -211,12 +195,15 @@ def check(work: TrainingState, last: greedy.Iteration, count: int) -> None:
         run = full_runs.try_run(work.task, functools.partial(run_check, work, point), values_at(work, point))
         if isinstance(run, FullRun):
             work.checks[point] = run
-    recalibrate(work)
+    if work.checks:
+        recalibrate(work)
 
 
-def recalibrate(work: TrainingState) -> None:
-    """The pairs of the present model, where there are checks."""
-    work.present = [*average_pairs(pairs_at(work, range(len(work.runs)))), *pairs_at_checks(work)] if work.checks else []
+def recalibrate(work: TrainingState) -> list[Pair]:
+    """The pairs of the present model, those at its own full runs as one, with the checks that it has not seen; all at its own."""
+    own = pairs_at(work, zip(range(len(work.runs)), work.points, work.runs, strict=True))
+    work.present = [*average_pairs(own), *pairs_at(work, ((CHECK, point, run) for point, run in unseen(work).items()))]
+    return own
 
 
 def average_pairs(pairs: Sequence[Pair]) -> list[Pair]:
@@ -224,7 +211,7 @@ def average_pairs(pairs: Sequence[Pair]) -> list[Pair]:
 
     At its own full runs a model errs alike, by what truncation leaves, which says little of the scatter elsewhere.
     """
-    known = usable_pairs(pairs)
+    known = [pair for pair in pairs if math.isfinite(pair.indicator) and pair.indicator > 0.0 and pair.error > 0.0]
     logarithms = np.log10([(pair.indicator, pair.error) for pair in known]).reshape(-1, 2)
     if len(known) < 2 or np.std(logarithms[:, 1] - logarithms[:, 0]) > calibration.PRIOR:
         return known
@@ -232,13 +219,7 @@ def average_pairs(pairs: Sequence[Pair]) -> list[Pair]:
     return [replace(known[0], indicator=indicator, error=error)]
 
 
-def pairs_at_checks(work: TrainingState) -> list[Pair]:
-    """Indicator and error of the present model at the checks that it has not seen."""
-    found = (pair_at(work, run, point, CHECK) for point, run in unseen(work).items())
-    return [pair for pair in found if pair is not None]
-
-
 def run_check(work: TrainingState, point: int, values: Mapping[str, float]) -> FullRun:
     """The full run of a check, kept in the folder."""
-    make = functools.partial(full_run, work.task, values)
-    return make() if work.folder is None else store.read_or_make(work.folder / f"check-{point:05d}.h5", make)
+    path = work.folder and work.folder / f"check-{point:05d}.h5"
+    return store.read_or_make(path, functools.partial(full_run, work.task, values))
