@@ -164,7 +164,7 @@ def test_members_are_the_runs_of_the_scene(scene: Path, address: str, tmp_path: 
     assert done.code == 0, done.err
     found = done.json
     assert (found["status"], found["members"], found["ok"], found["computed"]) == ("ok", 6, 6, 6)
-    assert found["parameters"]["d"] == {"low": 8e-3, "high": 12e-3, "unit": "m", "scale": "log"}
+    assert found["parameters"]["d"] == {"low": 8e-3, "high": 12e-3, "nominal": 1e-2, "unit": "m", "scale": "log"}
     assert json.loads((out / "report.json").read_text())["outputs"] == found["outputs"]
     head, table = rows(out)
     assert head[:6] == ["member", "E [Pa]", "d [m]", "tip_x min [m]", "tip_x max [m]", "tip_x final [m]"]

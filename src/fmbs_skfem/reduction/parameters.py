@@ -128,6 +128,13 @@ def text(parameters: Sequence[Parameter], values: Mapping[str, float]) -> str:
     return ", ".join(f"{parameter.name} = {value:.6g} {parameter.unit}".strip() for parameter, value in row)
 
 
+def described(parameters: Sequence[Parameter]) -> dict[str, dict[str, Any]]:
+    """Ranges, nominal values and units by name, as plain numbers and texts."""
+    return {
+        p.name: {"low": p.low, "high": p.high, "nominal": p.nominal, "unit": p.unit, "scale": p.scale.value} for p in parameters
+    }
+
+
 def row_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> np.ndarray:
     """Values (d,) in the order of the parameters; every parameter is named once and nothing else is."""
     check(parameters)

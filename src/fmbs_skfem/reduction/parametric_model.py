@@ -104,19 +104,8 @@ def summary(rom: ParametricModel) -> dict[str, Any]:
     """What a model is, as plain numbers and texts: parameters, sizes, polynomials, notes."""
     model, degree = rom.model, affine.degrees(rom.model)
     system = model.nominal.system
-    parameters = {
-        p.name: {
-            "low": p.low,
-            "high": p.high,
-            "nominal": p.nominal,
-            "unit": p.unit,
-            "scale": p.scale.value,
-            "degree": degree[p.name],
-        }
-        for p in model.parameters
-    }
     return {
-        "parameters": parameters,
+        "parameters": {name: {**own, "degree": degree[name]} for name, own in boxes.described(model.parameters).items()},
         "unknowns": system.size,
         "components": system.modes,
         "constraints": len(system.constraints.names),

@@ -12,7 +12,7 @@ from ..reduction import NONE, Elements, hyper_reduction
 from ..reduction.cases import Case
 from ..reduction.comparison import ComparisonOptions
 from ..reduction.full_runs import TrainingTask, task_of
-from ..reduction.plan import Plan
+from ..reduction.plan import Plan, with_components
 from ..scenes import build
 
 if TYPE_CHECKING:
@@ -72,8 +72,7 @@ def plan_with(
         raise InputError(say("--hyper", "0 <= eta < 1", hyper, "1e-3 is usual, 0 means no hyper-reduction"))
     found = plan(scene)
     if level == "system":
-        counts = None if isinstance(found.modes, dict) else found.modes
-        found = replace(found, components={"system": tuple(scene.bodies)}, modes=counts)
+        found = with_components(found, {"system": tuple(scene.bodies)})
     if basis is not None:
         found = replace(found, invariant=basis == "invariant")
     if tolerance is not None:

@@ -14,6 +14,7 @@ import numpy as np
 from ..core.errors import InputError, SweepFailure, closest, say
 from ..core.notices import notify
 from ..core.records import dataclass
+from ..reduction import parameters as boxes
 from ..reduction import parametric_model, prediction, response_surfaces, sensitivity, sweeps
 from ..reduction.members import Status
 from ..reduction.sweeps import SweepOptions
@@ -272,9 +273,7 @@ def report_of(members: Members, table: Sweep, outcome: SweepOutcome, records: Ma
     return {
         **({"status": "error", "reason": "failed samples", "message": text} if failed else {"status": "ok"}),
         "name": members.name,
-        "parameters": {
-            own.name: {"low": own.low, "high": own.high, "unit": own.unit, "scale": own.scale.value} for own in members.parameters
-        },
+        "parameters": boxes.described(members.parameters),
         "members": len(table.points),
         "computed": sum(outcome.counts.values()),
         **{status.value: sum(found is status for found in table.status) for status in Status if status is not Status.FAILED},

@@ -209,14 +209,10 @@ def record(order: TrainingOrder, found: Training) -> dict[str, Any]:
 
 def heading(order: TrainingOrder) -> dict[str, Any]:
     """What is trained: the scene, its parameters and candidates."""
-    ranges = {
-        p.name: {"low": p.low, "high": p.high, "scale": p.scale.value, "unit": p.unit, "nominal": p.nominal}
-        for p in order.task.parameters
-    }
     return {
         "scene": jobs.title(order.scene),
         "file": order.scene.path,
-        "parameters": ranges,
+        "parameters": parameters.described(order.task.parameters),
         "candidates": len(order.search.candidates),
     }
 
