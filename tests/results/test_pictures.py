@@ -306,7 +306,7 @@ def test_round_off_of_straight_bodies_is_zero_and_says_so(size: float) -> None:
         frames = replace(planar, bodies={"beam": still})
         for name, label in (("curvature", "curvature [1/m]"), ("strain", "axial strain [-]")):
             job, arrays = pictures._order(frames, Look(name), "overlay", 1.0, "a.png")
-            assert job.label == label + (", round-off" if silent else "")
+            assert job.look.label == label + (", round-off" if silent else "")
             assert arrays["values_0"].any() != silent
             assert not silent or job.limits == (0.0, 1.0)
 

@@ -105,7 +105,7 @@ def test_a_plate_is_drawn_where_it_is(tmp_path: Path) -> None:
     full = replace(given, bodies={"plate": replace(plate(), fields={"von_mises": np.full((5, 32), 1e8)})})
     image = pixels(pictures.render(full, tmp_path / "plate.png", [1.0], look))
     job, arrays = pictures._order(frames.select(full, np.array([4])), look, "multiples", 1.0, "picture.png")
-    assert (job.label, job.limits) == ("von Mises stress [MPa]", (0.0, 100.0))
+    assert (job.look.label, job.limits) == ("von Mises stress [MPa]", (0.0, 100.0))
     width = 480 - render_child.strip_width(job)
     view, _ = render_child.view(job, arrays, (width, 360), render_child._small(job, (width, 360)))
     middles = full.bodies["plate"].points[4].reshape(-1, 4, 3).mean(axis=1)

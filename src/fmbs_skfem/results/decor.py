@@ -148,13 +148,13 @@ def strip(job: PictureJob, width: int, height: int) -> Pixels:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    dpi = job.size[1] / 7.0
+    dpi = job.look.size[1] / 7.0
     figure = Figure(figsize=(width / dpi, height / dpi), dpi=dpi, facecolor="white")
     canvas = FigureCanvasAgg(figure)
-    if job.label:
-        below = 0.36 * job.size[1] / height  # the key has its room below the scale, however low the picture is
+    if job.look.label:
+        below = 0.36 * job.look.size[1] / height  # the key has its room below the scale, however low the picture is
         _scale(figure.add_axes((0.10, below, 0.16, 0.92 - below)), job)
-    _key(figure.add_axes((0.0, 0.04, 1.0, 0.26 * job.size[1] / height if job.label else 0.9)), job)
+    _key(figure.add_axes((0.0, 0.04, 1.0, 0.26 * job.look.size[1] / height if job.look.label else 0.9)), job)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
 
@@ -164,8 +164,8 @@ def _scale(axes: Axes, job: PictureJob) -> None:
 
     bar = axes.figure.colorbar(ScalarMappable(norm(job), cmap(job)), cax=axes)
     bar.ax.tick_params(labelsize=9)
-    bar.set_label(plain(job.label), fontsize=10)
-    if not job.logarithmic:
+    bar.set_label(plain(job.look.label), fontsize=10)
+    if not job.look.logarithmic:
         bar.formatter.set_powerlimits((-3, 3))  # type: ignore[attr-defined]
         bar.ax.yaxis.get_offset_text().set(fontsize=9, horizontalalignment="left")
 
@@ -174,7 +174,7 @@ def _key(axes: Axes, job: PictureJob) -> None:
     from matplotlib.lines import Line2D
 
     axes.set_axis_off()
-    names = () if job.label else job.bodies
+    names = () if job.look.label else job.bodies
     handles = [Line2D([], [], color=palette.colour(i), lw=4, label=plain(name)) for i, name in enumerate(names)]
     for kind in dict.fromkeys(job.kinds):
         marker, tint = glyph(kind)
@@ -190,7 +190,7 @@ def norm(job: PictureJob) -> Any:
     """From values to [0, 1]."""
     from matplotlib.colors import LogNorm, Normalize
 
-    return LogNorm(*job.limits, clip=True) if job.logarithmic else Normalize(*job.limits, clip=True)
+    return LogNorm(*job.limits, clip=True) if job.look.logarithmic else Normalize(*job.limits, clip=True)
 
 
 def cmap(job: PictureJob) -> Any:

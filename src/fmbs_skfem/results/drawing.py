@@ -89,7 +89,7 @@ def configuration(
 
     No tube has a radius below `thinnest` [m]; `strength` < 1 is paler.
     """
-    nearer = np.array([0.0, 0.0, slot * DEPTH * GLYPH * thinnest]) if job.planar else slot * job.behind * thinnest * EYE
+    nearer = np.array([0.0, 0.0, slot * DEPTH * GLYPH * thinnest]) if job.planar else slot * job.look.behind * thinnest * EYE
     for i in range(len(job.bodies)):
         points, values = arrays[f"points_{i}"][sample] + nearer, arrays[f"values_{i}"][sample]
         colours = _fade(_colours(job, i, values), strength)
@@ -250,7 +250,7 @@ def _glyph(kind: str, centre: Array, radius: float) -> Any:
 
 def _colours(job: PictureJob, body: int, values: Array) -> Pixels:
     """Red, green, blue in 0..255 of every point (x,3); grey where there is no value."""
-    if not job.label:
+    if not job.look.label:
         return np.repeat(_rgb(palette.colour(body))[None], values.size, axis=0)
     safe = np.where(np.isfinite(values), values, job.limits[0])
     colours = decor.cmap(job)(np.asarray(decor.norm(job)(safe)))[:, :3]

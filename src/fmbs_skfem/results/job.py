@@ -13,13 +13,37 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..core import container
+from ..core import container, validation
+from ..core.errors import InputError, say
 from ..core.records import dataclass
 
 Arrays: TypeAlias = dict[str, np.ndarray]
 
 ORDER = "order.h5"
 KIND = container.FileKind("fmbs_skfem picture", "the order of a picture", 1, "draw it again")
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a picture shows and how large."""
+
+    field: str | None = None  #: coloured by this field; None: by body
+    label: str = ""  #: text beside the colour scale; empty: name and unit of well-known fields
+    limits: tuple[float, float] | None = None  #: of the colour scale, SI units; None: those of the drawn instants
+    logarithmic: bool = False  #: colour scale by decades
+    title: str = ""
+    clock: str = "s"  #: unit of the times; "load factor" of equilibria
+    size: tuple[int, int] = (1120, 800)  #: width, height [pixel]
+    captions: tuple[str, ...] = ()  #: of the drawn instants, in place of their times
+    behind: bool = False  #: the first instant is drawn pale behind each of the others
+
+    def __post_init__(self) -> None:
+        if min(self.size) < 200 or max(self.size) > 8000:
+            raise InputError(say("pictures: size", "200 to 8000 pixels each way", self.size))
+        if self.limits is not None and not self.limits[0] < self.limits[1]:
+            raise InputError(say("pictures: limits", "a lower and a larger upper one", self.limits))
+        if self.logarithmic and self.limits is not None and self.limits[0] <= 0:
+            raise InputError(say("pictures: limits", "positive ones for a logarithmic scale", self.limits))
 
 
 @dataclass(frozen=True)
@@ -31,23 +55,21 @@ class PictureJob:
     bodies: tuple[str, ...]
     radii: tuple[float, ...]  #: of lines; half the thickness of surfaces [m]
     kinds: tuple[str, ...]  #: of the joints
-    label: str  #: text beside the colour scale; empty: every body has its own colour
-    limits: tuple[float, float]  #: of the colour scale
-    logarithmic: bool
+    arrows: tuple[str, ...]  #: kinds of the arrows
+    look: Look  #: with the label of its field, empty where every body has its own colour, and limits in the unit of that
     colours: str  #: colour map of matplotlib for fields of one sign; empty: viridis without its palest end
-    size: tuple[int, int]  #: width, height [pixel]
-    title: str
-    clock: str  #: unit of the times, or "load factor"
     rate: float  #: frames a second
     target: str  #: file name of the picture in the folder
-    captions: tuple[str, ...] = ()  #: of the drawn instants, in place of their times
-    behind: bool = False  #: the first instant is drawn pale behind each of the others
-    arrows: tuple[str, ...] = ()  #: kinds of the arrows
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Of the colour scale."""
+        return self.look.limits or (0.0, 1.0)
 
     @property
     def diverging(self) -> bool:
         """True where the scale runs to both sides of zero."""
-        return not self.logarithmic and self.limits[0] < 0 < self.limits[1]
+        return not self.look.logarithmic and self.limits[0] < 0 < self.limits[1]
 
 
 def save(folder: Path, job: PictureJob, arrays: Arrays) -> None:
@@ -58,4 +80,4 @@ def save(folder: Path, job: PictureJob, arrays: Arrays) -> None:
 def load(folder: Path) -> tuple[PictureJob, Arrays]:
     """Read the order from `folder`."""
     found = container.read(folder / ORDER, KIND, job=dict, arrays=dict)
-    return PictureJob(**found["job"]), found["arrays"]
+    return validation.build(PictureJob, found["job"], "job"), found["arrays"]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -16,11 +17,11 @@ import numpy as np
 
 from ..core import extras
 from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
-from ..core.records import dataclass
 from . import frames as frames_
 from . import surfaces, video
 from .frames import SILENT, Frames, Shown
 from .job import Arrays, PictureJob, save
+from .job import Look as Look
 from .painter import TIME_LIMIT, Painter, hired
 
 #: text beside the colour scale of well-known fields
@@ -50,29 +51,6 @@ class Arrangement(StrEnum):
 
     OVERLAY = "overlay"  #: in one scene, earlier instants paler
     MULTIPLES = "multiples"  #: one small scene an instant
-
-
-@dataclass(frozen=True)
-class Look:
-    """What a picture shows and how large."""
-
-    field: str | None = None  #: coloured by this field; None: by body
-    label: str = ""  #: text beside the colour scale; empty: name and unit of well-known fields
-    limits: tuple[float, float] | None = None  #: of the colour scale, SI units; None: those of the drawn instants
-    logarithmic: bool = False  #: colour scale by decades
-    title: str = ""
-    clock: str = "s"  #: unit of the times; "load factor" of equilibria
-    size: tuple[int, int] = (1120, 800)  #: width, height [pixel]
-    captions: tuple[str, ...] = ()  #: of the drawn instants, in place of their times
-    behind: bool = False  #: the first instant is drawn pale behind each of the others
-
-    def __post_init__(self) -> None:
-        if min(self.size) < 200 or max(self.size) > 8000:
-            raise InputError(say("pictures: size", "200 to 8000 pixels each way", self.size))
-        if self.limits is not None and not self.limits[0] < self.limits[1]:
-            raise InputError(say("pictures: limits", "a lower and a larger upper one", self.limits))
-        if self.logarithmic and self.limits is not None and self.limits[0] <= 0:
-            raise InputError(say("pictures: limits", "positive ones for a logarithmic scale", self.limits))
 
 
 def probe(command: Sequence[str] | None = None) -> None:
@@ -197,24 +175,18 @@ def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) ->
     low, high = (0.0, unit) if look.field is None else look.limits or limits(frames, look.field, look.logarithmic)
     silent = look.field is not None and is_round_off(frames, look.field)
     label = "" if look.field is None else (look.label or LABELS.get(look.field, look.field)) + SILENT * silent
+    logarithmic = look.logarithmic and look.field is not None
     job = PictureJob(
         layout,
         frames_.planar(frames),
         tuple(frames.bodies),
         tuple(float(np.mean(body.size)) * (0.5 if body.is_surface else 1.0) for body in frames.bodies.values()),
         tuple(str(frames_.MarkKind(kind)) for kind, _ in frames.joints.values()),
-        label,
-        (low / unit, high / unit),
-        look.logarithmic and look.field is not None,
+        tuple(arrow.kind for arrow in frames.arrows.values()),
+        replace(look, label=label, limits=(low / unit, high / unit), logarithmic=logarithmic),
         STRESS if look.field in UNITS else "",
-        look.size,
-        look.title,
-        look.clock,
         rate,
         target,
-        look.captions,
-        look.behind,
-        tuple(arrow.kind for arrow in frames.arrows.values()),
     )
     arrays: Arrays = {"times": frames.times}
     for i, body in enumerate(frames.bodies.values()):

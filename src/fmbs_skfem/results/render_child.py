@@ -105,19 +105,19 @@ def _thinnest(camera: Camera, box: Box) -> float:
 
 def strip_width(job: PictureJob) -> int:
     """Width of the key beside the scene [pixel]; nothing to explain, no key."""
-    return round(0.21 * job.size[1]) + 24 if job.label or job.kinds or job.arrows or len(job.bodies) > 1 else 0
+    return round(0.21 * job.look.size[1]) + 24 if job.look.label or job.kinds or job.arrows or len(job.bodies) > 1 else 0
 
 
 def marks(job: PictureJob, times: Array) -> list[str]:
     """Instants (s,) beside a body: `0.25 s`, or `load x 0.25` at a load factor."""
-    return [f"{number} s" if job.clock == "s" else f"load x {number}" for number in _numbers(times)]
+    return [f"{number} s" if job.look.clock == "s" else f"load x {number}" for number in _numbers(times)]
 
 
 def stamps(job: PictureJob, times: Array) -> list[str]:
     """Instants (s,) at the head of a picture: `t = 0.25 s`, `load factor 0.25`, or captions of their own."""
-    if job.captions:
-        return list(job.captions)
-    return [f"t = {number} s" if job.clock == "s" else f"{job.clock} {number}" for number in _numbers(times)]
+    if job.look.captions:
+        return list(job.look.captions)
+    return [f"t = {number} s" if job.look.clock == "s" else f"{job.look.clock} {number}" for number in _numbers(times)]
 
 
 def _numbers(times: Array) -> list[str]:
@@ -129,18 +129,18 @@ def _numbers(times: Array) -> list[str]:
 
 def drawn(job: PictureJob, arrays: Arrays) -> Indices:
     """Numbers of the instants that are drawn one by one."""
-    return np.arange(int(job.behind), arrays["times"].size, dtype=np.int64)
+    return np.arange(int(job.look.behind), arrays["times"].size, dtype=np.int64)
 
 
 def letters(job: PictureJob) -> int:
-    return max(11, round(job.size[1] / 52))
+    return max(11, round(job.look.size[1] / 52))
 
 
 def overlay(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     """All instants in one scene, the earlier ones paler, each marked with its time at the end of the last body."""
     height, width = letters(job), strip_width(job)
-    camera, box = view(job, arrays, (job.size[0] - width, job.size[1]), height)
-    texts = [Text(job.title, (height, height), "la", round(1.2 * height), "#000000")] if job.title else []
+    camera, box = view(job, arrays, (job.look.size[0] - width, job.look.size[1]), height)
+    texts = [Text(job.look.title, (height, height), "la", round(1.2 * height), "#000000")] if job.look.title else []
     if job.bodies:
         thinnest = _thinnest(camera, box)
         radius, shafts = LARGEST * drawing.GLYPH * thinnest / camera.metres_per_pixel, drawing.shafts(job, arrays, thinnest)
@@ -270,26 +270,26 @@ def _small(job: PictureJob, size: tuple[int, int]) -> int:
 def multiples(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     """One scene an instant, side by side, all with the same camera and colours; the sheet ends where they end."""
     count, width = len(drawn(job, arrays)), strip_width(job)
-    title = round(2.2 * letters(job)) if job.title else 0
-    room = (job.size[0] - width, job.size[1] - title)
+    title = round(2.2 * letters(job)) if job.look.title else 0
+    room = (job.look.size[0] - width, job.look.size[1] - title)
     columns = _columns(job, arrays, room)
     rows = math.ceil(count / columns)
     size = _fill(job, arrays, (room[0] // columns, room[1] // rows))
     height = _small(job, (room[0] // columns, room[1] // rows))
-    tall = max(title + rows * size[1], round(SHORTEST * job.size[1]))
+    tall = max(title + rows * size[1], round(SHORTEST * job.look.size[1]))
     canvas = np.full((tall, columns * size[0], 3), 255, dtype=np.uint8)
     for sample, image in enumerate(_instants(job, arrays, size, height, room=room[0] // columns)):
         top, left = title + sample // columns * size[1], sample % columns * size[0]
         canvas[top : top + size[1], left : left + size[0]] = image
-    if job.title:
-        canvas = decor.letter(canvas, [Text(job.title, (height, title / 2), "lm", round(1.2 * letters(job)), "#000000")])
+    if job.look.title:
+        canvas = decor.letter(canvas, [Text(job.look.title, (height, title / 2), "lm", round(1.2 * letters(job)), "#000000")])
     return _beside([canvas], job, width)
 
 
 def animation(job: PictureJob, arrays: Arrays) -> list[Pixels]:
     """One picture an instant, the time written on it."""
     width, height = strip_width(job), letters(job)
-    images = _instants(job, arrays, (job.size[0] - width, job.size[1]), height, job.title)
+    images = _instants(job, arrays, (job.look.size[0] - width, job.look.size[1]), height, job.look.title)
     return _beside(images, job, width)
 
 
@@ -299,10 +299,10 @@ def _instants(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: in
     drawing.gravity(plotter, job, arrays, box, _free_corner(job, arrays, camera, box, []))
     axes, images = decor.axis_texts(camera, box, job.planar, height), []
     thinnest, samples = _thinnest(camera, box), drawn(job, arrays)
-    if job.behind:
+    if job.look.behind:
         drawing.configuration(plotter, job, arrays, 0, thinnest, PALEST)
     for sample, stamp in zip(samples, stamps(job, arrays["times"][samples]), strict=True):
-        drawing.configuration(plotter, job, arrays, int(sample), thinnest, slot=int(job.behind))
+        drawing.configuration(plotter, job, arrays, int(sample), thinnest, slot=int(job.look.behind))
         head = Text(stamp + (f"   {title}" if title else ""), (height, height), "la", round(1.15 * height), "#000000")
         images.append(decor.letter(drawing.shot(plotter), [head, *axes]))
     plotter.close()
