@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from scipy.integrate import quad
 from fmbs_skfem.bodies import cable, sections
 from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
@@ -21,7 +24,7 @@ from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows
 from fmbs_skfem.reduction import component, files, galerkin, pod, sampling
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate, joints, layouts, loads, probes
-from fmbs_skfem.systems.events import Event, Latch
+from fmbs_skfem.systems.events import Event, Latch, gap_of
 
 from .. import models
 
@@ -143,7 +146,16 @@ def captured(dim: int, h: float = H) -> tuple[Trajectory, float]:
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_two_bodies_that_latch_keep_their_momenta(dim: int) -> None:
-    motion, expected = captured(dim)
+    """And their gap as well: between the positions at the lock, and the angle by which the first one has turned till then."""
+    with pytest.warns(
+        Notice, match=r"event 'dock', t = 0.166667 s: latch 'latch' locks its places 0.583 m apart and keeps them so"
+    ):
+        motion, expected = captured(dim)
+    (gap,) = motion.events[0].gaps
+    turned = 0.7 if dim == 2 else np.linalg.norm([0.3, -0.2, 0.7])
+    assert gap.joint == "latch"
+    assert gap.distance == pytest.approx(np.hypot(0.5, 0.3), abs=1e-9)
+    assert gap.angle == pytest.approx(turned / 6, abs=1e-5)
     found, after = outputs(motion), motion.times > 1 / 6 + H
     kinetic = energies(motion)[:, 0]
     assert motion.events[0].time == pytest.approx(1 / 6, abs=1e-9)
@@ -230,10 +242,52 @@ def test_a_run_that_is_stopped_ends_there() -> None:
         run.step()
 
 
+@pytest.mark.parametrize("apart, warned", [(0.001, False), (0.1, True)])
+@pytest.mark.parametrize("word", ["latch", "pin"])
+def test_a_gap_is_told_and_warned_of_where_a_latch_keeps_it(apart: float, warned: bool, word: str) -> None:
+    """A point that moves at a rate of 1 m/s up to the rod; a brake of what holds its places has none, and none to the ground."""
+    ball = point_mass("ball", 1.0, np.array([-0.3, -1.0]))
+    here = assemble(
+        [rigid("rod", M, J, (0.0, -1.0), dim=2, places={"O": (0.0, 0.0)}), ball],
+        [joints.Pin("pin", PIN), Latch("latch", At("ball"), ROD)],
+        outputs={"ball": probes.Position(At("ball"))},
+        initial={"ball": Motion((1.0, 0.0))},
+        events={
+            "grab": event(f"ball.x + {apart}", lock=(word,)),
+            "never": event("t - 9", lock=("latch",)),
+        },
+    )
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        motion = integrate(eliminate(here), GeneralizedAlpha(H), 0.4)
+    gap = motion.events[0].gaps[0]
+    assert gap.angle is None
+    assert gap.distance == (pytest.approx(apart, abs=1e-9) if word == "latch" else None)
+    assert any("keeps them so" in str(one.message) for one in told) == (warned and word == "latch")
+
+
+def test_files_of_earlier_versions_know_no_gap() -> None:
+    lock = assemble(
+        [rigid(name, M, J, (0.0, 0.0), dim=2) for name in "ab"],
+        [Latch("latch", At("a", "frame"), At("b", "frame"))],
+        outputs={"a": probes.Position(At("a", "frame"))},
+        events={"grab": event("a.x - 1", lock=("latch",))},
+    ).locks[0]
+    arrays: list[np.ndarray] = []
+    tree = container.encode(lock, arrays, "lock")
+    y = np.zeros(20)
+    assert gap_of(container.decode(tree, arrays, "lock"), y) == (0.0, 0.0)
+    del tree["fields"]["gap"]
+    assert gap_of(container.decode(tree, arrays, "lock"), y) == (None, None)
+
+
 def test_resumed_runs_have_the_same_bits() -> None:
     """From before, between and behind events."""
     system, scheme = (
-        rod({"brake": event("angle - 0.3", lock=("pin",)), "go": event("t - 0.2", release=("pin",))}),
+        rod(
+            {"brake": event("angle - 0.3", lock=("pin", "latch")), "go": event("t - 0.2", release=("pin",))},
+            more=[Latch("latch", ROD, PIN)],
+        ),
         GeneralizedAlpha(H),
     )
     found: list[tuple[Rows, Checkpoint]] = []
@@ -243,7 +297,12 @@ def test_resumed_runs_have_the_same_bits() -> None:
         again = integrate(system, scheme, 0.4, resume=Resumed(held, rows))
         assert_array_equal(again.x, motion.x)
         assert again.events == motion.events
+        assert [gap.distance for gap in again.events[0].gaps] == [None, pytest.approx(1.0)]
         assert_array_equal(outputs(again)["pin_y_locked"], outputs(motion)["pin_y_locked"])
+    rows, held = found[-1]
+    older = replace(held, arrays={name: array for name, array in held.arrays.items() if name != "event gaps"})
+    again = integrate(system, scheme, 0.4, resume=Resumed(older, rows))
+    assert [gap.distance for gap in again.events[0].gaps] == [None, None]
 
 
 def arm(dim: int, cells: int = 4) -> System:

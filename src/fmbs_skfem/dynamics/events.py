@@ -1,7 +1,7 @@
 r"""Events in a run: found by the sign of their values after every step, located within it, and what they do to joints.
 
     g(t_n) g(t_n + h) < 0        t* = t_n + theta h,  g(t*) = 0  by steps of theta h;  then on from t* to t_n + h
-    lock                         M (v+ - v-) + Phi_q^T p = 0,  Phi_q v+ + Phi_t = 0      loses  v-^T M v- / 2 - v+^T M v+ / 2
+    lock         x+ = x-,        M (v+ - v-) + Phi_q^T p = 0,  Phi_q v+ + Phi_t = 0      loses  v-^T M v- / 2 - v+^T M v+ / 2
     release                      v+ = v-
 
 Accelerations and reactions start anew behind an event, as at the start of a run, so that all stays of second order. Pieces below
@@ -26,7 +26,7 @@ from ..core.errors import Reason, SolverError
 from ..core.notices import notify
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled
-from ..systems.events import numbers_of
+from ..systems.events import gap_of, numbers_of
 from ..systems.redundancy import scale_of
 from ..systems.system import loose_rows
 from . import checkpoint as checkpoints
@@ -35,7 +35,7 @@ from .checkpoint import Checkpoint
 from .dividing import divided, put, restart
 from .initial import Instant, consistent_start, first_state
 from .step import STEPS
-from .trajectory import Happening
+from .trajectory import Gap, Happening
 from .vanishing import empty, lengths, rows_of_locks
 
 if TYPE_CHECKING:
@@ -50,6 +50,8 @@ NOISY = 3.0  #: on the change of a value by a change of all unknowns with arbitr
 NOISE = 1e-10  #: change of unknowns, over changes that count as large, which values do not show
 STILL = 1e-6  #: of a value in its step, below which it is zero where it has just crossed zero
 MANY = 100  #: events in one step
+FAR = 0.02  #: distance of places that a latch locks, over the size of the mechanism, which is not meant to stay
+GAPS, NOT_KNOWN = "event gaps", (np.nan, np.nan)  #: distances and angles in checkpoints, which those of earlier versions lack
 
 
 class Unreached(Exception):
@@ -237,15 +239,10 @@ class Watch:
         time, x, v = h * (run.done + place), state.x[back], state.v[back]
         late = max(time, h * (run.done + LATE))
         self.tell_of_both(due, time)
+        gaps = list[tuple[Gap, ...]]()
         for one in (self.triggers[k] for k in due):
             self.let_go(model, one.name, one.release, x, late)
-            for name in one.lock:
-                mine = self.joints == name
-                self.closed[mine] = rows_of_locks(system)[mine]
-                lock = self.locks[name]
-                values = numbers_of(lock, system.probes(x))
-                for signal, value in zip(lock.signals, values, strict=True):
-                    self.feed.hold(self.feed.plain.signals[signal], float(value))
+            gaps.append(tuple(self.hold(model, f"event '{one.name}', t = {time:.6g} s", name, x) for name in one.lock))
         off = run.step.space.off
         off[:] = ~self.closed | follows(model, x, late, self.closed)
         at = Instant(late, x, v, off > 0.0, state.memory)
@@ -257,8 +254,8 @@ class Watch:
         restart(state, run.step.work)
         self.sides[due] = 0
         loss = 0.5 * float(v @ (system.mass @ v) - start.v @ (system.mass @ start.v))
-        for one in (self.triggers[k] for k in due):
-            self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss if one.lock else 0.0))
+        for one, gap in zip((self.triggers[k] for k in due), gaps, strict=True):
+            self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss if one.lock else 0.0, gap))
             loss = 0.0 if one.lock else loss
 
     def tell_of_both(self, due: np.ndarray, time: float) -> None:
@@ -272,6 +269,19 @@ class Watch:
                         f"{which}, and event '{one.name}' alone, which {act} it, counts as the last of the scene; let them be apart"
                     )
                 last[name] = act
+
+    def hold(self, model: Compiled, where: str, name: str, x: np.ndarray) -> Gap:
+        """Let the rows of a lock hold in the state x (n,); the gap between its places, with a notice where a latch is far open."""
+        system, lock, mine = model.system, self.locks[name], self.joints == name
+        own, y = rows_of_locks(system)[mine], system.probes(x)
+        self.closed[mine] = own
+        for signal, value in zip(lock.signals, numbers_of(lock, y), strict=True):
+            self.feed.hold(self.feed.plain.signals[signal], float(value))
+        gap = Gap(name, *gap_of(lock, y))
+        if own.all() and gap.distance is not None and gap.distance > FAR * system.scale:
+            text = f"{where}: latch '{name}' locks its places {gap.distance:.3g} m apart and keeps them so"
+            notify(f"{text}; let 'when' watch their distance, or name places that meet")
+        return gap
 
     def let_go(self, model: Compiled, event: str, joints: Sequence[str], x: np.ndarray, time: float) -> None:
         """Let rows of joints go; SolverError where a trained space knows no motion in which they do not hold."""
@@ -289,16 +299,22 @@ class Watch:
         numbers = {one.name: k for k, one in enumerate(self.triggers)}
         rows = [(numbers[one.name], one.time, one.loss) for one in self.happened]
         found = {"events on guard": self.sides, "rows closed": self.closed, "rows off": run.step.space.off}
-        return {name: array.copy() for name, array in found.items()} | {"events": np.array(rows, dtype=float).reshape(-1, 3)}
+        gaps = [(gap.distance, gap.angle) for one in self.happened for gap in one.gaps]
+        told = {"events": np.array(rows, dtype=float).reshape(-1, 3), GAPS: np.array(gaps, dtype=float).reshape(-1, 2)}
+        return {name: array.copy() for name, array in found.items()} | told
 
     def put(self, run: Run, held: Checkpoint) -> None:
         """Put back what was kept."""
         self.sides, self.closed, run.step.space.off[:] = (
             checkpoints.fitting(held.arrays, name, array).copy() for name, array in list(self.arrays(run).items())[:3]
         )
-        rows = held.arrays["events"]
-        one = [(self.triggers[int(number)], float(time), float(loss)) for number, time, loss in rows]
-        self.happened = [Happening(e.name, time, e.stop, e.release, e.lock, loss) for e, time, loss in one]
+        gaps = iter(held.arrays.get(GAPS, ()))
+        self.happened = []
+        for number, time, loss in held.arrays["events"].tolist():
+            one = self.triggers[int(number)]
+            known = [(name, next(gaps, NOT_KNOWN)) for name in one.lock]
+            gap = tuple(Gap(name, *(None if np.isnan(part) else float(part) for part in parts)) for name, parts in known)
+            self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss, gap))
 
 
 def open_at_start(model: Compiled) -> np.ndarray:

@@ -30,6 +30,15 @@ class Statistics:
 
 
 @dataclass(frozen=True)
+class Gap:
+    """How far apart the two places of a joint are where it is locked, which stays so; None where there is no second place."""
+
+    joint: str
+    distance: float | None  #: [m]
+    angle: float | None  #: between frames, or directions in the plane [rad]
+
+
+@dataclass(frozen=True)
 class Happening:
     """An event that has happened in a run."""
 
@@ -39,6 +48,7 @@ class Happening:
     release: tuple[str, ...]  #: joints
     lock: tuple[str, ...]
     loss: float  #: of kinetic energy by locks; of events at one instant the first one's [J]
+    gaps: tuple[Gap, ...] = ()  #: of the joints that it locks
 
 
 @dataclass(frozen=True, repr=False)

@@ -34,6 +34,7 @@ from .result import ReportTable, describe_error, list_files
 
 if TYPE_CHECKING:
     from ..dynamics.checkpoint import Resumed
+    from ..dynamics.trajectory import Gap
     from ..scenes import Scene
     from ..systems import System
 
@@ -227,9 +228,19 @@ def table_of_events(trajectory: Trajectory) -> ReportTable:
     """When events happened, what they did, and the kinetic energy that they took."""
     rows = []
     for one in trajectory.events:
-        done = [*(f"releases {name}" for name in one.release), *(f"locks {name}" for name in one.lock)]
+        done = [
+            *(f"releases {name}" for name in one.release),
+            *(f"locks {name}{apart(gap)}" for name, gap in zip(one.lock, one.gaps, strict=True)),
+        ]
         rows.append((one.name, one.time, ", ".join([*done, *(["stops the run"] if one.stop else [])]), one.loss))
     return ReportTable("Events", ("event", "time [s]", "what it does", "energy lost [J]"), rows)
+
+
+def apart(gap: Gap) -> str:
+    """How far apart the places of a joint are where it is locked; nothing where there is no second place."""
+    parts = [(gap.distance, "m"), (gap.angle, "rad")]
+    found = " and ".join(f"{value:.3g} {unit}" for value, unit in parts if value is not None)
+    return f" {found} apart" if found else ""
 
 
 def summary(task: RunTask, report: Mapping[str, Any]) -> str:

@@ -8,6 +8,9 @@ r"""Events: an expression of outputs that crosses zero stops a run, releases joi
 with axes e of `at` and f of `to`. In the plane a direction u of each does: c (w x u) - s (w . u) = 0, c = w . u, s = w x u at the
 event. The ground has axes. A place without a direction is held at its position alone, in the axes of the other one. The rows of
 a lock take the place of those of the joint itself; they stand beside the system until a run has an event (`with_locks`).
+
+The gap between two places, which a lock keeps, is the distance |d| and the angle atan2(|a|, c) of two frames or directions:
+a = sum_k f_k x e_k / 2, c = (sum_k f_k . e_k - 1) / 2 in space, a = w x u, c = w . u in the plane.
 """
 
 from __future__ import annotations
@@ -30,6 +33,7 @@ from .constraint_functions import AXES, Joint, Term, basis, mark, where
 from .places import QUARTER, At, Draft, Terms
 from .system import Constraints, Lock, System, Trigger, remembered
 
+CYCLES = (1, 2), (2, 0), (0, 1)  #: components of the parts of a cross product
 DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
 Names = Annotated[tuple[str, ...], NAMED, "of joints"]
 Read = Callable[[Terms], Constraints]  #: collected terms as arrays
@@ -61,6 +65,8 @@ class Event:
 class Latch(Joint):
     """Holds nothing until an event locks it: its two places then move as one, in whatever position they are.
 
+    A distance between them then stays. Where it is more than a fiftieth of the size of the mechanism, a warning says so.
+
     {type: latch, at: gripper.frame, to: part.frame}
     """
 
@@ -80,6 +86,7 @@ class Holding:
     draft: Draft
     rows: Terms = field(default_factory=Terms)
     numbers: Terms = field(default_factory=Terms)
+    gap: Terms = field(default_factory=Terms)
     signals: list[int] = field(default_factory=list)
 
     def number(self, *terms: Term) -> int:
@@ -136,7 +143,7 @@ def lock_of(draft: Draft, joint: Joint, read: Read) -> Lock:
     hold_position(found, at, other, axes)
     hold_direction(found, vectors(found, at) or [], axes)
     draft.constraints.axes |= found.rows.axes
-    return Lock(joint.name, read(found.rows), read(found.numbers), np.array(found.signals, dtype=np.int64))
+    return Lock(joint.name, read(found.rows), read(found.numbers), np.array(found.signals, dtype=np.int64), read(found.gap))
 
 
 def vectors(found: Holding, end: At | None) -> list[int] | None:
@@ -154,6 +161,8 @@ def hold_position(found: Holding, at: At, to: At | None, axes: list[int] | None)
     layout, name = found.draft.layout, where(found.joint)
     dim, apart = layout.dim, layout.read(name, at)
     d = found.draft.probes.add(csr_array(apart if to is None else apart - layout.read(name, to)))
+    for c in range(dim if to is not None else 0):
+        found.gap.row(found.joint.name, AXES[c], (1.0, -1, d + c, -1))
     if axes is None or len(axes) < dim:
         for c in range(dim):
             found.row(AXES[c], (1.0, -1, d + c, -1), (-1.0, found.number((1.0, -1, d + c, -1)), -1, -1))
@@ -164,9 +173,14 @@ def hold_position(found: Holding, at: At, to: At | None, axes: list[int] | None)
         found.row(AXES[c], (1.0, size, d + c, -1), *((-1.0, part, axis + c, -1) for part, axis in zip(parts, axes, strict=True)))
 
 
-def dots(u: int, w: int, dim: int) -> list[Term]:
+def dots(u: int, w: int, dim: int, factor: float = 1.0) -> list[Term]:
     """Terms of u . w for vectors in probe rows from these on."""
-    return [(1.0, -1, u + c, w + c) for c in range(dim)]
+    return [(factor, -1, u + c, w + c) for c in range(dim)]
+
+
+def cross(u: int, w: int, i: int, j: int, factor: float = 1.0) -> list[Term]:
+    """Terms of u_i w_j - u_j w_i for vectors in probe rows from these on."""
+    return [(factor, -1, u + i, w + j), (-factor, -1, u + j, w + i)]
 
 
 def hold_direction(found: Holding, u: list[int], w: list[int] | None) -> None:
@@ -184,12 +198,16 @@ def hold_direction(found: Holding, u: list[int], w: list[int] | None) -> None:
         )
     s = [[found.number(*component(one, w, k)) for k in range(3)] for one in u]
     if len(u) == 3:
+        if w is not None:
+            found.gap.row(found.joint.name, "cosine", *(t for k in range(3) for t in dots(u[k], w[k], 3, 0.5)), (-0.5, -1, -1, -1))
+            for i, j in CYCLES:
+                found.gap.row(found.joint.name, "sine", *(t for k in range(3) for t in cross(w[k], u[k], i, j, 0.5)))
         own = basis(where(found.joint), found.draft.layout, found.joint.at)[1]
         for i, j in ((0, 1), (0, 2), (1, 2)):
             terms = [term for k in range(3) for term in component(u[i], w, k, s[j][k])]
             found.row(f"angle {i + j}", *terms, about=(own[i], own[j]))
         return
-    for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):  # u . (s x f_k) = 0, one of which follows from the others
+    for k, (i, j) in enumerate(CYCLES):  # u . (s x f_k) = 0, one of which follows from the others
         found.row(f"angle {k + 1}", *component(u[0], w, i, s[0][j]), *component(u[0], w, j, s[0][i], -1.0))
 
 
@@ -204,9 +222,11 @@ def hold_angle(found: Holding, u: int, w: int | None) -> None:
     if w is None:
         c, s = found.number((1.0, -1, u, -1)), found.number((1.0, -1, u + 1, -1))
         return found.row("angle", (1.0, c, u + 1, -1), (-1.0, s, u, -1), about=(plane[0], plane[1]))
-    cross: list[Term] = [(1.0, -1, w, u + 1), (-1.0, -1, w + 1, u)]
-    c, s = found.number(*dots(w, u, 2)), found.number(*cross)
-    turned = [(factor, c, i, j) for factor, _, i, j in cross]
+    cosine, sine = dots(w, u, 2), cross(w, u, 0, 1)
+    found.gap.row(found.joint.name, "cosine", *cosine)
+    found.gap.row(found.joint.name, "sine", *sine)
+    c, s = found.number(*cosine), found.number(*sine)
+    turned = [(factor, c, i, j) for factor, _, i, j in sine]
     return found.row("angle", *turned, *((-1.0, s, w + k, u + k) for k in range(2)), about=(plane[0], plane[1]))
 
 
@@ -236,7 +256,19 @@ def appended(known: Constraints, more: Sequence[Constraints]) -> Constraints:
 
 def numbers_of(lock: Lock, y: np.ndarray) -> np.ndarray:
     """The numbers (l,) of a lock where probe rows are y (j,)."""
-    terms, read = lock.numbers, np.append(y, 1.0)  # the number -1 reads 1
-    found = np.zeros(len(lock.signals))
+    return polynomials(lock.numbers, y)
+
+
+def gap_of(lock: Lock, y: np.ndarray) -> tuple[float | None, float | None]:
+    """Distance [m] and angle [rad] of the two places of a lock where probe rows are y (j,); None for what it lacks."""
+    found, apart = polynomials(lock.gap, y), np.array([label in AXES for _, label in lock.gap.names], dtype=bool)
+    turned = found[~apart]
+    distance = float(np.linalg.norm(found[apart])) if apart.any() else None
+    return distance, float(np.arctan2(np.linalg.norm(turned[1:]), turned[0])) if len(turned) else None
+
+
+def polynomials(terms: Constraints, y: np.ndarray) -> np.ndarray:
+    """Polynomials (m,) without signals where probe rows are y (j,)."""
+    read, found = np.append(y, 1.0), np.zeros(len(terms.names))  # the number -1 reads 1
     np.add.at(found, terms.row, terms.coefficient * read[terms.i] * read[terms.j])
     return found

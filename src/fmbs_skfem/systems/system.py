@@ -73,18 +73,22 @@ class Constraints:
     loose: tuple[str, ...] = ()  #: joints that events release or lock: none of their rows is eliminated or follows from others
 
 
-@storable
 @dataclass(frozen=True)
 class Lock:
     """Rows that hold two places together from an event on, and the numbers s of them that are read of the state then.
 
-    `numbers` are polynomials in probe rows, one a number, as constraints are; each is the value of one of the `signals`.
+    `numbers` are polynomials in probe rows, one a number, as constraints are; each is the value of one of the `signals`. So are
+    those of the `gap` between the places, see `events.gap_of`.
     """
 
     joint: str
     rows: Annotated[Constraints, Inside("y k")]
     numbers: Annotated[Constraints, Inside("y k m=l")]
     signals: Annotated[np.ndarray, Indices("l", end="k")]
+    gap: Annotated[Constraints, Inside("y k")] = field(default_factory=Constraints)
+
+
+storable(Lock, gap=lambda values: Constraints())
 
 
 @storable
