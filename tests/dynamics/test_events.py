@@ -17,7 +17,7 @@ from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
-from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.notices import Notice, Remark
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_errors, integrate, outputs, start
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows
@@ -194,6 +194,30 @@ def test_when_events_happen(when: str, direction: str, times: list[float]) -> No
     assert_allclose(outputs(motion)["rate"], SPIN, rtol=5e-5)
 
 
+@pytest.mark.parametrize("once, times", [(True, [0.025]), (False, [0.025, 0.075, 0.125, 0.175])])
+def test_events_that_happen_once_and_what_changes_nothing(once: bool, times: list[float]) -> None:
+    """Resumed runs know what has happened; a remark says, once a joint, that it is locked or free already."""
+    told = {
+        "brake": event("cos(20 * pi * t)", lock=("pin",), once=once),
+        "open": event("t - 0.01", release=("latch",)),
+        "never": event("t - 9", lock=("latch",)),
+    }
+    system, scheme = rod(told, more=[Latch("latch", ROD)]), GeneralizedAlpha(H)
+    found: list[tuple[Rows, Checkpoint]] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        motion = integrate(
+            system, scheme, 0.2, record=lambda moment: found.append((moment.rows(0, moment.kept), moment.checkpoint()))
+        )
+        again = integrate(system, scheme, 0.2, resume=Resumed(found[0][1], found[0][0]))
+    assert_allclose([one.time for one in motion.events if one.name == "brake"], times, atol=1e-9)
+    assert again.events == motion.events
+    remarks = {str(one.message) for one in caught if one.category is Remark}
+    free = "event 'open' releases joint 'latch', which is free already, at t = 0.01 s"
+    locked = "event 'brake' locks joint 'pin', which is locked already, at t = 0.075 s; say 'once: true' if it is to happen once"
+    assert {text for text in remarks if "0.01 s" in text or "0.075 s" in text} == ({free} if once else {free, locked})
+
+
 def test_several_in_one_step_and_at_one_instant() -> None:
     """The first one stands first; a value that jumps over zero by what another one does has crossed it, its own action does not."""
     told = {
@@ -266,19 +290,21 @@ def test_a_gap_is_told_and_warned_of_where_a_latch_keeps_it(apart: float, warned
     assert any("keeps them so" in str(one.message) for one in told) == (warned and word == "latch")
 
 
-def test_files_of_earlier_versions_know_no_gap() -> None:
-    lock = assemble(
+def test_files_of_earlier_versions_know_neither_gaps_nor_what_happens_once() -> None:
+    system = assemble(
         [rigid(name, M, J, (0.0, 0.0), dim=2) for name in "ab"],
         [Latch("latch", At("a", "frame"), At("b", "frame"))],
         outputs={"a": probes.Position(At("a", "frame"))},
-        events={"grab": event("a.x - 1", lock=("latch",))},
-    ).locks[0]
+        events={"grab": event("a.x - 1", lock=("latch",), once=True)},
+    )
     arrays: list[np.ndarray] = []
-    tree = container.encode(lock, arrays, "lock")
-    y = np.zeros(20)
-    assert gap_of(container.decode(tree, arrays, "lock"), y) == (0.0, 0.0)
-    del tree["fields"]["gap"]
-    assert gap_of(container.decode(tree, arrays, "lock"), y) == (None, None)
+    lock, trigger = (container.encode(one, arrays, "") for one in (system.locks[0], system.triggers[0]))
+    y = system.probes(system.x0)
+    assert gap_of(container.decode(lock, arrays, ""), y) == (0.0, 0.0)
+    assert container.decode(trigger, arrays, "").once
+    del lock["fields"]["gap"], trigger["fields"]["once"]
+    assert gap_of(container.decode(lock, arrays, ""), y) == (None, None)
+    assert not container.decode(trigger, arrays, "").once
 
 
 def test_resumed_runs_have_the_same_bits() -> None:

@@ -9,6 +9,7 @@ TINY of a step are too short for the method, whose reactions are noise there: th
 zero at the start counts as crossing zero there where it leaves in the direction of its event. A value that is on
 the same side at both ends of a step may have been beyond zero between them (`dips`). An event that has happened is on
 guard again once its value is clearly not zero: neither its own action nor round-off make it happen twice at one instant.
+One that is to happen once is not.
 
 Source (events by the sign of functions, and starts after them): Hairer, Norsett, Wanner, Solving ordinary differential equations I,
 2nd ed., Springer 1993, section II.6; impulses on constraints: Brogliato, Nonsmooth Mechanics, 3rd ed., Springer 2016, section 4.2.
@@ -23,7 +24,7 @@ import numpy as np
 
 from ..core import ranks
 from ..core.errors import Reason, SolverError
-from ..core.notices import notify
+from ..core.notices import notify, remark
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled
 from ..systems.events import gap_of, numbers_of
@@ -75,6 +76,7 @@ class Watch:
         self.noise = self.noise_of(run)  #: values (t,) below which they are zero
         self.size = np.zeros(len(self.triggers))  #: of the values in the last step with an event
         self.happened: list[Happening] = []
+        self.idle = set[str]()  #: remarks on what changes nothing, each made once
         self.trail = (np.full(len(self.triggers), np.nan),) * 2  #: values (t,) of the last two steps
 
     def noise_of(self, run: Run) -> np.ndarray:
@@ -147,8 +149,8 @@ class Watch:
 
     def guard(self, values: np.ndarray, but: Sequence[int] = ()) -> None:
         """Remember the signs of values (t,) that are clearly not zero, `but` those of some events."""
-        found = self.signs(values)
-        found[list(but)] = 0
+        found, names = self.signs(values), {one.name for one in self.happened}
+        found[[*but, *(k for k, one in enumerate(self.triggers) if one.once and one.name in names)]] = 0
         self.sides = np.where(found != 0, found, self.sides)
 
     def dip(self, run: Run, before: Sequence[np.ndarray], now: np.ndarray) -> float:
@@ -242,7 +244,7 @@ class Watch:
         gaps = list[tuple[Gap, ...]]()
         for one in (self.triggers[k] for k in due):
             self.let_go(model, one.name, one.release, x, late)
-            gaps.append(tuple(self.hold(model, f"event '{one.name}', t = {time:.6g} s", name, x) for name in one.lock))
+            gaps.append(tuple(self.hold(model, one.name, name, x, late) for name in one.lock))
         off = run.step.space.off
         off[:] = ~self.closed | follows(model, x, late, self.closed)
         at = Instant(late, x, v, off > 0.0, state.memory)
@@ -270,16 +272,29 @@ class Watch:
                     )
                 last[name] = act
 
-    def hold(self, model: Compiled, where: str, name: str, x: np.ndarray) -> Gap:
+    def tell_of_nothing(self, event: str, act: str, state: str, name: str, time: float) -> None:
+        """A remark, made once, of a joint that an event locks or releases and that is so already."""
+        text = f"event '{event}' {act} joint '{name}', which is {state} already"
+        if text not in self.idle:
+            self.idle.add(text)
+            again = "; say 'once: true' if it is to happen once" if any(one.name == event for one in self.happened) else ""
+            remark(f"{text}, at t = {time:.6g} s{again}")
+
+    def hold(self, model: Compiled, event: str, name: str, x: np.ndarray, time: float) -> Gap:
         """Let the rows of a lock hold in the state x (n,); the gap between its places, with a notice where a latch is far open."""
         system, lock, mine = model.system, self.locks[name], self.joints == name
         own, y = rows_of_locks(system)[mine], system.probes(x)
+        already = bool(self.closed[mine][own].any())
         self.closed[mine] = own
         for signal, value in zip(lock.signals, numbers_of(lock, y), strict=True):
             self.feed.hold(self.feed.plain.signals[signal], float(value))
         gap = Gap(name, *gap_of(lock, y))
-        if own.all() and gap.distance is not None and gap.distance > FAR * system.scale:
-            text = f"{where}: latch '{name}' locks its places {gap.distance:.3g} m apart and keeps them so"
+        if already:
+            self.tell_of_nothing(event, "locks", "locked", name, time)
+        elif own.all() and gap.distance is not None and gap.distance > FAR * system.scale:
+            text = (
+                f"event '{event}', t = {time:.6g} s: latch '{name}' locks its places {gap.distance:.3g} m apart and keeps them so"
+            )
             notify(f"{text}; let 'when' watch their distance, or name places that meet")
         return gap
 
@@ -292,6 +307,8 @@ class Watch:
                 text = f"event '{event}' releases joint '{name}', which holds in all motions that the reduced model knows"
                 remedy = "train it with a run in which the event happens"
                 raise SolverError(f"{text}; {remedy}", Reason.INCONSISTENT, time, ((f"joint {name}", 0.0),))
+            if not self.closed[mine].any():
+                self.tell_of_nothing(event, "releases", "free", name, time)
             self.closed[mine] = False
 
     def arrays(self, run: Run) -> dict[str, np.ndarray]:

@@ -43,11 +43,13 @@ Read = Callable[[Terms], Constraints]  #: collected terms as arrays
 class Event:
     """What happens where `when`, an expression of outputs, crosses zero: in one direction, or in both.
 
-    The run stops there, joints named in `release` hold no longer, and the two places of joints named in `lock` move as one.
+    The run stops there, joints named in `release` hold no longer, and the two places of joints named in `lock` move as one. It
+    happens every time that `when` crosses zero, or the first time alone: `once: true`.
     """
 
     when: Annotated[OfState, fields.response("")]
     direction: Literal["rising", "falling", "both"] = "both"
+    once: bool = False
     stop: bool = False
     release: Names = ()
     lock: Names = ()
@@ -123,7 +125,7 @@ def attend(
                     raise InputError(
                         say(f"{place}.{key}", f"one of the joints {listed(known, one)}", f"'{one}'") + closest(one, known)
                     )
-        triggers.append(Trigger(name, number, DIRECTIONS[event.direction], event.stop, event.release, event.lock))
+        triggers.append(Trigger(name, number, DIRECTIONS[event.direction], event.stop, event.release, event.lock, event.once))
     locked = dict.fromkeys(name for one in triggers for name in one.lock)
     for joint in joints:
         if events and isinstance(joint, Latch) and joint.name not in locked:

@@ -91,7 +91,6 @@ class Lock:
 storable(Lock, gap=lambda values: Constraints())
 
 
-@storable
 @dataclass(frozen=True)
 class Trigger:
     """An event: the value that crosses zero, and what happens then."""
@@ -102,6 +101,10 @@ class Trigger:
     stop: bool
     release: tuple[str, ...]  #: joints
     lock: tuple[str, ...]
+    once: bool = False  #: whether it happens the first time alone
+
+
+storable(Trigger, once=lambda values: False)
 
 
 @storable
