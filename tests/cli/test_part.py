@@ -114,7 +114,14 @@ def test_a_training_goes_on(folder: Path, tmp_path: Path) -> None:
     [
         (("train", "scene.yaml", "--body", "beem", "--alone"), "did you mean 'beam'"),
         (("train", "scene.yaml", "--body", "beam", "--alone", "--out", "beam.part.h5"), "a new file, got one that exists"),
-        (("train", "chain.yaml", "--body", "upper", "--alone"), "a full elastic body (none here), got 'upper', a part"),
+        (
+            ("train", "chain.yaml", "--body", "upper", "--alone"),
+            "a full elastic body (none here), got 'upper', a part; give the scene with the full",
+        ),
+        (
+            ("check", "beam.part.h5", "chain.yaml", "--body", "upper"),
+            "'upper', a part; give the scene with the full body, in whose",
+        ),
         (("train", "scene.yaml", "--body", "beam", "--strain", "1e-3"), "--alone: expected it beside the sizes of its motions"),
         (("info", "scene.yaml"), "'fmbs_skfem part' in its first line"),
         (("check", "beam.part.h5", "mute.yaml", "--body", "beam"), "outputs, whose errors are found, got none; add one"),

@@ -93,7 +93,8 @@ def body_of(job: Job, scene: Scene, name: str) -> tuple[Body, list[Body]]:
     if part.cells is None or part.shapes is not None:
         elastic = [one.name for one in found if one.cells is not None and one.shapes is None]
         kind = scene.bodies[name].word
-        raise InputError(say("--body", f"a full elastic body ({', '.join(elastic) or 'none here'})", f"'{name}', a {kind}"))
+        remedy = "give the scene with the full body, in whose place the part stands" if part.shapes is not None else ""
+        raise InputError(say("--body", f"a full elastic body ({', '.join(elastic) or 'none here'})", f"'{name}', a {kind}", remedy))
     return part, found
 
 
