@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import pytest
@@ -134,6 +135,23 @@ def test_refused(folder: Path, options: tuple[str, ...], told: str, monkeypatch:
     done = fmbs("part", *options)
     assert done.code in (3, 8)
     assert told in done.err.replace("\n", " ")
+
+
+def test_sweeps_say_in_which_samples_parts_leave_their_training(folder: Path, tmp_path: Path) -> None:
+    text = CHAIN.replace("bodies:", "parameters: {F: {value: 1 mN, range: [1 mN, 2000 N]}}\nbodies:", 1).replace(
+        "[1 mN, 0]", "[F, 0]"
+    )
+    (table := tmp_path / "points.csv").write_text("F [N]\n0.001\n2000\n-1\n")
+    scene, out = kept(folder / "sweep.yaml", text), tmp_path / "out"
+    found = fmbs("sweep", scene, "--list", table, "--workers", "1", "--no-plots", "--json", "--out", out)
+    assert found.code == 0, found.err
+    alone = fmbs("run", scene, "--set", "F=2000 N", "--json", "--no-plots", "--out", tmp_path / "run").json["beyond_training"]
+    parts = len({one["body"] for one in alone})
+    assert parts > 0
+    (one,) = found.json["outside_training"]
+    assert one == {"member": 1, "values": {"F": 2000.0}, "parts": parts}
+    with (out / "sweep.csv").open() as file:
+        assert [row["parts outside training"] for row in csv.DictReader(file)] == ["0", str(parts), "0"]
 
 
 def test_strains_beyond_the_training_are_told_and_strict_stops(folder: Path, tmp_path: Path) -> None:

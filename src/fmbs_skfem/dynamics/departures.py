@@ -92,6 +92,11 @@ def find(trajectory: Trajectory) -> list[Departure]:
     return find_in(trajectory.system, trajectory.times, trajectory.x) + find_missing(trajectory.system, *looks(trajectory))
 
 
+def count_parts(trajectory: Trajectory) -> int | None:
+    """How many parts leave their training in a motion; None where no part knows its own."""
+    return len({one.body for one in find(trajectory)}) if trained_parts(trajectory.system) else None
+
+
 def looks(trajectory: Trajectory) -> tuple[np.ndarray, dict[str, Look]]:
     """What parts miss at some times (s,) of a motion, or at some load factors or times of equilibria, the last one among them."""
     system, count, moves = trajectory.system, len(trajectory.times), trajectory.v.any() or trajectory.a.any()

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 INSTANTS = 601  #: of the histories that a member leaves, at most
 NUMBERS = 4_000_000  #: most numbers of states of a member, so that extremes are those of as many steps
+OUTSIDE = "parts outside training"  #: of the numbers of a member
 NEAR = 1e-6  #: part of a step that is round-off
 
 
@@ -236,11 +237,13 @@ def run_case(case: Case, instants: int) -> Result:
 
 
 def keep_outputs(motion: Trajectory) -> Result:
-    """The outputs at all stored states."""
-    from ..dynamics import outputs
+    """The outputs at all stored states, and how many parts leave their training in them."""
+    from ..dynamics import departures, outputs
     from ..systems import probes
 
-    return Result(motion.times, outputs(motion), probes.column_units(motion.system.outputs))
+    outside = departures.count_parts(motion)
+    numbers = {} if outside is None else {OUTSIDE: float(outside)}
+    return Result(motion.times, outputs(motion), probes.column_units(motion.system.outputs), numbers)
 
 
 def choose_steps(case: Case, instants: int) -> np.ndarray:

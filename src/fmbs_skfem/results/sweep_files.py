@@ -1,7 +1,8 @@
 r"""Files of a sweep: a record for every member, complete or not at all, and one table of all of them.
 
     members/000017.h5    as soon as the member is settled
-    sweep.csv            a row a member: parameters, smallest, largest and last value of every output, status, cost
+    sweep.csv            a row a member: parameters, smallest, largest and last value of every output, parts that
+                         leave their training, status, cost
     sweep.h5             parameters (k, d), status, times and histories (k, s)
 
 All are written beside their place, flushed to the disk and renamed.

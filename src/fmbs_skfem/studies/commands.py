@@ -246,7 +246,7 @@ def sweep(
     SCENE is a scene whose parameters have ranges, or a reduced model (NAME.h5) saved by `fmbs train`. `out` gets every sample in
     the folder members when it is done, and at the end sweep.csv and sweep.h5 with plots. Samples that fail, hang or lose their
     process are listed, the others finish (exit code 5). Smallest and largest values of outputs are those of all steps, also between
-    the stored instants; a warning tells where memory has room for fewer.
+    the stored instants; a warning tells where memory has room for fewer. A column says how many reduced parts leave their training.
 
     In Python a range is ("0.7 GPa", "1.3 GPa", "log"), the scheduler may be any executor of concurrent.futures, and samples without
     a result raise SweepFailure, whose `result` has the others.

@@ -16,7 +16,7 @@ from ..core.notices import notify
 from ..core.records import dataclass
 from ..reduction import parameters as boxes
 from ..reduction import parametric_model, prediction, response_surfaces, sensitivity, sweeps
-from ..reduction.members import Status
+from ..reduction.members import OUTSIDE, Status
 from ..reduction.sweeps import SweepOptions
 from ..results import sweep_files, sweep_plots, training_plots
 from . import compiling, reports, sweep_sources
@@ -156,9 +156,11 @@ def finish(
 ) -> SweepResult:
     """Tables, plots and the report of a sweep."""
     table = sweep_files.collect(members.parameters, points, records)
-    table = replace(table, numbers=table.numbers | sweep_sources.predict_errors(members, points))
+    predicted = sweep_sources.predict_errors(members, points)
+    table = replace(table, numbers=table.numbers | predicted)
     figures = figures_of(job, members, table)
     report = report_of(members, table, outcome, records) | {"fingerprint": sweep_sources.fingerprint(members, points)}
+    report |= {"predicted_error": {name: -low(-column) for name, column in predicted.items()}, **outside_of(table)}
     found = indices_of(table) if more.indices else {}
     fitted = surfaces_of(table) if more.surfaces else {}
     report |= {"provenance": origin, "notices": job.notices} | ({"sobol_indices": found} if more.indices else {})
@@ -281,7 +283,6 @@ def report_of(members: Members, table: Sweep, outcome: SweepOutcome, records: Ma
             name: {kind: {"min": low(values), "max": -low(-values)} for kind, values in sweep_files.extremes(table, name).items()}
             for name in table.columns
         },
-        "predicted_error": {name: -low(-column) for name, column in table.numbers.items()},
         "failed": [
             {"member": one.number, "values": one.values, "status": one.status.value, "reason": one.reason, "message": one.message}
             for one in failed
@@ -293,6 +294,19 @@ def report_of(members: Members, table: Sweep, outcome: SweepOutcome, records: Ma
         "cpu_s": outcome.cpu_s,
         "overhead": outcome.overhead,
     }
+
+
+def outside_of(table: Sweep) -> dict[str, Any]:
+    """Members in which parts leave their training, with the number of parts; nothing where no part knows its own."""
+    if OUTSIDE not in table.numbers:
+        return {}
+    counts = table.numbers[OUTSIDE]
+    names = [own.name for own in table.parameters]
+    found = [
+        {"member": k, "values": dict(zip(names, table.points[k].tolist(), strict=True)), "parts": int(counts[k])}
+        for k in np.flatnonzero(counts > 0.0).tolist()
+    ]
+    return {"outside_training": found}
 
 
 def low(values: np.ndarray) -> float:
