@@ -71,6 +71,7 @@ class Reason(Enum):
     UNSTABLE = "the energy balance rises"
     GROWING = "the closed loop is unstable"
     INCONSISTENT = "the joints contradict each other or the initial state"
+    NO_EQUILIBRIUM = "the loads have no equilibrium"
 
 
 class SolverError(FmbsError, RuntimeError):

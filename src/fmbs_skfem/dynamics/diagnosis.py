@@ -155,6 +155,13 @@ def at_start(found: Diagnosis) -> Cause:
     listed = ", ".join(name for name, _ in found.residuals[:LISTED]) or "the joints"
     if found.reason is Reason.NOT_FINITE:
         return not_finite(found.message)
+    if found.reason is Reason.NO_EQUILIBRIUM:
+        what = "the loads at t = 0 have no equilibrium that load steps reach"
+        return Cause(
+            "equilibrium",
+            what,
+            "solve it as `analysis: {type: static}`, which shows how far the loads go, or start in the reference",
+        )
     if found.reason is Reason.SINGULAR_TANGENT:
         return Cause(
             "massless", f"nothing holds or weighs down {listed}", "give the body a density or a mass, or hold it by joints"

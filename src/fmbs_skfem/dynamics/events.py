@@ -334,10 +334,10 @@ class Watch:
             self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss, gap))
 
 
-def open_at_start(model: Compiled) -> np.ndarray:
-    """Rows (m,) bool that do not hold at the start: those of locks, and of loose joints where others hold already."""
+def open_at_start(model: Compiled, x: np.ndarray) -> np.ndarray:
+    """Rows (m,) bool that do not hold where a motion starts, at x (n,): of locks, and of loose joints where others hold."""
     closed = ~rows_of_locks(model.system)
-    return np.asarray(~closed | follows(model, model.system.x0, 0.0, closed))
+    return np.asarray(~closed | follows(model, x, 0.0, closed))
 
 
 def follows(model: Compiled, x: np.ndarray, time: float, closed: np.ndarray) -> np.ndarray:

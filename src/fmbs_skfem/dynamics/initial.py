@@ -51,6 +51,7 @@ class Instant(NamedTuple):
     v: np.ndarray
     off: np.ndarray  #: (m,) bool, constraint rows that do not hold
     memory: np.ndarray | None = None  #: (l,) what forces keep, see `compiled.place`
+    first: bool = False  #: whether the motion starts there: velocities are projected, and no impulse acts
 
 
 class Start(NamedTuple):
@@ -134,7 +135,7 @@ def closed(system: System, phi: np.ndarray, J: Array) -> None:
 
 def start_of(model: Compiled) -> Instant:
     """The start of a motion, in which all rows hold."""
-    return Instant(0.0, model.system.x0, model.system.v0, np.zeros(model.constraints, bool))
+    return Instant(0.0, model.system.x0, model.system.v0, np.zeros(model.constraints, bool), first=True)
 
 
 def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | None = None, span: float | None = None) -> Start:
@@ -156,7 +157,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
         method = method_of(scheme, Newton(), h, model)
         M = M + compilation.probe_tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory, v) / method.bh
     invert = partial(augmented, model) if model.pattern else None
-    solve = kkt_solver(held(system, on), M, J, at.memory is None, invert)
+    solve = kkt_solver(held(system, on), M, J, at.first, invert)
     still, k = np.zeros(len(x)), np.arange(5.0)[:, None]
 
     def along(d: float, *rates: np.ndarray) -> np.ndarray:
@@ -168,7 +169,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     d = DRIFT * h
     drift = np.zeros(len(phi)) if steady else RATE @ along(d, still) / (12 * d)
     gap = J @ v + drift
-    v = projected(system, v, solve, gap) if at.memory is None else v + jump(model, held(system, on), x, J, gap, h, invert)
+    v = projected(system, v, solve, gap) if at.first else v + jump(model, held(system, on), x, J, gap, h, invert)
     f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
     a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
@@ -308,8 +309,8 @@ def histories_work(system: System) -> bool:
     return bool(driven_rows(system.constraints).any()) or any(map(forces.histories, system.loads.forces))
 
 
-def first_step(model: Compiled, start: Start, method: Method, stored: int) -> Step:
-    """A step with its space and room for so many states."""
+def first_step(model: Compiled, start: Start, method: Method, stored: int, memory: np.ndarray | None = None) -> Step:
+    """A step with its space and room for so many states; `memory` as in `first_state`."""
     n, m = model.system.size, model.constraints
     apart = (woodbury.fill, woodbury.close, woodbury.correct) if columns_apart(model) else ()
     routines = evaluation.evaluate, *factors.doors(model.layout.storage), settling.settle, *apart
@@ -325,7 +326,7 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int) -> St
         counters,
         np.zeros(2, np.int64),
     )
-    space, state = compilation.space(model), first_state(model, start, method.c)
+    space, state = compilation.space(model), first_state(model, start, method.c, memory)
     space.gradients[1] = state.gradients
     state = state._replace(gradients=space.gradients[1])  # one memory, so that a step copies them once
     return Step(space, model.arrays, doors, state, workspace(model), method, job)

@@ -12,11 +12,11 @@ from ..core import machine_memory
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import Notice, Progress, notify, remark
 from ..systems import forces, responses
-from ..systems.compiled import compile_system
+from ..systems.compiled import accepted, compile_system
 from ..systems.controllers import Controlled
 from ..systems.events import with_locks
 from ..systems.system import System
-from . import departures, stepping
+from . import departures, rest, stepping
 from .checkpoint import Record, Resumed
 from .dividing import HALVINGS, divided
 from .events import Watch, open_at_start
@@ -58,6 +58,8 @@ def integrate(
     resume: Resumed | None = None,
 ) -> Trajectory:
     """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the end, or after the steps listed.
+
+    It starts in the reference, or in the equilibrium of the loads: `GeneralizedAlpha(step, start="equilibrium")`.
 
     The trajectory holds times (s,), x, v and a (s, n) in the unknowns of the system, and multipliers (s, m). The number of steps is
     duration / step, rounded with a notice. Initial velocities are projected onto the constraints with a notice. A step that fails
@@ -141,6 +143,8 @@ def begun(
     live: bool = False,
 ) -> Run:
     """A run at its start, or where it was left; a live one takes its inputs from outside."""
+    at_rest = scheme.start == "equilibrium" and resume is None
+    x, v, memory = rest.in_equilibrium(system, newton) if at_rest else rest.in_reference(system)
     facing = live or system.triggers or any(isinstance(one, Controlled) for one in system.signals)
     feed = Feed(system := with_locks(system), scheme) if facing else None
     model = compile_system(system)
@@ -148,7 +152,7 @@ def begun(
         system, model = feed.system, replace(model, system=feed.system)
     n, m = system.size, model.constraints
     none = np.zeros(n)
-    first = Instant(0.0, system.x0, system.v0, open_at_start(model))
+    first = Instant(0.0, x, v, open_at_start(model, x), memory, first=True)
     start = (
         consistent_start(model, scheme, first)
         if resume is None
@@ -156,7 +160,8 @@ def begun(
     )
     rows = np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
-    step = first_step(model, start, method_of(scheme, newton, scheme.step, model), len(kept))
+    kept_by_forces = None if memory is None else accepted(model, x, start.v, memory)
+    step = first_step(model, start, method_of(scheme, newton, scheme.step, model), len(kept), kept_by_forces)
     step.space.off[:] = first.off
     step.job.out[:, 0] = step.state.x, start.v[model.order], start.a[model.order]
     step.job.multipliers[0], step.job.memory[0] = start.multipliers, step.state.memory

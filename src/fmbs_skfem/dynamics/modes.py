@@ -240,6 +240,12 @@ def grows(omega: np.ndarray, growth: np.ndarray) -> np.ndarray:
     return np.asarray(growth > GROWS * np.hypot(omega, growth).max(initial=0.0))
 
 
+def instability(path: Trajectory) -> str:
+    """What is said of the last state of a load path where it is unstable; nothing elsewhere, see `growth`."""
+    found = growth(path)
+    return f"the equilibrium is unstable, a small push grows by {found:.3g} 1/s" if found else ""
+
+
 def growth(path: Trajectory) -> float:
     """Largest s = sqrt(-omega^2) [1/s] of the last state of a load path (`solve_statics`), 0 where it is stable.
 

@@ -27,21 +27,27 @@ BRISK, LAZY = 0.005, 0.05  #: contractions above which new factors pay, where th
 FEW = 24  #: unknowns of reduced models whose factors cost little
 DYNAMIC, STATIC = 2e-12, 1e-10  #: default tolerances: errors of steps add up, those of equilibria do not
 Solver: TypeAlias = Literal["own", "pardiso"]
+Start: TypeAlias = Literal["reference", "equilibrium"]  #: where a motion does so
 
 
-@storable
 @dataclass(frozen=True)
 class GeneralizedAlpha:
-    """Step h [s] and spectral radius rho_inf at infinite frequency, 0 (asymptotic annihilation) to 1 (no damping)."""
+    """Step h [s], and spectral radius rho_inf at infinite frequency, 0 (asymptotic annihilation) to 1 (no damping).
+
+    Motions start in the reference, or in the equilibrium of the loads at t = 0, see `rest`.
+    """
 
     step: float
     rho_inf: float = 0.8
+    start: Start = "reference"
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.step) and self.step > 0):
             raise InputError(say("analysis.step", "a positive time [s]", self.step))
         if not 0 <= self.rho_inf <= 1:
             raise InputError(say("analysis.rho_inf", "a number between 0 and 1", self.rho_inf))
+        if self.start not in get_args(Start):
+            raise InputError(say("analysis.start", " or ".join(get_args(Start)), self.start))
 
     @property
     def coefficients(self) -> tuple[float, float, float, float]:
@@ -50,6 +56,9 @@ class GeneralizedAlpha:
         am, af = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
         gamma = 0.5 + af - am
         return am, af, gamma, (gamma + 0.5) ** 2 / 4
+
+
+storable(GeneralizedAlpha, start=lambda values: "reference")
 
 
 @storable

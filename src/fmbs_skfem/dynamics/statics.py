@@ -50,13 +50,18 @@ class Equilibrium:
 
 
 def solve_statics(
-    system: System, steps: int = 10, newton: Newton | None = None, time: float = 1.0, progress: Progress | None = None
+    system: System,
+    steps: int = 10,
+    newton: Newton | None = None,
+    time: float = 1.0,
+    progress: Progress | None = None,
+    begin: np.ndarray | None = None,
 ) -> Trajectory:
     """Equilibria at the load factors 0, 1/steps, ..., 1, as a Trajectory over them; the factor 1 stands for `time` [s].
 
     Loads without a history and constant displacements grow with the load factor, histories and drives are followed.
     A load step that does not converge is taken in shorter ones, several times if need be; then SolverError carries the equilibria
-    found so far.
+    found so far. The first iteration begins at `begin` (n,), or at x0.
     """
     newton = newton or Newton(STATIC)
     if steps < 1:
@@ -67,7 +72,7 @@ def solve_statics(
     def solve(factor: float, last: Equilibrium) -> Equilibrium:
         return newton_statics(pressure.at_load_factor(model, factor), last, newton, factor, "load factor")
 
-    start = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0)
+    start = Equilibrium(0.0, system.x0 if begin is None else begin, np.zeros(model.constraints), 0)
     return reach_targets(system, solve, start, np.arange(1, steps + 1) / steps, progress)
 
 

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast, get_args
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from ..core.container import FileKind
 from ..core.errors import CorruptFile, InputError, say
 from ..core.problems import shown
 from ..core.records import dataclass
-from ..dynamics.scheme import GeneralizedAlpha
+from ..dynamics.scheme import GeneralizedAlpha, Start
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
 from . import cases, earlier, validation  # noqa: F401  (rules of what is read)
@@ -60,7 +60,7 @@ def case_of(
     if missing:
         raise InputError(say(where, "a duration and a step", f"no {' and no '.join(missing)}", "give both in seconds"))
     end, h = duration or times["duration"], step or times["step"]
-    scheme = GeneralizedAlpha(times.get("step", h), times.get("rho_inf", 0.8))
+    scheme = GeneralizedAlpha(times.get("step", h), times.get("rho_inf", 0.8), read_start(saved.notes, where))
     return cases.at_times(Case(saved.system, scheme, times.get("duration", end)), duration, step, where)
 
 
@@ -81,6 +81,16 @@ def read_times(notes: Mapping[str, Any], where: str) -> dict[str, float]:
     if wrong:
         raise CorruptFile(say(f"{where}: notes.report.{wrong[0]}", "a number", shown(found[wrong[0]]), KIND.remedy))
     return {key: float(value) for key, value in found.items()}
+
+
+def read_start(notes: Mapping[str, Any], where: str) -> Start:
+    """Where the motions of the training start, by the notes of a file."""
+    known = notes.get("report", {})
+    found = known.get("start", "reference") if isinstance(known, Mapping) else "reference"
+    for start in get_args(Start):
+        if found == start:
+            return cast(Start, start)
+    raise CorruptFile(say(f"{where}: notes.report.start", " or ".join(get_args(Start)), shown(found), KIND.remedy))
 
 
 def load(path: str | Path) -> System:

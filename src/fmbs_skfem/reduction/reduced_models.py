@@ -78,6 +78,7 @@ class TrainedReduction:
     rows: Names  #: constraint rows that are kept
     rule: Rule = PLAIN
     runs: tuple[TrainingRun, ...] = ()  #: what it was made of
+    rest: np.ndarray | None = None  #: (r,) from x0 to the start of the first run, where runs start in their equilibrium
     training_s: float = 0.0  #: CPU time [s]
 
 
@@ -109,7 +110,20 @@ def project_runs(task: TrainingTask, runs: Sequence[FullRun]) -> TrainedReductio
         TrainingRun(raw, with_rows(system, rows), partial(states, task, raw, run))
         for raw, run, system in zip(systems, runs, plain, strict=True)
     )
-    return TrainedReduction(found, rows, runs=used, training_s=clock.process_time() - begun)
+    rest = find_rest(task, systems[0], runs[0], plain[0])
+    return TrainedReduction(found, rows, runs=used, rest=rest, training_s=clock.process_time() - begun)
+
+
+def find_rest(task: TrainingTask, raw: System, run: FullRun, system: System) -> np.ndarray | None:
+    """The deviation (r,) from x0 with which a full run starts, in the unknowns of the reduced system; None of a start at x0."""
+    if task.family(run.values).scheme.start == "reference":
+        return None
+    return np.asarray(galerkin.projected(system, states(task, raw, run, slice(0, 1)))[0] - system.x0)
+
+
+def near_rest(reduction: TrainedReduction, system: System) -> System:
+    """The reduced system with what its training knows of the equilibrium."""
+    return system if reduction.rest is None else replace(system, near=system.x0 + reduction.rest)
 
 
 def hyper_reduce(reduction: TrainedReduction, hyper: HyperReduction) -> TrainedReduction:
@@ -128,7 +142,7 @@ def finish(task: TrainingTask, reduction: TrainedReduction, obstacle: str = "") 
         found = partial(reduced_case, task, replace(reduction, runs=()))
         found, obstacle = (found, obstacle) if obstacle else fit_polynomials(found, task.parameters)
     else:
-        only = with_system(task, task.family({}), reduction.rule.apply(reduction.runs[0].system))
+        only = with_system(task, task.family({}), near_rest(reduction, reduction.rule.apply(reduction.runs[0].system)))
         found = lambda values: only  # noqa: E731
     spent = reduction.training_s + clock.process_time() - begun
     return ReducedModel(found, sizes, reduction.rule.selections, spent, reduction.bases, task.plan.components, obstacle)
@@ -206,7 +220,8 @@ def find_kept_rows(task: TrainingTask, systems: Sequence[System], runs: Sequence
 def reduced_case(task: TrainingTask, reduction: TrainedReduction, values: Mapping[str, float]) -> Case:
     """The reduced case at some parameters, made from the full one."""
     case = task.family(values)
-    return with_system(task, case, reduction.rule.apply(with_rows(project(task, reduction.bases, case.system), reduction.rows)))
+    system = reduction.rule.apply(with_rows(project(task, reduction.bases, case.system), reduction.rows))
+    return with_system(task, case, near_rest(reduction, system))
 
 
 def with_system(task: TrainingTask, case: Case, system: System) -> Case:

@@ -21,6 +21,7 @@ from ..core.notices import Progress
 from ..core.problems import Found
 from ..core.records import dataclass
 from ..dynamics import initial
+from ..systems import free_motions
 from .yamlfile import Oddity, where
 
 if TYPE_CHECKING:
@@ -56,6 +57,11 @@ class Analysis(Declared, ABC):
     masses: ClassVar[bool] = True  #: whether masses count where nothing weighs
     floats: ClassVar[bool] = True  #: whether bodies may move freely, which is a warning only
     has_outputs: ClassVar[bool] = True
+
+    @property
+    def drawn(self) -> bool:
+        """Whether its first state is that in which the scene is drawn."""
+        return True
 
     @abstractmethod
     def instants(self) -> np.ndarray:
@@ -138,6 +144,14 @@ def motion_only(scene: Scene, what: str, remedy: str = "") -> Iterator[Oddity]:
         yield ("damping",), undamped
     for name, load in scene.loads.items():
         yield from ((("loads", name, key), text) for key, text in load.idle(undamped) if key)
+
+
+def refuse_unsupported(scene: Scene, raw: System, remedy: str = "\nhold them by joints") -> None:
+    """Refuse rigid motions that nothing resists where an equilibrium is asked for; weight may hold one, as of a chain."""
+    if free := free_motions.unsupported(raw)[0]:
+        listed = "".join(f"\n  {number}. {motion}" for number, motion in enumerate(free, start=1))
+        got = f"{len(free)} rigid motion{'s' if len(free) > 1 else ''} that nothing resists:{listed}"
+        refuse_free(scene, got, remedy)
 
 
 def refuse_free(scene: Scene, free: str, remedy: str) -> None:

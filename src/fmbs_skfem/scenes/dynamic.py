@@ -13,9 +13,10 @@ from ..core.fields import Time, quantity
 from ..core.notices import Progress
 from ..core.problems import Found, Keys, Problem
 from ..core.records import dataclass
-from ..dynamics import GeneralizedAlpha, Newton, Trajectory
-from . import fields, times
-from .analyses import Form, History, Work
+from ..dynamics import GeneralizedAlpha, Newton, Trajectory, rest
+from ..dynamics.scheme import Start
+from . import fields, statics, times
+from .analyses import Form, History, Work, refuse_unsupported
 from .fields import Spans
 from .yamlfile import Oddity
 
@@ -30,6 +31,8 @@ ITERATIONS, FACTORED = 2.5, 0.2  #: of a time step, usually
 @dataclass(frozen=True, kw_only=True)
 class Dynamic(History):
     """Time integration by generalized-alpha; every `every`-th step is kept, or states every so many seconds, span by span.
+
+    The motion starts as the scene is drawn, or in the equilibrium of its loads at t = 0, with the initial motion put on top of it.
 
     Without `constraints`, linear ones are eliminated, except where plates are large: sparse factors need them as multipliers.
     `solver` is that of large models: this package's, or PARDISO (the extra `pardiso`).
@@ -46,14 +49,19 @@ class Dynamic(History):
         "spectral radius at infinite frequency, from 0 (damps most) to 1 (damps nothing)",
     ] = 0.8
     every: fields.Every = 1
+    start: Start = "reference"
     tolerance: fields.NewtonTolerance = 2e-12
     solver: Literal["own", "pardiso"] = "own"
     moves: ClassVar[bool] = True
     label: ClassVar[str] = "integrating"
 
     @property
+    def drawn(self) -> bool:
+        return self.start == "reference"
+
+    @property
     def scheme(self) -> GeneralizedAlpha:
-        return GeneralizedAlpha(self.step, self.rho_inf)
+        return GeneralizedAlpha(self.step, self.rho_inf, self.start)
 
     @property
     def newton(self) -> Newton:
@@ -75,13 +83,18 @@ class Dynamic(History):
         steps, kept = round(self.duration / self.step), self.kept
         stored = len(kept) if isinstance(kept, np.ndarray) else steps // kept + 1
         counts = {"steps": steps, "stored_states": stored}
-        forces, factors = ITERATIONS + 4 * FACTORED, FACTORED
-        return Work(steps * forces, steps * factors, steps * ITERATIONS, steps * ITERATIONS, counts, steps, stored)
+        forces, factors, before = ITERATIONS + 4 * FACTORED, FACTORED, 0.0 if self.drawn else rest.LOAD_STEPS * statics.ITERATIONS
+        totals = steps * forces + 4 * before, steps * factors + before, steps * ITERATIONS, steps * ITERATIONS
+        return Work(*totals, counts, steps, stored)
 
     def solve(
         self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
     ) -> Trajectory:
         return dynamics.integrate(system, self.scheme, self.duration, self.newton, self.kept, advance, watch, resume)
+
+    def examine(self, scene: Scene, raw: System) -> None:
+        if not self.drawn:
+            refuse_unsupported(scene, raw, f"\n{rest.FREE}")
 
     def problems_in(self, scene: Scene) -> Iterator[Found]:
         """Steps that fit into the duration, and spans of time that fit to the steps."""

@@ -12,9 +12,8 @@ from ..core.fields import Count, Time
 from ..core.notices import Progress, notify
 from ..core.records import dataclass
 from ..dynamics import Newton, Trajectory, initial, loading, modes
-from ..systems import free_motions
 from . import fields
-from .analyses import Form, History, Work, motion_only, refuse_free
+from .analyses import Form, History, Work, motion_only, refuse_unsupported
 from .yamlfile import Oddity
 
 if TYPE_CHECKING:
@@ -56,10 +55,8 @@ class Static(History):
         if self.method == "arc_length":
             return dynamics.follow_path(system, dynamics.ArcLength(1.0 / self.load_steps), newton, self.time, advance)
         found = dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
-        if growth := modes.growth(found):
-            text = (
-                f"analysis: the equilibrium is unstable, a small push grows by {growth:.3g} 1/s: the structure does not stay there"
-            )
+        if unstable := modes.instability(found):
+            text = f"analysis: {unstable}: the structure does not stay there"
             notify(f"{text}; give it a small load to the side and `method: arc_length`, and see `type: buckling`")
         return found
 
@@ -68,11 +65,7 @@ class Static(History):
 
     def examine(self, scene: Scene, raw: System) -> None:
         """Rigid motions that nothing resists; weight may hold one, as of a chain."""
-        free = free_motions.unsupported(raw)[0]
-        if free:
-            listed = "".join(f"\n  {number}. {motion}" for number, motion in enumerate(free, start=1))
-            got = f"{len(free)} rigid motion{'s' if len(free) > 1 else ''} that nothing resists:{listed}"
-            refuse_free(scene, got, "\nhold them by joints")
+        refuse_unsupported(scene, raw)
 
     def idle(self, scene: Scene) -> Iterator[Oddity]:
         return motion_only(scene, "an equilibrium")

@@ -12,8 +12,7 @@ import numpy as np
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
 from ..core.records import dataclass
-from ..dynamics import initial
-from ..dynamics.scheme import GeneralizedAlpha
+from ..dynamics import initial, rest
 from ..results import segments
 from ..scenes import build, consistency, plausibility, where
 from ..systems import compiled, free_motions, layouts
@@ -52,7 +51,8 @@ def check_scene(job: Job, scene: Scene) -> Check:
     """The judgement of a scene."""
     build.check_functions(scene)
     parts = {part.name: part for part in build.parts(scene, None, job.allow_outside)}
-    raw = lighter(build.of_parts(scene, list(parts.values()), pictures=False))
+    raw = build.of_parts(scene, list(parts.values()), pictures=False)
+    raw = lighter(raw) if scene.analysis.drawn else raw
     known = plausibility.figures(scene, parts)
     warn_of_findings(scene, known)
     redundant = contradictions(raw)
@@ -143,10 +143,15 @@ def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
     if not scene.analysis.moves:
         scene.analysis.hold(reduced)
         return reduced, {"position_change": float(np.abs(reduced.lift(reduced.x0) - raw.x0).max(initial=0.0))}
-    gaps = velocity_gaps(raw)
-    x, v = initial.admissible(reduced, GeneralizedAlpha(build.dynamic(scene).step))
+    analysis, whole, begin = build.dynamic(scene), raw, reduced
+    if not analysis.drawn:
+        x, v, _ = rest.in_equilibrium(reduced, analysis.newton)
+        begin = replace(reduced, x0=x, v0=v)
+        whole = replace(raw, x0=reduced.lift(x), v0=np.asarray(reduced.lift.matrix @ v))
+    gaps = velocity_gaps(whole)
+    x, v = initial.admissible(begin, analysis.scheme)
     taken = np.asarray(reduced.lift.matrix @ v)
-    given, left = (float(u @ (raw.mass @ u)) for u in (raw.v0, taken))
+    given, left = (float(u @ (raw.mass @ u)) for u in (whole.v0, taken))
     lost = max(0.0, 1.0 - left / given) if given > 0.0 else 0.0
     if lost > LOST:
         listed = ", ".join(f"{name} by {gap:.3g} m/s" for name, gap in gaps[:3])
@@ -159,7 +164,7 @@ def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
         reduced,
         {
             "position_change": moved,
-            "velocity_change": float(np.abs(taken - raw.v0).max(initial=0.0)),
+            "velocity_change": float(np.abs(taken - whole.v0).max(initial=0.0)),
             "energy_lost": lost,
             "worst_velocities": [{"row": name, "gap": gap} for name, gap in gaps[:5]],
         },

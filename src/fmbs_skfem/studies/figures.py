@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import dynamics
-from ..dynamics import GeneralizedAlpha
 from ..reduction import residual_norms
 from ..results import plots
 from ..results.speed import Point
@@ -129,7 +128,7 @@ def readable(error: np.ndarray, size: float) -> np.ndarray:
 def norms(scene: Scene, study: Comparison) -> Figure:
     """Norms of the full residual on the motion of the reduced model by component."""
     assert study.full.system.full is not None
-    scheme = GeneralizedAlpha(study["full"].step, build.dynamic(scene).rho_inf)
+    scheme = dataclasses.replace(build.dynamic(scene).scheme, step=study["full"].step)
     found = residual_norms(study.full.system.full, study.motions["component"], scheme)
     curves = {"two-norm": found.plain, "constraint forces": found.constraint, "gappy norm": found.gappy}
     return plots.norms(found.times, curves, "norm of the full model's residual")

@@ -79,6 +79,7 @@ def train(job: Job, scene: Scene, plan: Plan) -> ReductionResult:
         "snnls_s": {selection.component: selection.snnls_s for selection in model.selections},
         "step": own.scheme.step,
         "rho_inf": own.scheme.rho_inf,
+        "start": own.scheme.start,
         "duration": own.duration,
     }
     about = f"{report['scene']}: {model.system.size} coordinates for {raw.size}, largest relative error {errors.maximum:.1e}"

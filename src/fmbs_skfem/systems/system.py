@@ -200,6 +200,8 @@ class System:
     triggers: tuple[Trigger, ...] = ()
     readings: tuple[Any, ...] = ()  #: what controllers and events read of outputs, see `readings`
     full: System | None = None  #: the form with all multipliers, from which reactions are recovered
+    #: (n,) a state near the equilibrium of the loads at t = 0, of reduced systems whose motions start there; empty elsewhere
+    near: Annotated[np.ndarray, Reals("*")] = field(default_factory=lambda: np.zeros(0))
 
     @property
     def size(self) -> int:
@@ -225,6 +227,7 @@ storable(
     metric=lambda values: csr_array(eye_array(len(values["x0"]))),
     weight=lambda values: 1.0,
     origin=lambda values: np.zeros(values["dim"]),
+    near=lambda values: np.zeros(0),
 )
 
 
@@ -345,13 +348,6 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
         product = affine.matrix @ V
         return Affine(csr_array(product) if is_sparse(product) else product, affine(d))
 
-    def project(x: np.ndarray) -> np.ndarray:
-        if kept is not None:
-            return np.asarray(x[kept])
-        if not isinstance(V, np.ndarray):
-            return np.asarray(spsolve((V.T @ V).tocsc(), V.T @ x)).reshape(V.shape[1])
-        return np.linalg.lstsq(V, x, rcond=None)[0]
-
     def carry(elastic: Elastic) -> Elastic:
         return replace(elastic, gather=terms.carry(elastic.gather, elastic.name, lift, V, d))
 
@@ -367,9 +363,19 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
         probes=compose(system.probes),
         sensors=compose(system.sensors),
         loads=replace(system.loads, constant=V.T @ (system.loads.constant - pull), springs=moved_springs(system, V, d, pull)),
-        x0=project(system.x0 - d),
-        v0=project(system.v0),
+        x0=project(V, system.x0 - d),
+        v0=project(V, system.v0),
+        near=project(V, system.near - d) if len(system.near) else system.near,
     )
+
+
+def project(V: Matrix, x: np.ndarray) -> np.ndarray:
+    """The z (r,) for which V z is nearest to x (n,), V (n, r) of full rank."""
+    if (kept := chosen(V)) is not None:
+        return np.asarray(x[kept])
+    if not isinstance(V, np.ndarray):
+        return np.asarray(spsolve((V.T @ V).tocsc(), V.T @ x)).reshape(V.shape[1])
+    return np.linalg.lstsq(V, x, rcond=None)[0]
 
 
 def moved_springs(system: System, V: Matrix, d: np.ndarray, pull: np.ndarray) -> np.ndarray:
