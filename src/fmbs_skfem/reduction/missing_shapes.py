@@ -18,7 +18,7 @@ from ..core.linalg import as_dense, squares
 from ..systems import shape_points
 from . import parts, pod
 
-COUNT = 12  #: functions T
+LEAST, PART = 12, 3  #: least number of functions T, and of how many of S there is one where these are more
 MOST = 2_000_000  #: numbers in the tables of a part, up to which it has them
 ROUND = 1e-9  #: least that a part is said to miss, over the size of its body: Newton's iteration leaves as much
 
@@ -33,7 +33,7 @@ def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> 
         return None
     W, left_out = parts.metric(part), max(distance(part, S, states), ROUND * extent(part))
     U, s = pod.left_singular(W, outside(part, S, columns))
-    T = U[:, s > ROUND * extent(part)][:, :COUNT]
+    T = U[:, s > ROUND * extent(part)][:, : count_for(S)]
     if not T.shape[1]:
         return None
     F = np.hstack([S, T])
@@ -44,11 +44,16 @@ def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> 
     return MissingShapes(points.table, positions, points.section, mass, F.T @ (W @ F), rows @ F, place, left_out)
 
 
+def count_for(S: np.ndarray) -> int:
+    """Largest number of functions T beside S (b, m): what stretches where many functions bend needs many to be seen."""
+    return max(LEAST, S.shape[1] // PART)
+
+
 def is_large(part: Body, S: np.ndarray) -> bool:
     """Whether the tables of a part of the functions S (b, m) would be very large."""
     assert part.cells is not None
     K, P, _, E = part.cells.shape
-    return K * P * E * (S.shape[1] + COUNT) > MOST
+    return K * P * E * (S.shape[1] + count_for(S)) > MOST
 
 
 def why_unknown(part: Body, S: np.ndarray) -> str:
@@ -99,7 +104,7 @@ def coarser(part: Body, S: np.ndarray, states: np.ndarray, factor: np.ndarray) -
     b, own = len(S), known.metric.shape[0] - len(S)
     A = np.zeros((b + own, S.shape[1] + T.shape[1] + own))
     A[:b, : S.shape[1]], A[:b, S.shape[1] : -own], A[b:, -own:] = S, T, np.eye(own)
-    A = A[:, : S.shape[1] + COUNT]
+    A = A[:, : S.shape[1] + count_for(S)]
     return replace(
         known,
         functions=np.ascontiguousarray(known.functions @ A),
