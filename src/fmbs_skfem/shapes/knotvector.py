@@ -1,21 +1,21 @@
-"""Knot vectors t of B-splines of degree p: checks, spans, Greville abscissae, interpolation points, polar forms, extraction.
+"""Knot vectors t of B-splines of degree p: checks, spans, basis functions, Greville abscissae, interpolation points, polar forms.
 
     b = len(t) - p - 1 functions,    domain [t_p, t_b],    sum_i mean(t_{i+1} .. t_{i+p}) N_i(xi) = xi
 
-Polar forms: Ramshaw, Computer Aided Geometric Design 6 (1989), doi:10.1016/0167-8396(89)90032-0. Extraction: Borden, Scott, Evans
-and Hughes, Int. J. Numer. Meth. Engng 87 (2011), doi:10.1002/nme.2968.
+Basis functions: Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2, ch. 2. Polar forms: Ramshaw, Computer
+Aided Geometric Design 6 (1989), doi:10.1016/0167-8396(89)90032-0.
 """
 
 from __future__ import annotations
 
-import functools
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
 from ..core.errors import InputError, say
-from .table import Floats, Ints
+from .table import Floats, Ints, rows
 
 
 def freeze(where: str, values: ArrayLike) -> Floats:
@@ -77,22 +77,54 @@ def spans(degree: int, knots: Floats, xi: Floats) -> Ints:
     return np.clip(np.searchsorted(knots, xi, side="right") - 1, degree, len(knots) - degree - 2)
 
 
-def functions(degree: int, knots: Floats, xi: Floats) -> sparse.csr_array:
-    """N (x, b) at points of the domain by the recursion of Cox and de Boor, without scipy.interpolate, whose import takes 0.2 s."""
-    span = spans(degree, knots, xi)
-    values = np.zeros((len(xi), degree + 1))
-    values[:, 0] = 1.0
-    for p in range(1, degree + 1):
-        lower = values[:, :p].copy()
-        values[:, 0] = 0.0
-        for n in range(1, p + 1):
-            after, before = knots[span + n], knots[span + n - p]
-            share = np.divide(lower[:, n - 1], after - before, out=np.zeros(len(xi)), where=after > before)
-            values[:, n - 1] += share * (after - xi)
-            values[:, n] = share * (xi - before)
-    columns = span[:, None] + np.arange(-degree, 1)
-    rows = np.arange(len(xi) + 1) * (degree + 1)
-    return sparse.csr_array((values.ravel(), columns.ravel(), rows), shape=(len(xi), len(knots) - degree - 1))
+def basis(degree: int, knots: Floats, span: Ints, xi: Floats, derivatives: int, start: Floats | float = 0.0) -> Floats:
+    """N_i and their derivatives (x, k, p + 1), i = span - p .. span, on the polynomial pieces of the spans (x,), and beyond them.
+
+    `xi` (x,) counts from `start`. The functions of degree p - k give the derivatives k, see `differences`.
+    """
+    found = np.zeros((derivatives + 1, degree + 1, len(xi)))
+    for p, N in enumerate(levels(degree, knots, span, [xi] * degree, start)):
+        if (k := degree - p) <= derivatives:
+            T = differences(degree, knots, k).T
+            for i, row in enumerate(N):
+                for j in range(k + 1):
+                    found[k, i + j] += row * T[j, span - degree + i]
+    return np.ascontiguousarray(found.transpose(2, 0, 1))
+
+
+def levels(
+    degree: int, knots: Floats, span: Ints, arguments: Iterable[Floats], start: Floats | float = 0.0
+) -> Iterator[list[Floats]]:
+    """The functions of degree 0 .. p that live on the spans (x,), of rising number, (x,) each, by the recursion of Cox and de Boor.
+
+    Each step takes an argument (x,) of its own, which counts from `start`: equal ones give functions, others their polar forms.
+    """
+    N = [np.ones(len(span))]
+    yield N
+    near = [knots[span + n] - start for n in range(1 - degree, degree + 1)]
+    for p, u in zip(range(1, degree + 1), arguments, strict=True):
+        lower, N = N, [np.zeros(len(span))]
+        for n, one in enumerate(lower):
+            after, before = near[degree + n], near[degree + n - p]
+            share = one / (after - before)
+            N[n] = N[n] + share * (after - u)
+            N.append(share * (u - before))
+        yield N
+
+
+def differences(degree: int, knots: Floats, derivative: int) -> Floats:
+    """T (b - k, k + 1) of N_p^(k) = N_{p-k} T, rows from their diagonal on: a product of k factors
+
+    (D_p c)_i = p (c_i - c_{i-1}) / (t_{i+p} - t_i), zero where the knots coincide.
+    """
+    T = np.ones((len(knots) - degree - 1, 1))
+    for p in range(degree, degree - derivative, -1):
+        width = knots[p + 1 : -1] - knots[1 : -p - 1]
+        factor = np.divide(p, width, out=np.zeros_like(width), where=width > 0.0)[:, None]
+        before, T, knots = T, np.zeros((len(T) - 1, T.shape[1] + 1)), knots[1:-1]
+        T[:, :-1] = -factor * before[:-1]
+        T[:, 1:] += factor * before[1:]
+    return T
 
 
 def averages(degree: int, knots: Floats) -> Floats:
@@ -140,49 +172,8 @@ def elevation_matrix(degree: int, knots: Floats) -> sparse.csr_array:
     return sparse.csr_array(total / (degree + 1))
 
 
-def first_functions(degree: int, knots: Floats) -> Ints:
-    """First of the p + 1 functions of each span of the domain (e,)."""
-    domain = knots[degree : len(knots) - degree]
-    return np.flatnonzero(domain[:-1] < domain[1:])
-
-
-def extraction(degree: int, knots: Floats) -> Floats:
-    """Bernstein coefficients (e, p+1, p+1) of the B-splines on each span of open knots: coefficient by function.
-
-    C_ji is the polar form of N_i at p - j times the start and j times the end of the span. Cells are evaluated a few at a time, and
-    the arrays of the knots seen last are kept.
-    """
-    return _extraction(degree, tuple(knots.tolist()))
-
-
-@functools.lru_cache(maxsize=64)
-def _extraction(degree: int, numbers: tuple[float, ...]) -> Floats:
-    knots = np.array(numbers)
-    ends, first = np.unique(knots), first_functions(degree, knots)
-    spans = len(first)
-    change = insertion_matrix(degree, knots, np.concatenate([ends[:1], np.repeat(ends, degree), ends[-1:]]))
-    found = np.zeros((spans, degree + 1, degree + 1))
-    for j in range(degree + 1):
-        rows = change[degree * np.arange(spans) + j].tocoo()
-        column = rows.col - first[rows.row]
-        alive = (column >= 0) & (column <= degree)
-        found[rows.row[alive], j, column[alive]] = rows.data[alive]
-    found.setflags(write=False)
-    return found
-
-
 def _polar(degree: int, knots: Floats, starts: Floats, arguments: Floats) -> sparse.csr_array:
-    """Polar forms at the arguments u (i, p) of the polynomial pieces that live just after `starts` (i,), as an array (i, b).
-
-    Row i is a product R_1(u_1) .. R_p(u_p), R_k bringing in one coefficient more:
-    row_j <- row_j (t_{s+j} - u) / (t_{s+j} - t_{s+j-k}),  row_{j+1} <- row_j (u - t_{s+j-k}) / (t_{s+j} - t_{s+j-k}),  j = 1 .. k.
-    """
-    span = spans(degree, knots, starts)[:, None]
-    row = np.ones((len(starts), 1))
-    for k in range(1, degree + 1):
-        upper, lower = knots[span + np.arange(1, k + 1)], knots[span + np.arange(1 - k, 1)]
-        share = (arguments[:, k - 1, None] - lower) / (upper - lower)
-        row = np.pad(row * (1.0 - share), ((0, 0), (0, 1))) + np.pad(row * share, ((0, 0), (1, 0)))
-    columns = (span - degree + np.arange(degree + 1)).ravel()
-    rows = np.arange(len(starts) + 1) * (degree + 1)
-    return sparse.csr_array((row.ravel(), columns, rows), shape=(len(starts), len(knots) - degree - 1))
+    """Polar forms at the arguments u (i, p) of the polynomial pieces that live just after `starts` (i,), as an array (i, b)."""
+    span = spans(degree, knots, starts)
+    *_, row = levels(degree, knots, span, arguments.T)
+    return rows(np.stack(row, axis=1), span[:, None] + np.arange(-degree, 1), len(knots) - degree - 1)

@@ -1,15 +1,14 @@
 """Spaces of basis functions on a line: B-splines, NURBS, and the cubic Hermite functions of the ANCF cable.
 
-    r(xi) = sum_b R_b(xi) c_b,    R_b = w_b N_b / W,  W = sum_b w_b N_b,
-    R_b^(d) = (w_b N_b^(d) - sum_{j=1..d} binomial(d, j) W^(j) R_b^(d-j)) / W
+    r(xi) = sum_b R_b(xi) c_b,    R_b = w_b N_b / W,  W = sum_b w_b N_b
 
-N_b are B-splines of the knot vector, N'_p = N_{p-1} D with a matrix D of knot differences, w_b the weights of a NURBS, 1
-otherwise. Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2.
+N_b are B-splines of the knot vector (`knotvector.basis`), w_b the weights of a NURBS, 1 otherwise. Piegl and Tiller, The NURBS
+Book, 2nd ed., doi:10.1007/978-3-642-59223-2.
 """
 
 from __future__ import annotations
 
-import math
+import functools
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from ..core.container import storable
 from ..core.errors import InputError, say
 from ..core.records import dataclass
 from . import knotvector
+from . import table as tables
 from .table import Curve, Floats, Ints, Table, breaks, fit, inside, reproduce, sample, sample_field, tabulate
 
 __all__ = [
@@ -119,8 +119,11 @@ def functions(space: BSpline | Hermite) -> Ints:
     """The functions (e, b) that live on every cell; they have neighbouring numbers."""
     if isinstance(space, Hermite):
         return 2 * np.arange(len(space.breaks) - 1)[:, None] + np.arange(4)
-    first = knotvector.spans(space.degree, space.knots, breaks(space)[:-1]) - space.degree
-    return np.asarray(first[:, None] + np.arange(space.degree + 1))
+    domain = space.knots[space.degree : len(space.knots) - space.degree]
+    return np.flatnonzero(domain[:-1] < domain[1:])[:, None] + np.arange(space.degree + 1)
+
+
+_gauss = functools.cache(legendre.leggauss)  # takes as long as a table of a few cells
 
 
 @tabulate.register(BSpline)
@@ -131,58 +134,42 @@ def _(space: BSpline | Hermite, points: int = 4, derivatives: int = 2) -> Table:
         raise InputError(say("tabulate.points", "a whole number of at least 1", points, "4 points are exact for cubic cables"))
     ends = breaks(space)
     half = np.diff(ends)[:, None] / 2.0
-    sites, gauss = legendre.leggauss(int(points))
+    sites, gauss = _gauss(int(points))
     xi = (ends[:-1] + ends[1:])[:, None] / 2.0 + half * sites
     nodes = functions(space)
     values = np.zeros((len(nodes), points, 3, nodes.shape[1]))
-    for k in range(derivatives + 1):
-        rows = sample(space, xi.ravel(), k).tocoo()
-        cell, point = np.divmod(rows.row, points)
-        values[cell, point, k, rows.col - nodes[cell, 0]] = rows.data
+    found = in_cells(space, np.repeat(np.arange(len(nodes)), points), xi.ravel(), derivatives)
+    values[:, :, : derivatives + 1] = found.reshape(len(nodes), points, -1, nodes.shape[1])
     return Table(values, nodes, half * gauss, xi, space.count)
 
 
 # ---------------------------------------------------------------------------------------------------------- evaluation
-@sample.register
-def _(space: BSpline, xi: ArrayLike, derivative: int = 0) -> sparse.csr_array:
+def in_cells(space: BSpline | Hermite, cell: Ints, xi: Floats, derivatives: int = 0, start: Floats | float = 0.0) -> Floats:
+    """Functions of the cells (x,) and their derivatives (x, k, b), in a cell and beyond; `xi` (x,) counts from `start`."""
+    if isinstance(space, Hermite):
+        splines = in_cells(uniform(space.breaks), cell, xi, derivatives, start).reshape(len(xi), -1, 2, 2)
+        change = _changes(space.breaks)[cell[:, None] + np.arange(2)][:, None]
+        found = splines[..., :1] * change[..., 0, :] + splines[..., 1:] * change[..., 1, :]
+        return np.asarray(found.reshape(len(xi), -1, 4))
+    nodes = functions(space)[cell]
+    found = knotvector.basis(space.degree, space.knots, nodes[:, -1], xi, derivatives, start)
+    if space.weights is None:
+        return found
+    found *= space.weights[nodes][:, None]
+    return tables.quotient(found, found.sum(axis=2), np.arange(derivatives + 1)[:, None])
+
+
+@sample.register(BSpline)
+@sample.register(Hermite)
+def _(space: BSpline | Hermite, xi: ArrayLike, derivative: int = 0) -> sparse.csr_array:
     if derivative not in (0, 1, 2, 3):
         raise InputError(say("sample.derivative", "0, 1, 2 or 3", derivative, "fit another line to the third derivative"))
     ends = breaks(space)
     where = inside("sample", xi, ends[0], ends[-1])
-    if space.weights is None:
-        return _derivative(space, where, derivative)
-    plain = [_derivative(space, where, d) for d in range(derivative + 1)]
-    weighted = sparse.diags_array(space.weights)
-    return sparse.csr_array(_quotient([rows @ weighted for rows in plain], [rows @ space.weights for rows in plain]))
-
-
-@sample.register
-def _(space: Hermite, xi: ArrayLike, derivative: int = 0) -> sparse.csr_array:
-    return sparse.csr_array(sample(uniform(space.breaks), xi, derivative) @ hermite_to_bspline(space))
-
-
-def _derivative(space: BSpline, xi: Floats, derivative: int) -> sparse.csr_array:
-    """N^(d)_p = N_{p-d} D_{p-d+1} .. D_p, (D_p c)_i = p (c_i - c_{i-1}) / (t_{i+p} - t_i); zero where the knots coincide."""
-    degree, knots = space.degree, space.knots
-    if derivative > degree:
-        return sparse.csr_array((len(xi), space.count))
-    differences = sparse.eye_array(space.count, format="csr")
-    for p in range(degree, degree - derivative, -1):
-        width = knots[p + 1 : -1] - knots[1 : -p - 1]
-        factor = np.divide(p, width, out=np.zeros_like(width), where=width > 0.0)
-        step = sparse.diags_array([-factor, factor], offsets=[0, 1], shape=(len(factor), len(factor) + 1))
-        differences, knots = sparse.csr_array(step @ differences), knots[1:-1]
-    return sparse.csr_array(knotvector.functions(degree - derivative, knots, xi) @ differences)
-
-
-def _quotient(numerators: list[Any], denominators: list[Floats]) -> Any:
-    """Last derivative of A / W from the derivatives of A, each (x, b) sparse or dense, and of W, each (x,)."""
-    found: list[Any] = []
-    for d, numerator in enumerate(numerators):
-        for j in range(1, d + 1):
-            numerator = numerator - sparse.diags_array(math.comb(d, j) * denominators[j]) @ found[d - j]
-        found.append(sparse.diags_array(1.0 / denominators[0]) @ numerator)
-    return found[-1]
+    cell = np.clip(np.searchsorted(ends, where, side="right") - 1, 0, len(ends) - 2)
+    found = tables.rows(in_cells(space, cell, where, derivative)[:, derivative], functions(space)[cell], space.count)
+    found.eliminate_zeros()
+    return found
 
 
 # ------------------------------------------------------------------------------------------------------- reproduction
@@ -208,7 +195,8 @@ def _(space: BSpline, xi: Floats, derivative: int = 0) -> Floats:
     if space.weights is None:
         return powers[derivative]
     weight = SciPySpline(space.knots, space.weights, space.degree)
-    return np.asarray(_quotient(powers, [weight(xi, d) for d in range(derivative + 1)]))
+    weights = np.stack([weight(xi, d) for d in range(derivative + 1)], axis=1)
+    return tables.quotient(np.stack(powers, axis=1), weights, np.arange(derivative + 1)[:, None])[:, derivative]
 
 
 @reproduce.register
@@ -295,22 +283,16 @@ def hermite_to_bspline(hermite: Hermite) -> sparse.csr_array:
 
     d_2i = r_i - h_- r'_i / 3,  d_2i+1 = r_i + h_+ r'_i / 3,  with the cells h_- and h_+ beside node i, zero beyond the ends.
     """
-    left, right = _sides(hermite.breaks)
-    one = np.ones_like(left)
-    return _blocks(one, -left / 3.0, one, right / 3.0)
+    blocks = _changes(hermite.breaks)
+    places = np.arange(len(blocks) + 1)
+    return sparse.csr_array(sparse.bsr_array((blocks, places[:-1], places)))
 
 
-def _sides(ends: Floats) -> tuple[Floats, Floats]:
-    """Lengths (i,) of the cells before and after each break, zero beyond the ends."""
-    lengths = np.concatenate([[0.0], np.diff(ends), [0.0]])
-    return lengths[:-1], lengths[1:]
-
-
-def _blocks(a: Floats, b: Floats, c: Floats, d: Floats) -> sparse.csr_array:
-    """Block-diagonal array with the blocks [[a_i, b_i], [c_i, d_i]]."""
-    blocks = np.stack([a, b, c, d], axis=1).reshape(-1, 2, 2)
-    places = np.arange(len(blocks))
-    return sparse.csr_array(sparse.bsr_array((blocks, places, np.append(places, len(blocks)))))
+def _changes(ends: Floats) -> Floats:
+    """The blocks (i, 2, 2) of `hermite_to_bspline`, one a node."""
+    lengths = np.pad(np.diff(ends), 1)
+    one = np.ones_like(ends)
+    return np.stack([one, -lengths[:-1] / 3.0, one, lengths[1:] / 3.0], axis=1).reshape(-1, 2, 2)
 
 
 #: Spaces of every kind; the contract check runs over them.

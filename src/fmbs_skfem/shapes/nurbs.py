@@ -1,14 +1,12 @@
 r"""NURBS surfaces of any degree and continuity, of one or several patches.
 
     r(xi) = sum_b R_b(xi) c_b,    R_b = w_b N_b / W,    W = sum_b w_b N_b,    N_b = N_i(xi1) N_j(xi2)
-    R_b,a = (w_b N_b,a - W,a R_b) / W,    R_b,ac = (w_b N_b,ac - W,a R_b,c - W,c R_b,a - W,ac R_b) / W
 
-A cell is a non-empty pair of knot spans, xi in [0, 1]^2 its parameters divided by the lengths of the spans. On a span the B-splines
-are N_i = sum_j C_ji B_j, B_j Bernstein polynomials, which hold beyond the span too, C_ji their `knotvector.extraction`. Functions,
-cells and the functions of a cell are numbered with direction 1 running fastest, patch after patch.
+A cell is a non-empty pair of knot spans, xi in [0, 1]^2 its parameters divided by the lengths of the spans. The polynomials of a
+span hold beyond it too. Functions, cells and the functions of a cell are numbered with direction 1 running fastest, patch after
+patch.
 
-Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2; Borden, Scott, Evans and Hughes, Isogeometric finite
-element data structures based on Bezier extraction, Int. J. Numer. Meth. Engng 87 (2011), doi:10.1002/nme.2968.
+Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2.
 """
 
 from __future__ import annotations
@@ -25,9 +23,9 @@ from scipy.sparse.csgraph import connected_components
 from ..core.container import storable
 from ..core.errors import InputError, closest, say
 from ..core.records import dataclass
-from . import knotvector, line, table
+from . import line, table
 from . import surface as surfaces
-from .surface import DERIVATIVES, Parent, Surface
+from .surface import DERIVATIVES, ORDERS, Parent, Surface
 from .table import Floats, Ints
 
 TOUCH = 1e-9  #: control points nearer than this share of the surface's size coincide
@@ -133,35 +131,18 @@ def _evaluate(patch: Patch, cell: Ints, xi: Floats) -> Floats:
     span2, span1 = np.divmod(cell, patch.cells[0])
     one = _pieces(patch.lines[0], span1, xi[:, 0])
     two = _pieces(patch.lines[1], span2, xi[:, 1])
-    pairs = ((0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
-    values = np.stack([two[:, j, :, None] * one[:, i, None, :] for i, j in pairs], axis=1).reshape(len(cell), DERIVATIVES, -1)
+    values = np.stack([two[:, j, :, None] * one[:, i, None, :] for i, j in ORDERS], axis=1).reshape(len(cell), DERIVATIVES, -1)
     if patch.weights is None:
         return values
-    return _quotient(values * patch.weights.T.ravel()[_local(patch)[cell]][:, None, :])
+    values *= patch.weights.T.ravel()[_local(patch)[cell]][:, None, :]
+    return table.quotient(values, values.sum(axis=2), ORDERS)
 
 
 def _pieces(spline: line.BSpline, span: Ints, s: Floats) -> Floats:
     """B-splines and two derivatives in s (x, 3, p+1) on the polynomial pieces of the spans (x,), s = 0..1 along a span."""
-    from scipy.interpolate import BSpline as SciPySpline
-
-    p = spline.degree
-    bernstein = SciPySpline(np.repeat([0.0, 1.0], p + 1), np.eye(p + 1), p, extrapolate=True)
-    values = np.stack([bernstein(s, d) if d <= p else np.zeros((len(s), p + 1)) for d in range(3)], axis=1)
-    return np.asarray(values @ knotvector.extraction(p, spline.knots)[span])
-
-
-def _quotient(values: Floats) -> Floats:
-    """R and its derivatives (x, 6, b) from those of w N: the quotient rule."""
-    total = values.sum(axis=2, keepdims=True)
-    weight = total[:, 0]
-    found = np.empty_like(values)
-    found[:, 0] = values[:, 0] / weight
-    for k in (1, 2):
-        found[:, k] = (values[:, k] - total[:, k] * found[:, 0]) / weight
-    for k, a, c in ((3, 1, 1), (4, 2, 2), (5, 1, 2)):
-        mixed = total[:, a] * found[:, c] + total[:, c] * found[:, a]
-        found[:, k] = (values[:, k] - mixed - total[:, k] * found[:, 0]) / weight
-    return found
+    ends = line.breaks(spline)
+    length = np.diff(ends)[span]
+    return line.in_cells(spline, span, s * length, 2, ends[span]) * length[:, None, None] ** np.arange(3)[:, None]
 
 
 def _tied(patch: Patch, ties: Ties, cell: Ints, values: Floats) -> Floats:
@@ -179,7 +160,7 @@ def local_functions(spline: line.BSpline, ties: Mapping[int, float]) -> tuple[In
     direction, both tied, go round.
     """
     p, last = spline.degree, spline.count - 1
-    functions = knotvector.first_functions(p, spline.knots)[:, None] + np.arange(p + 1)
+    functions = line.functions(spline)
     shares = np.tile(np.eye(p + 1), (len(functions), 1, 1))
     begins, finishes = functions[:, 0].copy(), functions[:, -1].copy()
     for k, t in ties.items():
@@ -203,7 +184,7 @@ def control_points(shape: Surface, name: str) -> Floats:
 
 def _local(patch: Patch) -> Ints:
     """Functions (e, b) of the cells, numbered within the patch."""
-    one, two = (knotvector.first_functions(s.degree, s.knots)[:, None] + np.arange(s.degree + 1) for s in patch.lines)
+    one, two = map(line.functions, patch.lines)
     return (one[None, :, None, :] + patch.shape[0] * two[:, None, :, None]).reshape(patch.cells[0] * patch.cells[1], -1)
 
 

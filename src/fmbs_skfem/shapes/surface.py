@@ -139,10 +139,7 @@ def sample(surface: Surface, cell: Ints, xi: Floats, derivative: int = 0) -> csr
     """Rows (x, n) that take coordinates to the surface or one of its derivatives at parent points, as a csr_array."""
     cell = np.atleast_1d(cell)
     values = basis(surface.space, cell, np.atleast_2d(xi))[:, derivative]
-    indptr = np.arange(len(cell) + 1) * values.shape[1]
-    rows = csr_array((values.ravel(), surface.nodes[cell].ravel(), indptr), shape=(len(cell), surface.count))
-    rows.sum_duplicates()
-    return rows
+    return table.rows(values, surface.nodes[cell], surface.count)
 
 
 def along(surface: Surface, first: Floats, second: Floats, side: Ints) -> Floats:

@@ -8,6 +8,8 @@ A space is a frozen struct; `breaks`, `tabulate`, `sample`, `fit`, `sample_field
 
 from __future__ import annotations
 
+import math
+import operator
 from functools import partial, singledispatch
 from typing import Any, NoReturn, Protocol
 
@@ -56,11 +58,31 @@ class Table:
 
 def matrix(table: Table, derivative: int = 0) -> sparse.csr_array:
     """The table as one sparse array (e*p, count), rows cell by cell."""
-    cells, points, _, functions = table.values.shape
-    rows = np.broadcast_to(np.arange(cells * points).reshape(cells, points, 1), (cells, points, functions))
-    columns = np.broadcast_to(table.nodes[:, None, :], rows.shape)
-    entries = (table.values[:, :, derivative].ravel(), (rows.ravel(), columns.ravel()))
-    return sparse.csr_array(sparse.coo_array(entries, shape=(cells * points, table.count)))
+    _, points, _, functions = table.values.shape
+    return rows(table.values[:, :, derivative].reshape(-1, functions), table.nodes.repeat(points, axis=0), table.count)
+
+
+def rows(values: Floats, nodes: Ints, count: int) -> sparse.csr_array:
+    """Values (x, b) of the functions nodes (x, b) as one sparse array (x, count), whose rows are sums where functions repeat."""
+    indptr = np.arange(len(values) + 1) * values.shape[1]
+    found = sparse.csr_array((values.ravel(), nodes.ravel(), indptr), shape=(len(values), count))
+    found.sum_duplicates()
+    return found
+
+
+def quotient(numerators: Floats, denominators: Floats, orders: Ints) -> Floats:
+    """Derivatives (x, k, b) of R = A / W from those of A (x, k, b) and of W (x, k), which are of these orders (k, axes):
+
+    R^(a) = (A^(a) - sum_{0 <= b < a} binomial(a, b) W^(a - b) R^(b)) / W.
+    """
+    place, found = {tuple(order): k for k, order in enumerate(orders.tolist())}, np.empty_like(numerators)
+    for order, k in place.items():
+        rest = numerators[:, k]
+        for lower in (one for one in reversed(place) if one != order and all(b <= a for a, b in zip(order, one, strict=True))):
+            weight = math.prod(map(math.comb, order, lower)) * denominators[:, place[tuple(map(operator.sub, order, lower))]]
+            rest = rest - weight[:, None] * found[:, place[lower]]
+        found[:, k] = rest / denominators[:, :1]
+    return found
 
 
 def _unknown(verb: str, space: object) -> NoReturn:
