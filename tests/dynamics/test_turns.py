@@ -14,7 +14,7 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, reactions, solve_statics
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, reactions, solve_statics, trajectory
 from fmbs_skfem.reduction import files
 from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, controls, eliminate, joints, loads, probes
 from fmbs_skfem.systems.force_laws import continued
@@ -166,6 +166,14 @@ def test_few_stored_states_still_tell_the_turns() -> None:
     motion = integrate(oscillator(), GeneralizedAlpha(2e-3), 2.7, TIGHT, every=450)
     assert len(motion.times) == 4
     assert_allclose(outputs(motion)["angle"], 10.0 * np.sin(motion.times), atol=5e-3)
+
+
+def test_a_part_of_a_motion_knows_the_turns() -> None:
+    """The energy of the spring, turned by 10 sin(2) = 9.1 rad, in the last state alone."""
+    motion = integrate(oscillator(), GeneralizedAlpha(2e-3), 2.0, TIGHT)
+    last = motion.part(slice(-1, None))
+    assert energies(last)[0, 1] == energies(motion)[-1, 1] == pytest.approx(0.005 * (10.0 * np.sin(2.0)) ** 2, rel=1e-3)
+    assert_same(trajectory.joined(motion.part(slice(-1)), last), motion)
 
 
 def test_too_few_stored_states_are_told() -> None:

@@ -21,6 +21,7 @@ from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration, outputs
 from fmbs_skfem.dynamics.checkpoint import Moment
+from fmbs_skfem.dynamics.trajectory import COLUMNS
 from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import HistoryState, Recorder
 from fmbs_skfem.systems import At, assemble, loads
@@ -68,7 +69,7 @@ def same(one: Trajectory, other: Trajectory) -> bool:
 def closed(folder: Path, whole: Trajectory) -> int:
     """Steps in the closed segments of a folder, which are verified and have the bits of the whole run."""
     found = segments.read(folder)
-    for name in segments.COLUMNS:
+    for name in COLUMNS:
         np.testing.assert_array_equal(getattr(found.rows, name), getattr(whole, name)[: found.checkpoint.kept])
     return found.checkpoint.done
 

@@ -12,7 +12,7 @@ from fmbs_skfem import reduction, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics.trajectory import Trajectory
-from fmbs_skfem.reduction import errors, full_runs
+from fmbs_skfem.reduction import full_runs
 
 SCENE = """\
 schema: 1
@@ -51,7 +51,7 @@ def test_families(path: Path, tmp_path: Path) -> None:
 
 def stopped(motion: Trajectory, last: int) -> Trajectory:
     """A motion that ends within the step after the state `last`."""
-    short = errors.part(motion, slice(0, last + 2))
+    short = motion.part(slice(0, last + 2))
     return replace(short, times=np.append(short.times[:-1], 0.5 * (short.times[-2] + short.times[-1])))
 
 
@@ -65,4 +65,4 @@ def test_other_ends(path: Path) -> None:
         mine, others = full_runs.while_both_run(run, other)
     assert len(mine.times) == len(others.times) == len(mine.q) == len(other.times) - 1  # type: ignore[arg-type]
     with pytest.raises(InputError, match="expected the times of the full run, got 11 of"):
-        full_runs.while_both_run(run, errors.part(motion, slice(0, 101, 10)))
+        full_runs.while_both_run(run, motion.part(slice(0, 101, 10)))

@@ -140,8 +140,8 @@ def largest(values: dict[str, float]) -> tuple[tuple[str, float], ...]:
 def largest_reactions(error: SolverError) -> tuple[tuple[str, float], ...]:
     """The largest reactions of the last stored state; of a reduced model those that it knows."""
     whole: Trajectory = error.partial
-    last = {name: getattr(whole, name)[-1:] for name in ("times", "x", "v", "a", "multipliers")}
-    return largest({f"joint {joint}.{row}": float(force[0]) for (joint, row), force in reactions(replace(whole, **last)).items()})
+    last = reactions(whole.part(slice(-1, None)))
+    return largest({f"joint {joint}.{row}": float(force[0]) for (joint, row), force in last.items()})
 
 
 def nearest(stop: StoppedSolve) -> tuple[float, np.ndarray]:

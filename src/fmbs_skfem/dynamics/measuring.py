@@ -18,12 +18,10 @@ from . import checkpoint as checkpoints
 from .checkpoint import Checkpoint
 from .initial import Instant, consistent_start
 from .outputs import outputs
-from .trajectory import Trajectory
+from .trajectory import COLUMNS, Trajectory, joined
 
 if TYPE_CHECKING:
     from .run import Run
-
-MOTION = ("times", "x", "v", "a", "multipliers")  #: of a trajectory
 
 
 class Meter:
@@ -60,7 +58,7 @@ class Meter:
         if self.seen is None:
             return {}
         motion, values = self.seen
-        found = {f"{self.word} {key}": getattr(motion, key) for key in MOTION}
+        found = {f"{self.word} {key}": getattr(motion, key) for key in COLUMNS}
         found |= {f"{self.word} memory": motion.memory, f"{self.word} values": np.array(list(values.values()))}
         return found if motion.work is None else found | {f"{self.word} work": motion.work}
 
@@ -71,7 +69,7 @@ class Meter:
             return
         now = motion_of(run, 0.0)
         kept: dict[str, Any] = {
-            key: checkpoints.fitting(held.arrays, f"{self.word} {key}", getattr(now, key)) for key in (*MOTION, "memory")
+            key: checkpoints.fitting(held.arrays, f"{self.word} {key}", getattr(now, key)) for key in (*COLUMNS, "memory")
         }
         outputs = run.model.system.outputs
         names = [column for name in (outputs if self.names is None else self.names) for column in outputs[name].columns]
@@ -133,11 +131,3 @@ def balanced(run: Run, time: float) -> Trajectory:
     off = run.step.space.off > 0.0
     start = consistent_start(run.model, run.scheme, Instant(time, now.x[0], now.v[0], off, run.step.state.memory))
     return replace(now, a=start.a[None], multipliers=start.multipliers[None])
-
-
-def joined(one: Trajectory, other: Trajectory) -> Trajectory:
-    """A motion and its continuation."""
-    times, x, v, a, held = (np.concatenate([getattr(part, key) for part in (one, other)]) for key in MOTION)
-    memory = None if one.memory is None or other.memory is None else np.concatenate([one.memory, other.memory])
-    work = None if one.work is None or other.work is None else np.concatenate([one.work, other.work])
-    return Trajectory(other.system, times, x, v, a, held, other.statistics, memory, other.events, work)

@@ -32,8 +32,27 @@ DELTA = 1e-6  #: relative time difference for Phi_t
 
 def energies(trajectory: Trajectory) -> np.ndarray:
     """Kinetic, strain, potential (from the start) and balance (kinetic + strain + potential - work + lost) [J], (s, 4)."""
+    found = balance_of(trajectory)
+    return np.column_stack([found.stored, found.balance])
+
+
+class Balance(NamedTuple):
+    """Energies of a motion and what has been done to it, at all of its times [J]."""
+
+    stored: np.ndarray  #: (s, 3) as of `survey_of`
+    work: np.ndarray  #: (s,) of all that has no potential
+    doubt: np.ndarray  #: (s,) about it
+    balance: np.ndarray  #: (s,)
+    rest: float  #: round-off of a model at rest
+
+
+def balance_of(trajectory: Trajectory) -> Balance:
+    """The energy balance of a motion."""
     stored, power = survey_of(trajectory)
-    return np.column_stack([stored, stored.sum(axis=1) - work_of(trajectory, power)[0] + lost(trajectory)])
+    done, doubt = work_of(trajectory, power)
+    system, span = trajectory.system, float(np.ptp(trajectory.times))
+    rest = STILL * system.weight * (system.scale / span) ** 2 if span > 0.0 else 0.0
+    return Balance(stored, done, doubt, stored.sum(axis=1) - done + lost(trajectory), rest)
 
 
 def work_of(trajectory: Trajectory, power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -132,18 +151,11 @@ def energy_errors(trajectory: Trajectory) -> EnergyErrors:
     Where the work of loads is that of the stored states alone, rise and fall are less by three times what every second of them
     gives differently, so that few states feign none.
     """
-    stored, power = survey_of(trajectory)
-    done, doubts = work_of(trajectory, power)
-    balance, scale = stored.sum(axis=1) - done + lost(trajectory), size_of(stored)
-    change = balance - balance[0]
+    found = balance_of(trajectory)
+    change, scale, doubt = found.balance - found.balance[0], size_of(found.stored), float(found.doubt.max())
     drift = float(np.abs(change).max())
-    if len(power) < FEW:
+    if len(change) < FEW or scale <= found.rest:
         return EnergyErrors(drift, 0.0, 0.0)
-    system = trajectory.system
-    crossing = system.scale / float(np.ptp(trajectory.times))
-    if scale <= STILL * system.weight * crossing * crossing:
-        return EnergyErrors(drift, 0.0, 0.0)
-    doubt = float(doubts.max())
     rise, fall = (max(float(part.max()) - doubt, 0.0) / scale for part in (change, -change))
     return EnergyErrors(drift, rise, fall)
 

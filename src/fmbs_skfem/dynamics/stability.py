@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..core.errors import Reason, SolverError
-from .outputs import STILL, lost, survey_of, work_of
+from .outputs import balance_of
 from .trajectory import Trajectory
 
 SOUND = 0.05  #: rise over the known energy up to which a state is believed
@@ -28,15 +28,10 @@ def rises(trajectory: Trajectory) -> np.ndarray:
     count = len(trajectory.times)
     if count < 2 or (trajectory.work is None and count <= trajectory.statistics.steps and not passive(trajectory)):
         return np.zeros(count)
-    stored, power = survey_of(trajectory)
-    work, doubt = work_of(trajectory, power)
-    balance = stored.sum(axis=1) - work + lost(trajectory)
+    stored, work, doubt, balance, rest = balance_of(trajectory)
     known = stored[0, :2].sum() + np.maximum.accumulate(np.abs(stored[:, 2])) + np.maximum.accumulate(np.abs(work))
-    system = trajectory.system
-    crossing = system.scale / float(np.ptp(trajectory.times))
-    least = STILL * float(system.mass.diagonal().sum()) * crossing**2
     with np.errstate(all="ignore"):
-        found = (balance - balance[0] - doubt) / np.maximum(known, max(least, 1e-300))
+        found = (balance - balance[0] - doubt) / np.maximum(known, max(rest, 1e-300))
     return np.where(np.isfinite(found), found, np.inf)
 
 
@@ -60,9 +55,7 @@ def unstable(trajectory: Trajectory, step: float) -> SolverError | None:
         return None
     good, at = last_sound(trajectory), int(wrong[0])
     steps = round(float(trajectory.times[good]) / step)
-    arrays = {name: getattr(trajectory, name)[: good + 1] for name in ("times", "x", "v", "a", "multipliers")}
-    arrays["work"] = None if trajectory.work is None else trajectory.work[: good + 1]
-    partial = replace(trajectory, **arrays, statistics=replace(trajectory.statistics, steps=steps))
+    partial = replace(trajectory.part(slice(good + 1)), statistics=replace(trajectory.statistics, steps=steps))
     text = (
         f"{Reason.UNSTABLE.value}: at t = {trajectory.times[at]:.6g} s it is {1 + rise[at]:.3g} times what start, loads and drives "
     )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
 from ..core.records import dataclass
@@ -9,6 +12,8 @@ from ..systems.system import System
 
 OFTEN = 0.1  #: failures of the iteration over steps, from which a motion is doubted
 ONE_STEP = 6  #: failures of a single step that is divided by 64
+COLUMNS = ("times", "x", "v", "a", "multipliers")  #: of a motion, a row a state
+STORED = ("memory", "work")  #: columns that not every motion has
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,20 @@ class Trajectory:
     events: tuple[Happening, ...] = ()
     work: np.ndarray | None = None  #: (s,) of all that has no potential, summed over all steps [J], where that was done
 
+    def part(self, states: slice | np.ndarray) -> Trajectory:
+        """The motion at some of its times."""
+        own = {name: column for name in (*COLUMNS, *STORED) if (column := getattr(self, name)) is not None}
+        return replace(self, **{name: column[states] for name, column in own.items()})
+
     def __repr__(self) -> str:
         first, last = self.times[[0, -1]]
         return f"<Trajectory {len(self.times)} instants from {first:g} to {last:g}, {self.x.shape[1]} unknowns>"
+
+
+def joined(one: Trajectory, other: Trajectory) -> Trajectory:
+    """A motion and its continuation, with what both have stored."""
+    found: dict[str, Any] = {}
+    for name in (*COLUMNS, *STORED):
+        a, b = getattr(one, name), getattr(other, name)
+        found[name] = None if a is None or b is None else np.concatenate([a, b])
+    return replace(other, **found)

@@ -221,16 +221,10 @@ def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> flo
     model, g = compile_system(full), mask(full, motion.system) / np.sqrt(full.weight * full.metric.diagonal())
     block = max(1, BLOCK // len(g))
     norms = [
-        np.linalg.norm(full_residual(model, part(motion, slice(first, first + block))) * g, axis=1)
+        np.linalg.norm(full_residual(model, motion.part(slice(first, first + block))) * g, axis=1)
         for first in range(0, len(motion.times), block)
     ]
     return float(scaling(scheme) * np.trapezoid(np.concatenate(norms), motion.times))
-
-
-def part(motion: Trajectory, samples: slice) -> Trajectory:
-    """Some stored states of a motion."""
-    arrays = {name: getattr(motion, name)[samples] for name in ("times", "x", "v", "a", "multipliers")}
-    return replace(motion, **arrays, memory=None if motion.memory is None else motion.memory[samples])
 
 
 def scaling(scheme: GeneralizedAlpha) -> float:

@@ -30,7 +30,7 @@ from . import cases, output_errors, pod
 from . import parameters as boxes
 from .cases import Case, Family
 from .component import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
-from .errors import BLOCK, common_times, mean_error, notify_other_end, part
+from .errors import BLOCK, common_times, mean_error, notify_other_end
 from .galerkin import snapshots
 from .output_errors import OutputError
 from .plan import Plan, newton_for
@@ -160,7 +160,7 @@ def error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> 
     for first in range(0, len(run.times), block):
         samples = slice(first, first + block)
         q = states(task, raw, run, samples)
-        apart.append(sizes(raw, q - body_coordinates(part(motion, samples))))
+        apart.append(sizes(raw, q - body_coordinates(motion.part(samples))))
         size.append(sizes(raw, q - raw.lift(raw.x0)))
     return mean_error(run.times, np.concatenate(apart), np.concatenate(size))
 
@@ -173,7 +173,7 @@ def while_both_run(run: FullRun, motion: Trajectory) -> tuple[FullRun, Trajector
         got = f"{len(mine)} of {shorter} samples that both have"
         raise InputError(say("error of a reduced run", "the times of the full run", got, "take the same snapshots and step"))
     notify_other_end(run.times, motion.times)
-    return thin(run, mine), part(motion, slice(0, len(mine)))
+    return thin(run, mine), motion.part(slice(len(mine)))
 
 
 def wanted_error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:

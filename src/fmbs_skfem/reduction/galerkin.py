@@ -78,8 +78,7 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
             raise InputError(say("reduction.snapshots", f"a multiple of the stored interval {step:.6g} s", f"{interval} s"))
         picked = np.arange(0, len(times), stride)
         picked = picked[np.abs(times[picked] - interval * np.arange(len(picked))) <= 1e-3 * step]  # the last state may stand closer
-    part = replace(trajectory, times=times[picked], x=trajectory.x[picked], v=trajectory.v[picked], a=trajectory.a[picked])
-    return Snapshots(part.times, body_coordinates(part))
+    return Snapshots(times[picked], body_coordinates(trajectory.part(picked)))
 
 
 def find_places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -31,6 +31,7 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.records import dataclass
 from ..dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
+from ..dynamics.trajectory import COLUMNS
 
 FOLDER, MANIFEST, LOCK = "history", "manifest.json", "run.lock"
 REMEDY = "restore the file from a copy, or run the scene anew with --force"
@@ -38,7 +39,6 @@ KIND = FileKind("fmbs_skfem history", "a history", 1, REMEDY, "run the scene ane
 EVERY = 10.0  #: time between two segments of a run [s]
 SHARE = 0.02  #: of the time of a run that segments may take
 LARGEST = 2**28  #: states that wait for the next segment [bytes]
-COLUMNS = ("times", "x", "v", "a", "multipliers")
 MEMORY = "memory"  #: column without which what forces keep follows from the states
 WORK = "work"  #: column that segments of earlier versions do not have
 FACT = "fact "  #: before the names of facts, which cannot be taken for those of numbers beside them

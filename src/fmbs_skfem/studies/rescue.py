@@ -49,10 +49,10 @@ def record(job: Job, error: Exception) -> Iterator[Path]:
 
 def states(job: Job, error: Exception) -> Iterator[Path]:
     """The motion as arrays."""
-    from ..results import segments
+    from ..dynamics.trajectory import COLUMNS
 
     if job.made is not None and job.trajectory is not None:
-        columns = {name: getattr(job.trajectory, name) for name in segments.COLUMNS}
+        columns = {name: getattr(job.trajectory, name) for name in COLUMNS}
         yield durable.write(job.made / STATES, container.image(columns))
 
 
