@@ -16,10 +16,11 @@ import warnings
 from typing import Any, Literal
 
 import numpy as np
-from scipy.sparse import bsr_array, csr_array, diags_array
+from scipy.sparse import bsr_array, csr_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from .errors import InputError, Reason, SolverError, say
+from .linalg import scaled
 from .records import dataclass
 
 SPARE = 0.8  #: share of the free memory that factors may take
@@ -81,17 +82,17 @@ def multigrid(matrix: csr_array, near_null: np.ndarray, block: int = 1) -> Preco
 
     _check(matrix, near_null, block)
     scale = 1.0 / np.sqrt(matrix.diagonal())
-    scaled: csr_array | bsr_array = csr_array(diags_array(scale) @ matrix @ diags_array(scale))
-    scaled = scaled if block == 1 else bsr_array(scaled, blocksize=(block, block))
+    balanced = scaled(matrix, scale, scale)
+    balanced = balanced if block == 1 else bsr_array(balanced, blocksize=(block, block))
     smoother = ("block_gauss_seidel", {"sweep": "symmetric"})
     candidates = np.linalg.qr(near_null / scale[:, None])[0]
     with warnings.catch_warnings():  # PyAMG would have as many columns as unknowns a node; a plate has 6 motions and 9 unknowns
         warnings.filterwarnings("ignore", message="Having less target vectors")
         hierarchy = smoothed_aggregation_solver(
-            scaled, B=candidates, strength=("symmetric", {"theta": 0.0}), smooth=("energy", {"degree": 1, "maxiter": 4}),
+            balanced, B=candidates, strength=("symmetric", {"theta": 0.0}), smooth=("energy", {"degree": 1, "maxiter": 4}),
             max_coarse=COARSEST, coarse_solver="pinv", presmoother=smoother, postsmoother=smoother,
         )  # fmt: skip
-    return Preconditioned(scaled, scale, hierarchy.aspreconditioner(cycle="W"), _describe(hierarchy))
+    return Preconditioned(balanced, scale, hierarchy.aspreconditioner(cycle="W"), _describe(hierarchy))
 
 
 def solve(

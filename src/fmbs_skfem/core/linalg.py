@@ -31,7 +31,8 @@ def evenly(first: int, last: int, count: int) -> np.ndarray:
 def scaled(A: Array, rows: np.ndarray, columns: np.ndarray) -> Array:
     """A_ij rows_i columns_j of A (i, j), sparse or dense as it is."""
     if is_sparse(A):
-        return csr_array(scipy.sparse.diags_array(rows) @ A @ scipy.sparse.diags_array(columns))
+        A = csr_array(A, copy=True)
+        return csr_array((np.repeat(rows, np.diff(A.indptr)) * A.data * columns[A.indices], A.indices, A.indptr), shape=A.shape)
     return np.asarray(rows[:, None] * A * columns)
 
 

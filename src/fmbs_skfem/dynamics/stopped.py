@@ -32,6 +32,7 @@ from .dividing import HALVINGS
 from .histories import signal_names
 from .integration import FailedStep
 from .names import owners
+from .outputs import centre_lines, skins
 from .run import Run, last_residual
 from .scheme import method_of
 
@@ -180,18 +181,11 @@ def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
 
 def turns(system: System, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
     """Fastest turn of a slope of every line or surface [rad/s]."""
-    lift, found = system.lift, {}
-    q, rate = lift(x), np.asarray(lift.matrix @ v)
-    for line in system.lines:
-        slope, change = ((line.samples @ part).reshape(3, -1, system.dim)[1] for part in (q, rate))
-        found[line.name] = turn_rate(slope, change)
-    for skin in system.skins:
-        slope, change = (
-            (skin.samples @ part[skin.columns].reshape(-1, system.dim)).reshape(-1, len(skin.thickness), system.dim)[1]
-            for part in (q, rate)
-        )
-        found[skin.name] = turn_rate(slope, change)
-    return {name: value for name, value in found.items() if value > 0.0}
+    parts = np.stack([system.lift(x), np.asarray(system.lift.matrix @ v)])
+    pairs = {name: found[:, 1] for name, found in centre_lines(system, parts).items()}
+    now, change = (skins(system, part) for part in parts)
+    pairs |= {name: np.stack([now[name][1], change[name][1]]) for name in now}
+    return {name: rate for name, pair in pairs.items() if (rate := turn_rate(*pair)) > 0.0}
 
 
 def turn_rate(slope: np.ndarray, change: np.ndarray) -> float:
