@@ -42,7 +42,8 @@ class LineMesh:
     path: Path | None = None  #: the file it was read from
 
 
-Groups: TypeAlias = dict[str, dict[str, Ints]]  #: kind of groups -> name -> members
+Named: TypeAlias = dict[str, Ints]  #: name -> members of a group
+Groups: TypeAlias = dict[str, Named]  #: kind of groups -> name -> members
 Curve: TypeAlias = Callable[[Floats], Floats]  #: coordinate along a line (n,) -> points (n,3) [m]
 
 _READERS = {".msh": msh.read, ".vtu": vtu.read} | dict.fromkeys(foreign.SUFFIXES, foreign.read)
@@ -140,76 +141,67 @@ def from_skfem(mesh: Any, curve: Curve = straight) -> LineMesh:
 
 def write(mesh: LineMesh, path: Path | str) -> None:
     """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read` returns the same mesh."""
-    path = Path(path)
-    where = f"mesh {path}"
-    groups = {"point": mesh.point_groups, "line": mesh.line_groups}
-
-    def as_msh() -> Any:
-        distinct(where, groups)
-        lines = {name: mesh.cells[ids] for name, ids in mesh.line_groups.items()}
-        return physical(mesh.points, mesh.point_groups, lines, {}, "line", rest(mesh.cells, mesh.line_groups))
-
-    export(path, where, groups, {".msh": as_msh, ".vtu": lambda: _as_vtu(mesh)})
+    export(Path(path), mesh.points, "line", mesh.cells, {"point": mesh.point_groups, "line": mesh.line_groups})
 
 
-def distinct(where: str, groups: Groups) -> None:
-    """Refuse a name that groups of two kinds have."""
-    names = [name for named in groups.values() for name in named]
-    if twice := sorted({name for name in names if names.count(name) > 1}):
-        *kinds, last = groups
-        expected = f"different names for {', '.join(kinds)} and {last} groups"
-        raise errors.InputError(errors.say(where, expected, f"{twice}", "rename one"))
+def export(path: Path, points: Floats, kind: str, cells: Ints, groups: Groups) -> None:
+    """Write cells (e, b) of a kind with groups of points (i,), where there are any of edges (i, 2), and of cells (i,).
 
-
-def export(path: Path, where: str, groups: Groups, forms: dict[str, Callable[[], Any]]) -> None:
-    """Write the meshio mesh that `forms` makes for the suffix of the path, if its group names survive in a file."""
+    InputError where names of groups do not survive in a file, and where two groups have one name.
+    """
     import meshio
 
-    for name in (name for named in groups.values() for name in named):
+    where, suffix, silence = f"mesh {path}", path.suffix.lower(), io.StringIO()
+    forms: dict[str, tuple[str, Callable[..., Any]]] = {".msh": ("gmsh22", _physical), ".vtu": ("vtu", _marked)}
+    names = [name for named in groups.values() for name in named]
+    for name in names:
         if not name or any(letter in name for letter in '"\\\r\n') or name != name.strip() or name.startswith("vtk"):
             expected = "group names without quotes, backslashes, line ends or outer blanks, and not starting with 'vtk'"
             raise errors.InputError(errors.say(where, expected, repr(name)))
-    suffix = path.suffix.lower()
     if suffix not in forms:
         raise errors.InputError(errors.say(where, f"a name in {' or '.join(forms)}", f"'{path.suffix}'"))
-    out, silence = forms[suffix](), io.StringIO()
+    vertices, *others, members = groups.values()
+    if (suffix == ".msh" or others) and (twice := sorted({name for name in names if names.count(name) > 1})):
+        *kinds, last = groups
+        expected = f"different names for {', '.join(kinds)} and {last} groups"
+        raise errors.InputError(errors.say(where, expected, f"{twice}", "rename one"))
+    form, make = forms[suffix]
+    out = make(points, kind, cells, vertices, others[0] if others else {}, members)
     try:
         with contextlib.redirect_stdout(silence), contextlib.redirect_stderr(silence):
-            meshio.write(path, out, file_format={".msh": "gmsh22", ".vtu": "vtu"}[suffix])
+            meshio.write(path, out, file_format=form)
     except (OSError, SystemExit) as error:
         raise errors.InputError(errors.say(where, "a file that can be written", str(error))) from None
 
 
-def _as_vtu(mesh: LineMesh) -> Any:
+def _physical(points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named) -> Any:
+    """The meshio mesh of physical groups: each cell is written once for every group it belongs to, as gmsh does."""
     import meshio
 
-    lines = {name: [marks] for name, marks in vtu.marks(mesh.line_groups, len(mesh.cells)).items()}
-    marks = vtu.marks(mesh.point_groups, len(mesh.points))
-    return meshio.Mesh(mesh.points, [("line", mesh.cells)], point_data=marks, cell_data=lines)
-
-
-def rest(cells: Ints, groups: dict[str, Ints]) -> Ints:
-    """Cells (i, b) that are in no group."""
-    return cells[np.setdiff1d(np.arange(len(cells)), np.concatenate([[], *groups.values()]))]
-
-
-def physical(
-    points: Floats, vertices: dict[str, Ints], lines: dict[str, Ints], faces: dict[str, Ints], kind: str, free: Ints
-) -> Any:
-    """The meshio mesh of physical groups: each cell is written once for every group it belongs to, as gmsh does.
-
-    Members of groups: node ids (i,) of `vertices`, cells (i, 2) of `lines` and (i, b) of `faces`; `free` cells are in none.
-    """
-    import meshio
-
+    free = cells[np.setdiff1d(np.arange(len(cells)), np.concatenate([[], *members.values()]))]
     named = [("vertex", 0, name, ids[:, None]) for name, ids in vertices.items()]
-    named += [("line", 1, name, cells) for name, cells in lines.items()] + [(kind, 2, name, cells) for name, cells in faces.items()]
+    named += [("line", 1, name, pairs) for name, pairs in edges.items()]
+    named += [(kind, 1 if kind == "line" else 2, name, cells[ids]) for name, ids in members.items()]
     names = {name: np.array([tag, dimension]) for tag, (_, dimension, name, _) in enumerate(named, 1)}
-    blocks = [(shape, cells, tag) for tag, (shape, _, _, cells) in enumerate(named, 1) if len(cells)]
+    blocks = [(shape, rows, tag) for tag, (shape, _, _, rows) in enumerate(named, 1) if len(rows)]
     blocks += [(kind, free, 0)] if len(free) else []
-    tags = [np.full(len(cells), tag) for _, cells, tag in blocks]
+    tags = [np.full(len(rows), tag) for _, rows, tag in blocks]
     cell_data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
     return meshio.Mesh(points, [block[:2] for block in blocks], cell_data=cell_data, field_data=names)
+
+
+def _marked(points: Floats, kind: str, cells: Ints, vertices: Named, edges: Named, members: Named) -> Any:
+    """The meshio mesh of groups as `vtu` has them: the cells, then each edge of a group once."""
+    import meshio
+
+    pairs = np.concatenate([np.zeros((0, 2), np.int64), *edges.values()])
+    _, first, same = np.unique(np.sort(pairs, axis=1), axis=0, return_index=True, return_inverse=True)
+    parts = np.split(same.ravel(), np.cumsum([len(part) for part in edges.values()])[:-1])
+    blocks = [(kind, cells, members), ("line", pairs[first], dict(zip(edges, parts, strict=False)))][: 1 + bool(len(first))]
+    none = np.zeros(0, np.int64)
+    marks = [vtu.marks({name: own.get(name, none) for name in [*members, *edges]}, len(rows)) for _, rows, own in blocks]
+    data = {name: [part[name] for part in marks] for name in [*members, *edges]}
+    return meshio.Mesh(points, [block[:2] for block in blocks], vtu.marks(vertices, len(points)), data)
 
 
 def _audit(raw: Raw, where: str, path: Path) -> LineMesh:

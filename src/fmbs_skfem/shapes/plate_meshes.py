@@ -18,7 +18,7 @@ import numpy as np
 
 from ..core import errors
 from ..core.records import dataclass
-from . import meshes, plate_audit, splitting, vtu
+from . import meshes, plate_audit, splitting
 from .msh import Floats, Ints, MshCells, Raw
 
 Kind = Literal["point", "edge", "face"]
@@ -55,10 +55,7 @@ def read(
 
 def write(mesh: PlateMesh, path: Path | str) -> None:
     """Write a `.msh` file (gmsh 2.2, binary; cells ordered by group) or a `.vtu` file; `read` returns the same mesh."""
-    path = Path(path)
-    where = f"mesh {path}"
-    meshes.distinct(where, _groups(mesh))
-    meshes.export(path, where, _groups(mesh), {".msh": lambda: _as_msh(mesh), ".vtu": lambda: _as_vtu(mesh)})
+    meshes.export(Path(path), mesh.points, _NAMES[mesh.cells.shape[1]], mesh.cells, _groups(mesh))
 
 
 def from_skfem(mesh: Any, planar: bool = True) -> PlateMesh:
@@ -125,27 +122,6 @@ def audit(mesh: PlateMesh, planar: bool) -> PlateMesh:
 
 def _groups(mesh: PlateMesh) -> dict[str, dict[str, Ints]]:
     return {"point": mesh.point_groups, "edge": mesh.edge_groups, "face": mesh.face_groups}
-
-
-def _as_msh(mesh: PlateMesh) -> Any:
-    faces = {name: mesh.cells[ids] for name, ids in mesh.face_groups.items()}
-    kind, free = _NAMES[mesh.cells.shape[1]], meshes.rest(mesh.cells, mesh.face_groups)
-    return meshes.physical(mesh.points, mesh.point_groups, mesh.edge_groups, faces, kind, free)
-
-
-def _as_vtu(mesh: PlateMesh) -> Any:
-    """Faces, then each edge of a group once; marks of a face group are zero on lines and the other way round."""
-    import meshio
-
-    pairs = np.concatenate([np.zeros((0, 2), np.int64), *mesh.edge_groups.values()])
-    _, first, same = np.unique(plate_audit.side_keys(pairs, len(mesh.points)), return_index=True, return_inverse=True)
-    ends = np.cumsum([0, *(len(part) for part in mesh.edge_groups.values())])
-    edges = {name: same[a:b] for name, a, b in zip(mesh.edge_groups, ends, ends[1:], strict=False)}
-    on_faces, on_edges = vtu.marks(mesh.face_groups, len(mesh.cells)), vtu.marks(edges, len(first))
-    none = np.zeros(len(mesh.cells), np.uint8), np.zeros(len(first), np.uint8)
-    data = {name: [on_faces.get(name, none[0]), on_edges.get(name, none[1])] for name in [*on_faces, *on_edges]}
-    blocks = [(_NAMES[mesh.cells.shape[1]], mesh.cells), ("line", pairs[first])]
-    return meshio.Mesh(mesh.points, blocks, point_data=vtu.marks(mesh.point_groups, len(mesh.points)), cell_data=data)
 
 
 def group(mesh: PlateMesh, name: str, kind: Kind) -> Ints:
