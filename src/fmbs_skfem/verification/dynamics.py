@@ -248,10 +248,10 @@ def flying_rod() -> list[Quantity]:
         columns, at = outputs(motion), [round(t / h) for t in ENDS[name]]
         ends = np.column_stack([columns[key][at] for key in ("a_x", "a_y", "b_x", "b_y")])
         found += [
-            farthest(f"linear momentum, {name}", np.broadcast_to([20.0, 0.0], linear[after].shape), linear[after], 1e-11, "N s"),
+            farthest(f"linear momentum, {name}", [20.0, 0.0], linear[after], 1e-11, "N s"),
             farthest(f"centre of mass, {name}", line, centre, 1e-7, "m"),
-            farthest(f"angular momentum, {name}", np.full(after.sum(), spin), turning[after, 0], 8e-4, "N m s"),
-            farthest(f"energy, {name}", np.full(after.sum(), energy), total, 1e-3, "J"),
+            farthest(f"angular momentum, {name}", spin, turning[after, 0], 8e-4, "N m s"),
+            farthest(f"energy, {name}", energy, total, 1e-3, "J"),
             farthest(f"ends, {name}", list(ENDS[name].values()), ends, 2e-3, "m"),
         ]
     return [*found, *flying_orders()]
@@ -284,8 +284,8 @@ def free_flight() -> list[Quantity]:
         linear, spin = momenta(motion, part)
         drifts.append(float(np.abs(spin - spin[0]).max()))
     return [
-        farthest("linear momentum", np.broadcast_to(linear[0], linear.shape), linear, 1e-11, "N s"),
-        farthest("angular momentum", np.broadcast_to(spin[0], spin.shape), spin, 2e-6, "N m s"),
+        farthest("linear momentum", linear[0], linear, 1e-11, "N s"),
+        farthest("angular momentum", spin[0], spin, 2e-6, "N m s"),
         Quantity("change of energy", 0.0, energy_drift(motion), 3e-4, "J", scale=float(energies(motion)[0, 0])),
         order("order of angular momentum", steps, drifts, 2.0, 0.05),
     ]
