@@ -85,13 +85,14 @@ def test_what_is_beyond_a_table_is_told(tmp_path: Path) -> None:
     stretch = outputs(motion)["ball_x"] - 1
     far = max(stretch.max() - 0.5, -0.5 - stretch.min())
     assert far > 0.05
-    assert f"{far:.3g}" in str(told[0].message)
+    (table,) = [str(one.message) for one in told if "table 'pull'" in str(one.message)]
+    assert f"{far:.3g}" in table
     run = start(scene(tmp_path, text), GeneralizedAlpha(5e-3), TIGHT)
     with pytest.warns(Notice, match="table 'pull' was read up to") as told:
         step_on(run, 400)
-    assert len(told) == 1
+    assert sum("table 'pull'" in str(one.message) for one in told) == 1
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        warnings.filterwarnings("error", ".*table 'pull'")
         integrate(scene(tmp_path, text.replace("of: m", "of: m, hold: true")), GeneralizedAlpha(5e-3), 2.0, TIGHT)
 
 

@@ -8,6 +8,8 @@ Source: de Borst, Crisfield, Remmers and Verhoosel, Non-Linear Finite Element An
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.linalg import eig
 from scipy.sparse.linalg import LinearOperator, eigs
@@ -31,6 +33,7 @@ from .statics import Equilibrium, newton_statics
 FIRST, PROBE = 1e-3, 1e-2  #: loads of the difference quotient: a part of those given, then of those that buckle
 POTENTIAL = 1e-6  #: part of K1 that is not symmetric, on a motion that the joints allow, of loads with a potential
 PROPORTIONAL = 1e-9  #: of a history: how far one may be from a multiple of t that is one
+AGREE = 1e-2  #: by which a factor of loads without a potential may change with the probe: others are round-off
 REAL = 1e-6  #: imaginary parts of load factors, relative to their size, that are round-off
 
 
@@ -49,8 +52,9 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
     """The `count` load factors of least size at which K0 + k K1 is singular.
 
     The factor 1 stands for the loads at `time` [s] as in `solve_statics`; K1 is taken from loads of a hundredth of the least one.
+    Loads without a potential may have no factor: theirs count only where loads of twice the size predict the same.
     Exact where equilibria lie on a straight path, as in a column; where a structure bends before, `follow_path` finds what happens.
-    InputError where the loads do not change the stiffness or do not grow in proportion, or the system is free to move.
+    InputError where loads never take the stiffness away, do not change it or not grow in proportion, or the system is free to move.
     """
     if uneven := uneven_histories(system, time):
         got = f"another history of {listed(uneven)} up to t = {time:g} s"
@@ -62,8 +66,19 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
         raise InputError(say("buckling", "a system that its joints hold", "; ".join(free), "hold it by joints"))
     for _ in range(2):
         found = predict_buckling(model, count, probe)
+        if not found.conservative:
+            found = common(found, predict_buckling(model, count, 2.0 * probe))
+        if not len(found.factors):
+            none = "look at `complex_modes` for flutter"
+            raise InputError(say("buckling", "loads at which the system loses its stiffness", "none", none))
         probe = PROBE * float(abs(found.factors[0]))
     return found
+
+
+def common(one: Buckling, other: Buckling) -> Buckling:
+    """What `one` predicts and `other`, of loads of another size, too."""
+    same = np.isclose(one.factors[:, None], other.factors, rtol=AGREE, atol=0.0).any(axis=1)
+    return replace(one, factors=one.factors[same], shapes=one.shapes[:, same], stiffness=one.stiffness[same])
 
 
 def uneven_histories(system: System, time: float) -> list[str]:
@@ -110,10 +125,6 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> Buckling:
         inverses, vectors = eigs(LinearOperator((n, n), matvec=product, dtype=float), min(4 * count + 4, n - 2), v0=first)
     real = np.flatnonzero((np.abs(inverses.imag) <= REAL * np.abs(inverses)) & (np.abs(inverses) > 0.0))
     kept = real[np.argsort(-np.abs(inverses[real]), kind="stable")][:count]
-    if not len(kept):
-        raise InputError(
-            say("buckling", "loads at which the system loses its stiffness", "none", "look at `complex_modes` for flutter")
-        )
     shapes, path = largest_one(vectors[:, kept].real), (states[0] - states[1]) / (2.0 * probe)
     skew = np.linalg.norm(solved(K1 @ first - K1.T @ first)) > POTENTIAL * np.linalg.norm(product(first))
     stiffness = np.einsum("ni,ni->i", shapes, np.asarray(K0 @ shapes))
