@@ -28,6 +28,8 @@ from fmbs_skfem.core.records import dataclass
 from fmbs_skfem.core.supernodes import Tree, analyse, entries, height
 
 PANEL = 48  #: columns of a front that are eliminated before the rest of the front is updated
+LANES = 16  #: rows of a column of a small front that are updated at once: it has some more rows, of zeros
+SMALL = 96  #: rows of a front that loops of its own update faster than dense products
 STRIP = 128  #: columns of a front that one dense product updates
 GONE, ABSENT = -1, -2  #: places of unknowns that are not in a front
 DONE, OUTSIDE = -1, -2  #: results of a factorisation: a matrix has an entry outside the pattern it was analysed for
@@ -47,23 +49,45 @@ _add_product = deferred("fmbs_skfem.core.intrinsics", "add_product")
 
 
 @jit
-def _eliminate_panel(front: np.ndarray, begin: int, end: int, least: np.ndarray) -> int:
-    """Columns begin..end-1 of a front become L, with D on the diagonal; returns the first column without a pivot, or -1.
+def _eliminate_column(front: np.ndarray, j: int, end: int, least: float) -> bool:
+    """Column j, not yet divided by its pivot, is taken from the columns before `end`; False where it has no pivot.
 
-    front[j, i] is row i >= j of column j; `least` holds the smallest pivots allowed.
+    front[j, i] is row i >= j of column j.
     """
+    pivot, column = front[j, j], front[j]
+    if not abs(pivot) > least:
+        return False
+    for c in range(j + 1, end):
+        low, factor = c - c % LANES, column[c] / pivot
+        target, source = front[c, low:], column[low:]
+        if factor != 0.0:
+            for i in range(target.size):
+                target[i] -= factor * source[i]
+    return True
+
+
+@jit
+def _eliminate_panel(front: np.ndarray, begin: int, end: int, stop: int, least: np.ndarray) -> int:
+    """Columns begin..end-1 of a front become L, with D on the diagonal, and are taken from those before `stop`, four at a time.
+
+    Returns the first column without a pivot, or -1; `least` holds the smallest pivots allowed.
+    """
+    four = begin + (end - begin) // 4 * 4
     for j in range(begin, end):
-        column = front[j, j:]
-        pivot = column[0]
-        if not abs(pivot) > least[j]:
+        first = begin + (j - begin) // 4 * 4
+        if not _eliminate_column(front, j, first + 4 if j < four else stop, least[j]):
             return j
-        for c in range(j + 1, end):
-            factor = front[j, c] / pivot
-            if factor != 0.0:
-                target, source = front[c, c:], front[j, c:]
+        if j < four and j == first + 3:
+            A, B, C, D = front[first], front[first + 1], front[first + 2], front[first + 3]
+            for c in range(first + 4, stop):
+                a, b, d, e = A[c] / A[first], B[c] / B[first + 1], C[c] / C[first + 2], D[c] / D[first + 3]
+                low = c - c % LANES
+                target, x, y, z, u = front[c, low:], A[low:], B[low:], C[low:], D[low:]
                 for i in range(target.size):
-                    target[i] -= factor * source[i]
-        for i in range(1, column.size):
+                    target[i] -= a * x[i] + b * y[i] + (d * z[i] + e * u[i])
+    for j in range(begin, end):
+        pivot, column = front[j, j], front[j, j + 1 :]
+        for i in range(column.size):
             column[i] /= pivot
     return -1
 
@@ -88,12 +112,13 @@ def _update_rest(front: np.ndarray, begin: int, end: int) -> None:
 @jit
 def _eliminate(front: np.ndarray, width: int, least: np.ndarray) -> int:
     """The first `width` columns of a front, panel by panel; returns the first column without a pivot, or -1."""
+    m = front.shape[0]
     for begin in range(0, width, PANEL):
         end = min(begin + PANEL, width)
-        bad = _eliminate_panel(front, begin, end, least)
+        bad = _eliminate_panel(front, begin, end, m if m <= SMALL else end, least)
         if bad >= 0:
             return bad
-        if end < front.shape[0]:
+        if m > SMALL and end < m:
             _update_rest(front, begin, end)
     return -1
 
@@ -125,7 +150,10 @@ def _load(
 
     `place` is the row of an unknown in the front, GONE for one eliminated before and ABSENT for one that has none.
     """
-    front[:] = 0.0
+    for j in range(front.shape[0]):
+        column = front[j]
+        for i in range(column.size):
+            column[i] = 0.0
     for j in range(unknowns.size):
         for k in range(indptr[unknowns[j]], indptr[unknowns[j] + 1]):
             i = place[indices[k]]
@@ -152,8 +180,9 @@ def _pack(front: np.ndarray, begin: int, end: int, shift: int, target: np.ndarra
     """Columns begin..end-1 of a front from `shift` below the diagonal on, one after the other; returns their number."""
     put = 0
     for j in range(begin, end):
-        column = front[j, j + shift :]
-        target[put : put + column.size] = column
+        column, room = front[j, j + shift :], target[put:]
+        for i in range(column.size):
+            room[i] = column[i]
         put += column.size
     return put
 
@@ -162,15 +191,19 @@ def _pack(front: np.ndarray, begin: int, end: int, shift: int, target: np.ndarra
 def eliminate(tree: Tree, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, lower: np.ndarray, pivots: np.ndarray) -> int:
     """Fill `lower` and `pivots`; returns DONE, OUTSIDE, or the first position without a pivot."""
     largest, most = _room(tree)
-    room, waiting, place = np.empty(largest * largest), np.empty(most), np.full(tree.order.size, ABSENT)
+    room, waiting, place = np.empty(largest * (largest + LANES)), np.empty(most), np.full(tree.order.size, ABSENT)
+    least, places = np.empty(largest), np.empty(largest, np.int64)
     stack, top, used, put = np.empty(tree.children.size + 1, np.int64), 0, 0, 0
     for s in range(tree.children.size):
         j0, j1 = tree.first[s], tree.first[s + 1]
-        w, below = j1 - j0, tree.order[tree.rows[tree.start[s] : tree.start[s + 1]]]
+        w, below = j1 - j0, tree.rows[tree.start[s] : tree.start[s + 1]]
         m = w + below.size
-        place[tree.order[j0:j1]] = np.arange(w)
-        place[below] = np.arange(w, m)
-        front, least = room[: m * m].reshape(m, m), np.empty(w)
+        for j in range(w):
+            place[tree.order[j0 + j]] = j
+        for j in range(below.size):
+            place[tree.order[below[j]]] = w + j
+        wide = (m + LANES - 1) // LANES * LANES if m <= SMALL else m
+        front = room[: m * wide].reshape(m, wide)
         if not _load(front, indptr, indices, data, tree.order[j0:j1], place):
             return OUTSIDE
         for j in range(w):
@@ -179,7 +212,9 @@ def eliminate(tree: Tree, indptr: np.ndarray, indices: np.ndarray, data: np.ndar
             top -= 1
             child = stack[top]
             rows = tree.rows[tree.start[child] : tree.start[child + 1]]
-            at = place[tree.order[rows]]
+            at = places[: rows.size]
+            for i in range(rows.size):
+                at[i] = place[tree.order[rows[i]]]
             used -= at.size * (at.size + 1) // 2
             _add_remainder(front, at, waiting[used:])
         bad = _eliminate(front, w, least)
@@ -187,13 +222,14 @@ def eliminate(tree: Tree, indptr: np.ndarray, indices: np.ndarray, data: np.ndar
             return j0 + bad
         for j in range(w):
             pivots[j0 + j] = front[j, j]
-        put += _pack(front, 0, w, 1, lower[put:])
+            place[tree.order[j0 + j]] = GONE
+        put += _pack(front[:, :m], 0, w, 1, lower[put:])
         if m > w:
-            used += _pack(front, w, m, 0, waiting[used:])
+            used += _pack(front[:, :m], w, m, 0, waiting[used:])
             stack[top] = s
             top += 1
-        place[tree.order[j0:j1]] = GONE
-        place[below] = ABSENT
+        for j in range(below.size):
+            place[tree.order[below[j]]] = ABSENT
     return DONE
 
 
