@@ -49,21 +49,31 @@ _add_product = deferred("fmbs_skfem.core.intrinsics", "add_product")
 
 
 @jit
-def _eliminate_column(front: np.ndarray, j: int, end: int, least: float) -> bool:
-    """Column j, not yet divided by its pivot, is taken from the columns before `end`; False where it has no pivot.
+def _take_one(front: np.ndarray, c: int, j: int) -> None:
+    """Column j of a front, not yet divided by its pivot, is taken from column c; front[j, i] is row i >= j of column j."""
+    low, factor = c - c % LANES, front[j, c] / front[j, j]
+    target, source = front[c, low:], front[j, low:]
+    if factor != 0.0:
+        for i in range(target.size):
+            target[i] -= factor * source[i]
 
-    front[j, i] is row i >= j of column j.
-    """
-    pivot, column = front[j, j], front[j]
-    if not abs(pivot) > least:
-        return False
-    for c in range(j + 1, end):
-        low, factor = c - c % LANES, column[c] / pivot
-        target, source = front[c, low:], column[low:]
-        if factor != 0.0:
-            for i in range(target.size):
-                target[i] -= factor * source[i]
-    return True
+
+@jit
+def _take_four(front: np.ndarray, c: int, j: int) -> None:
+    """The same of the columns j..j+3."""
+    low, A, B, C, D = c - c % LANES, front[j], front[j + 1], front[j + 2], front[j + 3]
+    a, b, d, e = A[c] / A[j], B[c] / B[j + 1], C[c] / C[j + 2], D[c] / D[j + 3]
+    target, x, y, z, u = front[c, low:], A[low:], B[low:], C[low:], D[low:]
+    for i in range(target.size):
+        target[i] -= a * x[i] + b * y[i] + (d * z[i] + e * u[i])
+
+
+@jit
+def _divide(front: np.ndarray, j: int) -> None:
+    """Column j by its pivot, below it."""
+    pivot, column = front[j, j], front[j, j + 1 :]
+    for i in range(column.size):
+        column[i] /= pivot
 
 
 @jit
@@ -74,21 +84,16 @@ def _eliminate_panel(front: np.ndarray, begin: int, end: int, stop: int, least: 
     """
     four = begin + (end - begin) // 4 * 4
     for j in range(begin, end):
-        first = begin + (j - begin) // 4 * 4
-        if not _eliminate_column(front, j, first + 4 if j < four else stop, least[j]):
+        if not abs(front[j, j]) > least[j]:
             return j
+        first = begin + (j - begin) // 4 * 4
+        for c in range(j + 1, first + 4 if j < four else stop):
+            _take_one(front, c, j)
         if j < four and j == first + 3:
-            A, B, C, D = front[first], front[first + 1], front[first + 2], front[first + 3]
-            for c in range(first + 4, stop):
-                a, b, d, e = A[c] / A[first], B[c] / B[first + 1], C[c] / C[first + 2], D[c] / D[first + 3]
-                low = c - c % LANES
-                target, x, y, z, u = front[c, low:], A[low:], B[low:], C[low:], D[low:]
-                for i in range(target.size):
-                    target[i] -= a * x[i] + b * y[i] + (d * z[i] + e * u[i])
+            for c in range(j + 1, stop):
+                _take_four(front, c, first)
     for j in range(begin, end):
-        pivot, column = front[j, j], front[j, j + 1 :]
-        for i in range(column.size):
-            column[i] /= pivot
+        _divide(front, j)
     return -1
 
 
