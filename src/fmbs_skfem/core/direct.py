@@ -305,10 +305,13 @@ def _forward(tree: Tree, lower: np.ndarray, x: np.ndarray, buffer: np.ndarray) -
         size = w * (w - 1) // 2 + w * below.size
         for q in range(x.shape[0]):
             z = x[q]
-            y[:w] = z[begin:end]
-            y[w:] = 0.0
+            for i in range(w):
+                y[i] = z[begin + i]
+            for i in range(w, y.size):
+                y[i] = 0.0
             _down(lower[at : at + size], y, w)
-            z[begin:end] = y[:w]
+            for i in range(w):
+                z[begin + i] = y[i]
             for i in range(below.size):
                 z[below[i]] += y[w + i]
         at += size
@@ -324,11 +327,13 @@ def _backward(tree: Tree, lower: np.ndarray, x: np.ndarray, buffer: np.ndarray) 
         size = w * (w - 1) // 2 + w * below.size
         for q in range(x.shape[0]):
             z = x[q]
-            y[:w] = z[begin:end]
+            for i in range(w):
+                y[i] = z[begin + i]
             for i in range(below.size):
                 y[w + i] = z[below[i]]
             _up(lower[at - size : at], y, w)
-            z[begin:end] = y[:w]
+            for i in range(w):
+                z[begin + i] = y[i]
         at -= size
 
 
