@@ -130,14 +130,14 @@ def test_a_flipped_number_is_found(tmp_path: Path) -> None:
 
 
 def test_settled_members_are_those_of_these_points(tmp_path: Path) -> None:
-    """A damaged record and one of another point count as missing, with a notice."""
+    """A damaged record and one of another point count as missing, with a notice; a killed member without."""
     for k in range(4):
         sweep_files.write(tmp_path, record(k))
     names = ("E", "d", "n")
-    assert sorted(sweep_files.read_settled(tmp_path, POINTS, names)) == [0, 1, 2, 3]
+    assert sorted(sweep_files.read_settled(tmp_path, POINTS, names)) == [0, 1, 3]
     sweep_files.path(tmp_path, 1).write_bytes(b"none")
     with pytest.warns(Notice, match="000001.h5.*counts as missing"):
-        assert sorted(sweep_files.read_settled(tmp_path, POINTS, names)) == [0, 2, 3]
+        assert sorted(sweep_files.read_settled(tmp_path, POINTS, names)) == [0, 3]
     sweep_files.path(tmp_path, 1).unlink()
     other = POINTS.copy()
     other[2, 0] *= 1 + 1e-15
@@ -145,6 +145,14 @@ def test_settled_members_are_those_of_these_points(tmp_path: Path) -> None:
         assert sorted(sweep_files.read_settled(tmp_path, other, names)) == [0, 3]
     sweep_files.forget(tmp_path)
     assert sweep_files.read_settled(tmp_path, POINTS, names) == {}
+
+
+def test_members_without_an_end_of_their_own_are_missing(tmp_path: Path) -> None:
+    """More time or memory may be there when a sweep goes on."""
+    ends = (Status.OK, Status.TIMEOUT, Status.FAILED, Status.KILLED)
+    for k, status in enumerate(ends):
+        sweep_files.write(tmp_path, replace(record(k), status=status))
+    assert sorted(sweep_files.read_settled(tmp_path, POINTS, ("E", "d", "n"))) == [0, 2]
 
 
 def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:

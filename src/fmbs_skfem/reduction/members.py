@@ -47,6 +47,11 @@ class Status(Enum):
     TIMEOUT = "timeout"
     KILLED = "killed"
 
+    @property
+    def final(self) -> bool:
+        """Whether the same member ends alike in another try, with more time or memory."""
+        return self in (Status.OK, Status.FAILED)
+
 
 @dataclass(frozen=True)
 class Member:

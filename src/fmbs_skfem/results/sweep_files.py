@@ -91,7 +91,10 @@ def read_first(place: Path) -> Record:
 
 
 def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict[int, Record]:
-    """Records of the members at `points` that can be read, by number; others count as missing, with a warning."""
+    """Records of the members at `points` that can be read, by number; others count as missing, with a warning.
+
+    Those that took too long, or whose process ended, are missing as well.
+    """
     found: dict[int, Record] = {}
     for number, row in enumerate(points):
         place = path(folder, number)
@@ -103,7 +106,8 @@ def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict
             notify(f"{problem}; the sample counts as missing")
             continue
         if record.values == dict(zip(names, row.tolist(), strict=True)):
-            found[number] = record
+            if record.status.final:
+                found[number] = record
         else:
             notify(f"{place}: a record of another sample; the sample counts as missing")
     return found

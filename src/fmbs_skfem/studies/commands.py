@@ -234,7 +234,7 @@ def sweep(
     ] = None,
     workers: Annotated[int | None, Option("Processes on this machine, one a core by default.", least=1)] = None,
     timeout: Annotated[float | None, Option("Give up a sample that takes longer.", "SECONDS")] = None,
-    resume: Annotated[bool, Option("Go on with a sweep that was stopped: missing samples only.")] = False,
+    resume: Annotated[bool, Option("Go on: with samples that are missing, took too long or were killed.")] = False,
     surfaces: Annotated[bool, Option("Fit response surfaces of all outputs: surfaces.json, surfaces.png.")] = False,
     duration: Duration = None,
     instants: Annotated[int, Option("Stored instants of a history, at most.", least=2)] = 601,
