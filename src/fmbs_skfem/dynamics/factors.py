@@ -4,7 +4,7 @@ joints, or all dense where W alone may be singular. Cholesky's factors replace W
     [ c W      Phi_q^T ]        W = bh M + gh C + K
     [ Phi_q    0       ]
 
-Each storage has two routines, `factorise` and `solve`; a model compiles those of its own storage alone.
+Each storage has two routines, `factorise` and `apply` (W^-1 on rows); a model compiles those of its own storage alone.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from ..core.structs import Routine, invoke, routine
 from ..systems import corotation, evaluation, kernels, low_rank
 from ..systems.layouts import Storage
 from .step import Work, opened
-from .woodbury import JOINTS, RHS, rank_of
+from .woodbury import COLUMNS, JOINTS, RHS, rows_of
 
 BAND_CHOLESKY, BAND_LU, DENSE_LU, BLOCKS, DENSE_CHOLESKY = 1, 2, 3, 4, 5  #: kinds of factors, L D L^T those of blocks
 SYMMETRIC = 1e-8  #: largest difference of entries ij and ji of W, over sqrt(W_ii W_jj), with which half of them is factored
 
 
-def doors(form: Storage) -> tuple[Routine, Routine]:
-    """The routines `factorise` and `solve` of a storage."""
+def doors(form: Storage) -> tuple[Routine, Routine, Routine]:
+    """The routines `factorise`, `solve` and `apply` of a storage."""
     if form is Storage.BLOCKS:
-        return factorise_blocks, solve_blocks
-    return (factorise_dense, solve_dense) if form is Storage.DENSE else (factorise_band, solve_band)
+        return factorise_blocks, solve, apply_blocks
+    return (factorise_dense, solve, apply_dense) if form is Storage.DENSE else (factorise_band, solve, apply_band)
 
 
 @jit
@@ -124,12 +124,7 @@ def factor_dense(table: Any) -> int:
                     K[j - first, i - first] = W[i, j]
             info = factor_lu(w, at, first, last)
         first, at = last, at + (last - first) ** 2
-    if info != 0 or len(w.J) == 0:
-        return info
-    for k in range(len(w.J)):
-        kernels.copy(w.J[k], w.spread[k])
-        substitute_blocks(W, w, w.spread[k])
-    return factor_joints(w, S.space.off)
+    return info if info != 0 else close_factors(table)
 
 
 @jit
@@ -187,31 +182,44 @@ def factor_lu(w: Work, at: int, first: int, last: int) -> int:
 
 
 @routine
-def solve_dense(table: Any, joints: Any) -> int:
+def solve(table: Any, joints: Any) -> int:
     """rhs <- KKT^-1 rhs with the current factors; with `joints` = 1 the front of rhs is zero."""
     S = opened(table)
-    w, rhs, n = S.work, S.space.rhs, len(S.space.x)
+    w, rhs = S.work, S.space.rhs
     if is_bordered(w):
         substitute_dense(w.kkt, w.pivots, rhs[0])
         return 0
     if joints == 0:
-        substitute_blocks(S.space.W, w, rhs[0, :n])
+        apply_factors(table, RHS)
     if len(w.J) > 0:
         close(w, rhs)
     return 0
 
 
 @jit
-def substitute_blocks(W: np.ndarray, w: Work, x: np.ndarray) -> None:
-    """x <- W^-1 x with the factors of all blocks."""
-    first, at = 0, 0
-    while first < len(x):
-        last = w.ends[first]
-        if w.kind[2] == DENSE_CHOLESKY:
-            substitute(lower_half(W, first, last), x[first:last])
-        else:
-            substitute_dense(view(w.kkt, at, (last - first, last - first)), w.pivots[first:last], x[first:last])
-        first, at = last, at + (last - first) ** 2
+def apply_factors(table: Any, which: int) -> None:
+    """RHS or JOINTS <- W^-1 of them, with what W has of low rank beside its factors."""
+    doors = opened(table).doors
+    invoke(doors.apply, table, which)
+    if doors.fill != 0:
+        invoke(doors.correct, table, which)
+
+
+@routine
+def apply_dense(table: Any, which: Any) -> int:
+    """Rows <- W^-1 rows with the factors of all dense blocks."""
+    S = opened(table)
+    W, w, rows = S.space.W, S.work, rows_of(table, which)
+    for k in range(len(rows)):
+        x, first, at = rows[k], 0, 0
+        while first < len(x):
+            last = w.ends[first]
+            if w.kind[2] == DENSE_CHOLESKY:
+                substitute(lower_half(W, first, last), x[first:last])
+            else:
+                substitute_dense(view(w.kkt, at, (last - first, last - first)), w.pivots[first:last], x[first:last])
+            first, at = last, at + (last - first) ** 2
+    return 0
 
 
 @jit
@@ -289,10 +297,9 @@ def factor_band(table: Any) -> int:
     """Factor W by `kind`, and the Schur complement of J; 0, or LAPACK's info."""
     S = opened(table)
     W, w = S.space.W, S.work
-    n, m = len(S.space.x), len(S.space.multipliers)
     if w.kind[2] == BAND_CHOLESKY:
         info = lapack.pbtrf(w.addresses, W)
-        for i in range(n):
+        for i in range(len(W)):
             W[i, 0] = 1.0 / W[i, 0]
     else:
         width = W.shape[1] - 1
@@ -300,28 +307,26 @@ def factor_band(table: Any) -> int:
         if S.arrays.pairs.skew:
             kernels.add_skew_pairs(S.arrays.pairs, S.arrays.probes, S.space.H, w.general)
         info = lapack.gbtrf(w.addresses, w.general, width, width, w.pivots)
-    if info != 0:
-        return info
-    if S.doors.fill != 0:
-        invoke(S.doors.fill, table, 0)
-        substitute_rows(table, view(w.lows, 0, (rank_of(table), n)))
-    for k in range(m):
-        for i in range(n):
-            w.spread[k, i] = w.J[k, i]
-    substitute_rows(table, w.spread)
-    return close_factors(table)
+    return info if info != 0 else close_factors(table)
 
 
 @jit
 def close_factors(table: Any) -> int:
-    """What follows from the rows W^-1 U of `lows` and W^-1 J^T of `spread`; 0, or LAPACK's info."""
+    """W^-1 U in `lows`, W^-1 J^T in `spread`, and the factors of what follows from them; 0, or LAPACK's info."""
     S = opened(table)
+    w = S.work
     if S.doors.fill != 0:
+        invoke(S.doors.fill, table, 0)
+        invoke(S.doors.apply, table, COLUMNS)
         info = invoke(S.doors.close, table, 0)
         if info != 0:
             return info
-        invoke(S.doors.correct, table, JOINTS)
-    return factor_joints(S.work, S.space.off) if len(S.space.multipliers) > 0 else 0
+    if len(w.J) == 0:
+        return 0
+    for k in range(len(w.J)):
+        kernels.copy(w.J[k], w.spread[k])
+    apply_factors(table, JOINTS)
+    return factor_joints(w, S.space.off)
 
 
 @jit
@@ -342,51 +347,25 @@ def factor_joints(w: Work, off: np.ndarray) -> int:
 def factorise_blocks(table: Any, _: Any) -> int:
     """As `factorise_dense`, for W by its upper triangle."""
     S = opened(table)
-    A, W, w, m = S.arrays, S.space.W, S.work, len(S.space.multipliers)
+    A, W, w = S.arrays, S.space.W, S.work
     w.secants[0] = 0
     if assemble(table) != 0:
         return 1
     w.kind[0] = w.kind[2] = BLOCKS
     if direct.eliminate(A.tree, A.blocks.indptr, A.blocks.indices, W[0], w.lower, w.diagonal) != direct.DONE:
         return 1
-    n = len(S.space.x)
-    if S.doors.fill != 0:
-        invoke(S.doors.fill, table, 0)
-        for k in range(rank_of(table)):
-            direct.substitute(A.tree, w.lower, w.diagonal, view(w.lows, k * n, (1, n)), w.columns, w.front)
-    for k in range(m):
-        for i in range(n):
-            w.spread[k, i] = w.J[k, i]
-    if m > 0:
-        direct.substitute(A.tree, w.lower, w.diagonal, w.spread, w.columns, w.front)
     return close_factors(table)
 
 
 @routine
-def solve_blocks(table: Any, joints: Any) -> int:
-    """As `solve_band`."""
+def apply_blocks(table: Any, which: Any) -> int:
+    """As `apply_dense`, for blocks of a sparse W, as many rows at once as there is room for."""
     S = opened(table)
-    rhs, n, w = S.space.rhs, len(S.space.x), S.work
-    if joints == 0:
-        direct.substitute(S.arrays.tree, w.lower, w.diagonal, view(rhs, 0, (1, n)), w.columns, w.front)
-        if S.doors.fill != 0:
-            invoke(S.doors.correct, table, RHS)
-    if len(S.space.multipliers) > 0:
-        close(w, rhs)
-    return 0
-
-
-@routine
-def solve_band(table: Any, joints: Any) -> int:
-    """As `solve_dense`; with `joints` = 1 the front of rhs is zero."""
-    S = opened(table)
-    rhs, n = S.space.rhs, len(S.space.x)
-    if joints == 0:
-        substitute_rows(table, view(rhs, 0, (1, n)))
-        if S.doors.fill != 0:
-            invoke(S.doors.correct, table, RHS)
-    if len(S.space.multipliers) > 0:
-        close(S.work, rhs)
+    w, rows = S.work, rows_of(table, which)
+    room, n = w.columns.shape
+    for first in range(0, len(rows), room):
+        some = view(rows, first * n, (min(room, len(rows) - first), n))
+        direct.substitute(S.arrays.tree, w.lower, w.diagonal, some, w.columns, w.front)
     return 0
 
 
@@ -402,17 +381,17 @@ def mirror_band(low: np.ndarray, general: np.ndarray) -> None:
             general[j + k, 2 * d - k] = low[j, k]
 
 
-@jit
-def substitute_rows(table: Any, rhs: np.ndarray) -> None:
-    """rhs rows <- W^-1 rhs."""
+@routine
+def apply_band(table: Any, which: Any) -> int:
+    """As `apply_dense`, for a band."""
     S = opened(table)
-    W, w = S.space.W, S.work
-    if w.kind[2] == BAND_CHOLESKY:
-        for k in range(len(rhs)):
-            substitute(W, rhs[k])
-    else:
+    W, w, rows = S.space.W, S.work, rows_of(table, which)
+    if w.kind[2] == BAND_LU:
         width = W.shape[1] - 1
-        lapack.gbtrs(w.addresses, w.general, width, width, w.pivots, rhs)
+        return lapack.gbtrs(w.addresses, w.general, width, width, w.pivots, rows)
+    for k in range(len(rows)):
+        substitute(W, rows[k])
+    return 0
 
 
 @jit

@@ -84,6 +84,7 @@ class Doors(NamedTuple):
     residual: int
     factorise: int  #: factors at the trial state of the space, 0 or the reason for none
     solve: int  #: rhs <- KKT^-1 rhs; its argument is 1 where the front of rhs is zero
+    apply: int  #: rows <- W^-1 rows, see `factors`
     settle: int  #: the accepted velocities onto (4)
     fill: int = 0  #: `woodbury.fill`, and the two behind it; 0 where no derivatives of low rank are apart from W
     close: int = 0

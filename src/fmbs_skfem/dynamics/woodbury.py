@@ -22,7 +22,7 @@ from ..core.structs import routine
 from ..systems import kernels, low_rank
 from .step import opened
 
-RHS, JOINTS = 0, 1  #: what is corrected: the front of the right-hand side, rows W^-1 J^T
+RHS, JOINTS, COLUMNS = 0, 1, 2  #: rows that W^-1 is applied to: the front of the right-hand side, J, and U^T
 
 
 @jit
@@ -30,6 +30,16 @@ def rank_of(table: Any) -> int:
     """Number of columns of U."""
     low = opened(table).space.low
     return low.used[0] * low.left.shape[1]
+
+
+@jit
+def rows_of(table: Any, which: int) -> np.ndarray:
+    """RHS, JOINTS or COLUMNS, shape (k, n)."""
+    S = opened(table)
+    if which == JOINTS:
+        return S.work.spread
+    n = len(S.space.x)
+    return view(S.space.rhs, 0, (1, n)) if which == RHS else view(S.work.lows, 0, (rank_of(table), n))
 
 
 @routine
@@ -77,8 +87,7 @@ def correct(table: Any, which: Any) -> int:
     if rank == 0:
         return 0
     found, size = np.empty((1, rank)), min(rank, n)
-    rows = view(S.space.rhs, 0, (1, n)) if which == RHS else w.spread
-    A = view(w.inner, 0, (size, size))
+    rows, A = rows_of(table, which), view(w.inner, 0, (size, size))
     if rank > n:
         return lapack.getrs(w.addresses, A, w.inner_pivots[:size], rows)
     for k in range(len(rows)):

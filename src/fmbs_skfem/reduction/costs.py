@@ -169,7 +169,7 @@ def repeat_calls(table: Any, _: Any) -> int:
 def bench(model: Compiled, scheme: GeneralizedAlpha | None = None, repeat: int = 5) -> Callable[[int], float]:
     """Seconds of one call of a piece of the time step: CPU time, the best of `repeat` bursts, or of fewer where two agree."""
     step = prepare_step(model, scheme or GeneralizedAlpha(STEP))
-    factorise, solve = factors.doors(model.layout.storage)
+    factorise, solve, _ = factors.doors(model.layout.storage)
     whole = {FORCE: evaluation.elastic_forces, TANGENT: evaluation.sum_tangents, FACTOR: factorise, SOLUTION: solve}
 
     def burst(one: Routine | Callback, more: int, times: int) -> float:

@@ -22,9 +22,9 @@ from ..systems.layouts import Storage
 def main(reduces: bool) -> None:
     """Compile routines from the last to the first."""
     threading.Thread(target=end_with_parent, daemon=True).start()
-    factorise, solve = factors.doors(Storage.BAND)
+    factorise, solve, apply = factors.doors(Storage.BAND)
     first = evaluation.take_over, work.forces  #: what a run asks for before its first step, when all of the step is compiled
-    for one in (stepping.advance, work.survey, settling.settle, solve, *first, factorise, evaluation.residuals):
+    for one in (stepping.advance, work.survey, settling.settle, solve, apply, *first, factorise, evaluation.residuals):
         int(one.address)
     if reduces:
         ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)
