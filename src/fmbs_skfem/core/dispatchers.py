@@ -78,7 +78,7 @@ class Containing(compiler.Compiler):
         return super().define_pipelines()
 
 
-class Whole(CPUDispatcher):
+class WholeDispatcher(CPUDispatcher):
     """A function as Python calls it, compiled by this process or another one."""
 
     def compile(self, signature: Any) -> Any:
@@ -101,9 +101,9 @@ def contained(function: Callable[..., Any], options: dict[str, Any]) -> CPUDispa
     return CPUDispatcher(function, {}, {"nopython": True, "no_cpython_wrapper": True, **options}, Containing)
 
 
-def whole(function: Callable[..., Any], options: dict[str, Any]) -> Whole:
+def whole(function: Callable[..., Any], options: dict[str, Any]) -> WholeDispatcher:
     """A function for Python."""
-    return Whole(function, {}, {"nopython": True, **options})
+    return WholeDispatcher(function, {}, {"nopython": True, **options})
 
 
 def type_of(value: Any) -> Any:

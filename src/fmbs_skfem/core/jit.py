@@ -7,7 +7,8 @@ change. Here any change in a module with compiled functions leads to another fol
 the user's cache.
 
 A function that a compiled function calls becomes part of that one (`dispatchers`). Numba is imported when the first function is
-compiled, or called by Python through its wrapper (`Part`); what stands behind an address is loaded without it (`machine_code`).
+compiled, or called by Python through its wrapper (`InlinedFunction`); what stands behind an address is loaded without it
+(`machine_code`).
 """
 
 from __future__ import annotations
@@ -137,7 +138,7 @@ def taken(module: str, name: str) -> Any:
 carray = deferred("numba", "carray")
 
 
-class Part:
+class InlinedFunction:
     """A function for compiled callers, which contain its code; called from Python it becomes a function of its own."""
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -162,7 +163,7 @@ class Part:
         return options
 
     def __reduce__(self) -> Any:
-        return Part, (self.py_func, self.options)
+        return InlinedFunction, (self.py_func, self.options)
 
     @functools.cached_property
     def whole(self) -> Any:
@@ -188,7 +189,7 @@ class Part:
 
 def decorated(function: F, **more: Any) -> F:
     """`function` compiled with the OPTIONS of this package and more."""
-    compiled: Any = Part(function, {**OPTIONS, **more})
+    compiled: Any = InlinedFunction(function, {**OPTIONS, **more})
     return compiled
 
 

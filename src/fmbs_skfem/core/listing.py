@@ -13,7 +13,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
 
-class Finder:
+class PackageFinder:
     """Finds the modules of one package as Python does."""
 
     def __init__(self, package: str) -> None:
@@ -36,7 +36,7 @@ class Finder:
 
 def install(package: str) -> None:
     """Let `dir` of the modules of a package that are imported from now on list public names."""
-    sys.meta_path.insert(0, Finder(package))
+    sys.meta_path.insert(0, PackageFinder(package))
 
 
 def names(module: ModuleType) -> list[str]:

@@ -40,7 +40,7 @@ def matrix(K: Array, rows: Array, columns: Array | None = None) -> Array:
     return csr_array(block_array([[csr_array(K), J.T if columns is None else csr_array(columns)], [J, None]]) if m else K)
 
 
-class Factors(Protocol):
+class LU(Protocol):
     """L U of a matrix (n, n) with its rows and columns in some order."""
 
     def solve(self, b: np.ndarray, trans: Literal["N", "T"] = "N") -> np.ndarray:
@@ -52,7 +52,7 @@ class Factors(Protocol):
 
 @dataclass(frozen=True)
 class Sparse:
-    """`Factors` of SuperLU."""
+    """`LU` of SuperLU."""
 
     found: SuperLU
 
@@ -65,7 +65,7 @@ class Sparse:
 
 @dataclass(frozen=True)
 class Dense:
-    """`Factors` of LAPACK."""
+    """`LU` of LAPACK."""
 
     found: np.ndarray  #: (n, n)
     order: np.ndarray  #: (n,) of its rows
@@ -83,7 +83,7 @@ class Saddle:
 
     matrix: Array  #: (n, n) A
     scale: np.ndarray  #: (n,) diagonal of D
-    factors: Factors  #: of D A D, rows of largest entry 1
+    factors: LU  #: of D A D, rows of largest entry 1
 
     @property
     def regular(self) -> bool:

@@ -22,7 +22,7 @@ from ..bodies.body import Cells
 from ..core import ranks
 from ..core.errors import InputError, say
 from ..systems.assembly import constraints, terms_of
-from ..systems.places import Terms
+from ..systems.places import TermCollector
 from ..systems.system import Affine, System, change_coordinates
 
 
@@ -93,7 +93,7 @@ def bending_modes(
     return squares, Z @ vectors
 
 
-def frame_rows(terms: Terms, name: str, e: int, dim: int, modes: int) -> None:
+def frame_rows(terms: TermCollector, name: str, e: int, dim: int, modes: int) -> None:
     """|e|^2 = 1 and m_i . e = 0; the frame axis stands at probe row `e`, the amplitudes behind it."""
     terms.row(name, "frame", *[(0.5, -1, e + c, e + c) for c in range(dim)], (-0.5, -1, -1, -1))
     for i in range(modes):

@@ -31,7 +31,7 @@ SWITCH = "FMBS_EXTENSIONS"
 RUN: dict[str, str] = {}  #: SHA-256 of the files that were run, by module
 
 
-class Finder(MetaPathFinder):
+class ExtensionFinder(MetaPathFinder):
     """Modules of files by the path in their name, so that what they declare can be sent to other processes."""
 
     def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
@@ -41,7 +41,7 @@ class Finder(MetaPathFinder):
         return importlib.util.spec_from_file_location(name, file)
 
 
-sys.meta_path.append(Finder())
+sys.meta_path.append(ExtensionFinder())
 
 
 def load(named: object, folder: Path) -> list[Found]:

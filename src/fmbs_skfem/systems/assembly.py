@@ -33,7 +33,7 @@ from .controllers import Controller, connect, gains_of
 from .events import Event, attend, watched
 from .forces import joined
 from .loads import Load
-from .places import At, Coordinates, Draft, ProbeRows, Terms, vector
+from .places import At, Coordinates, Draft, ProbeRows, TermCollector, vector
 from .system import (
     Affine,
     Constraints,
@@ -232,7 +232,7 @@ def unique(where: str, names: list[str]) -> None:
         raise InputError(say(where, "different names", f"{twice[0]!r} more than once"))
 
 
-def constraints(terms: Terms) -> Constraints:
+def constraints(terms: TermCollector) -> Constraints:
     """The rows of collected terms as arrays."""
     columns = list(zip(*terms.terms, strict=True)) or [(), (), (), (), ()]
     row, signal, i, j = (np.array(columns[k], dtype=np.int64) for k in (0, 2, 3, 4))
@@ -240,10 +240,10 @@ def constraints(terms: Terms) -> Constraints:
     return Constraints(tuple(terms.names), row, np.array(columns[1], dtype=float), signal, i, j, laws)
 
 
-def terms_of(known: Constraints) -> Terms:
+def terms_of(known: Constraints) -> TermCollector:
     """The terms of constraints, to which others can be added."""
     columns = (part.tolist() for part in (known.row, known.coefficient, known.signal, known.i, known.j))
-    return Terms(list(known.names), list(zip(*columns, strict=True)), laws=list(known.laws))
+    return TermCollector(list(known.names), list(zip(*columns, strict=True)), laws=list(known.laws))
 
 
 def uniform_field(layout: Coordinates, parts: list[Body], accelerations: list[np.ndarray]) -> np.ndarray:

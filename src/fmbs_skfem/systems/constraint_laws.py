@@ -21,7 +21,7 @@ from .row_laws import Groups, RowLaw, group
 from .terms import Piece
 
 
-class Routines(NamedTuple):
+class ConstraintRoutines(NamedTuple):
     """What a record is acted on by; each takes the table of the evaluation and the record."""
 
     constrain: Routine  #: rows of Phi and of dPhi/dy +=
@@ -33,7 +33,7 @@ class Routines(NamedTuple):
 class ConstraintLaw(RowLaw):
     """A constraint function."""
 
-    routines: Routines
+    routines: ConstraintRoutines
     kind: ClassVar[str] = "constraint law"
     loops: ClassVar[str] = ".gears"
 
@@ -74,7 +74,7 @@ opened = opener(ConstraintRecord)
 class Constraint(Piece):
     """Constraint rows for compiled code."""
 
-    routines: Routines
+    routines: ConstraintRoutines
     pairs: np.ndarray  #: (h, 2) probe rows of its second derivatives
 
 

@@ -27,7 +27,7 @@ HEADS = {  #: of the routines of a law
 IMPORTS = (
     "from fmbs_skfem.core.structs import routine",
     "from fmbs_skfem.systems.evaluation import evaluation",
-    "from fmbs_skfem.systems.constraint_laws import ConstraintLaw, Routines, opened",
+    "from fmbs_skfem.systems.constraint_laws import ConstraintLaw, ConstraintRoutines, opened",
     "from fmbs_skfem.systems.kernels import derivative, factor",
 )
 ORDERS = 3  #: derivatives of histories
@@ -116,7 +116,7 @@ def text(name: str, law: RowSymbols) -> str:
         ),
         routine(f"{name}_drift", HEADS["drift"], [plain(drift(law))], ["gap[F.row[k]] += {}"], {**places, **moving}),
     ]
-    routines = f"Routines({name}_constrain, {name}_slopes, {name}_drift)"
+    routines = f"ConstraintRoutines({name}_constrain, {name}_slopes, {name}_drift)"
     facts = f"{count}, {law.numbers}, {law.histories}, {tuple(pairs)}"
     return "\n\n\n".join([*found, f'LAWS["{name}"] = ConstraintLaw("{name}", {facts}, {routines})'])
 

@@ -25,7 +25,7 @@ from . import forces, kernels
 from .contact_law import BEFORE, LAW, MU, POWER, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, resist, stored
 from .contact_shapes import HEIGHTS, NUMBERS, clearance, measure
 from .evaluation import evaluation
-from .forces import Force, Place, Routines
+from .forces import Force, ForceRoutines, Place
 from .one_sided import ramp
 
 DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose rows are not kept: only what touches reads them
@@ -444,6 +444,6 @@ def _(found: ContactForces, place: Place) -> Force:
     numbers = (found.placed, found.frame, found.rows, found.radius, found.weights, np.concatenate([found.law, found.power]))
     arrays = [np.ascontiguousarray(part) for part in (found.sizes, found.heights, *numbers)]
     record = ContactRecord._make((found.shape, *arrays, found.share, *place))
-    routines = Routines(push, slopes, accept, store, judge)
+    routines = ForceRoutines(push, slopes, accept, store, judge)
     room, alone, skew = SEEN * count + len(found.frame), found.rows.ravel(), bool(found.law[MU] > 0.0)
     return Force(record, routines, "contact", pairs, memory.ravel(), damped=True, skew=skew, room=room, alone=alone)

@@ -33,7 +33,7 @@ from .contact_pairs import (
     weigh,
 )
 from .evaluation import evaluation
-from .forces import Force, Place, Routines
+from .forces import Force, ForceRoutines, Place
 from .low_rank import Size
 from .one_sided import ramp
 
@@ -267,7 +267,7 @@ def _(found: BeamContacts, place: Place) -> Force:
     record, count = record_of(found, place), len(found.rows)
     memory = np.zeros(count + NODE * len(found))
     memory[count::NODE] = UNKNOWN
-    routines, low = Routines(push, slopes, accept, store, judge), Size(len(found), 8 * found.dim, 3 * found.dim)
+    routines, low = ForceRoutines(push, slopes, accept, store, judge), Size(len(found), 8 * found.dim, 3 * found.dim)
     return Force(
         record, routines, "contact of beams", memory=memory, damped=True, room=len(found) + WAYS, alone=record.rows, low=low
     )

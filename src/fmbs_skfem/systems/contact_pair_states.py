@@ -34,7 +34,7 @@ def measure(table: Any, _: Any) -> int:
     return 0
 
 
-class Samples(NamedTuple):
+class PairSamples(NamedTuple):
     """Rows of a contact over time."""
 
     record: PairsRecord
@@ -43,7 +43,7 @@ class Samples(NamedTuple):
     out: Cube
 
 
-samples_of = opener(Samples)
+samples_of = opener(PairSamples)
 
 
 def measures(term: BeamContacts, y: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -52,7 +52,7 @@ def measures(term: BeamContacts, y: np.ndarray, v: np.ndarray) -> np.ndarray:
     The gap is infinite where it is that of other nodes; of a beam to itself it is that to the nearest place between the limits.
     """
     y, v = map(np.ascontiguousarray, (y, v))
-    samples = Samples(record_of(term, Place(0, 0, 0)), y, v, np.zeros((len(y), len(term), 3 + term.dim)))
+    samples = PairSamples(record_of(term, Place(0, 0, 0)), y, v, np.zeros((len(y), len(term), 3 + term.dim)))
     measure(samples)
     return samples.out
 

@@ -30,13 +30,13 @@ from ..core.records import dataclass
 from ..core.responses import OfState
 from . import fields
 from .constraint_functions import AXES, Joint, Term, basis, mark, where
-from .places import QUARTER, At, Draft, Terms
+from .places import QUARTER, At, Draft, TermCollector
 from .system import Constraints, Lock, System, Trigger, remembered
 
 CYCLES = (1, 2), (2, 0), (0, 1)  #: components of the parts of a cross product
 DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
 Names = Annotated[tuple[str, ...], NAMED, "of joints"]
-Read = Callable[[Terms], Constraints]  #: collected terms as arrays
+Read = Callable[[TermCollector], Constraints]  #: collected terms as arrays
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,9 +86,9 @@ class Holding:
 
     joint: Any
     draft: Draft
-    rows: Terms = field(default_factory=Terms)
-    numbers: Terms = field(default_factory=Terms)
-    gap: Terms = field(default_factory=Terms)
+    rows: TermCollector = field(default_factory=TermCollector)
+    numbers: TermCollector = field(default_factory=TermCollector)
+    gap: TermCollector = field(default_factory=TermCollector)
     signals: list[int] = field(default_factory=list)
 
     def number(self, *terms: Term) -> int:

@@ -19,7 +19,7 @@ from ..core.structs import IntegerMatrix, Matrix, Routine, address_of, opener, p
 from ..core.validation import Attributes
 from . import forces, row_laws
 from .evaluation import space_of
-from .forces import Force, Place, Routines
+from .forces import Force, ForceRoutines, Place
 from .kernels import remainder
 from .row_laws import Groups, RowLaw, group
 
@@ -89,7 +89,7 @@ def _(found: LawForces, place: Place) -> Force:
     rows, numbers, signals = (np.ascontiguousarray(part) for part in (found.rows, found.numbers, found.signals))
     local = np.array(law.pairs, dtype=np.int64).reshape(-1, 2)
     pairs, size = found.rows[:, local].reshape(-1, 2), memory_of(law)
-    routines = Routines(law.force, law.slopes if len(local) else None, law.accept, law.energy)
+    routines = ForceRoutines(law.force, law.slopes if len(local) else None, law.accept, law.energy)
     name = law.name.partition("|")[0].replace("_", " ")
     return Force(
         ForceRecord(rows, numbers, signals, place.pair, place.memory),

@@ -26,7 +26,7 @@ from .low_rank import NONE, Size
 from .terms import Nothing, Piece
 
 
-class Routines(NamedTuple):
+class ForceRoutines(NamedTuple):
     """What a record is acted on by; each takes the table of the evaluation and the record."""
 
     force: Routine | Callback  #: g += F
@@ -56,7 +56,7 @@ class Cost:
 class Force(Piece):
     """A force for compiled code."""
 
-    routines: Routines
+    routines: ForceRoutines
     name: str = "force"  #: in messages
     pairs: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.int64))  #: (h, 2) probe rows of its derivatives
     memory: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (l,) at the start
@@ -166,7 +166,7 @@ def _(force: OfPython, place: Place) -> Force:
         s.H[place.pair : place.pair + count**2] -= s.c[0] * (by_row + s.gh[0] * by_rate).ravel()
 
     pairs = np.stack([np.repeat(rows, count), np.tile(rows, count)], axis=1)
-    return Force(Nothing(), Routines(Callback(push), Callback(slopes)), "force of Python", pairs, damped=True, cost=cost)
+    return Force(Nothing(), ForceRoutines(Callback(push), Callback(slopes)), "force of Python", pairs, damped=True, cost=cost)
 
 
 @histories.register
@@ -187,7 +187,7 @@ def addressed(found: Sequence[Force]) -> ForceTerms:
         return np.array(values, dtype=np.int64)
 
     columns = list[Any]()
-    for name in Routines._fields:
+    for name in ForceRoutines._fields:
         having = [(getattr(one.routines, name), one.address) for one in found if getattr(one.routines, name) is not None]
         columns += [column([routine.address for routine, _ in having]), column([record for _, record in having])]
     return ForceTerms._make((*columns, any(one.damped for one in found), all(one.smooth for one in found)))

@@ -14,7 +14,7 @@ from typing import Any
 
 from ..core.jit import jit
 from ..core.structs import routine
-from .constraint_laws import ConstraintLaw, ConstraintRecord, Routines, opened
+from .constraint_laws import ConstraintLaw, ConstraintRecord, ConstraintRoutines, opened
 from .evaluation import evaluation
 from .kernels import remainder
 
@@ -79,7 +79,7 @@ def drift(table: Any, record: Any) -> int:
 def gear(wheels: int) -> ConstraintLaw:
     """The law of a number of wheels."""
     pairs = [(2 * wheel + i, 2 * wheel + j) for wheel in range(wheels) for i in range(2) for j in range(2)]
-    return ConstraintLaw(f"gear_{wheels}", 2 * wheels, wheels + 1, 0, tuple(pairs), Routines(constrain, slopes, drift))
+    return ConstraintLaw(f"gear_{wheels}", 2 * wheels, wheels + 1, 0, tuple(pairs), ConstraintRoutines(constrain, slopes, drift))
 
 
 LAWS = {law.name: law for law in map(gear, WHEELS)}

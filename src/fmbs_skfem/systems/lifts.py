@@ -31,7 +31,7 @@ class LiftRoutines(NamedTuple):
     place: Routine  #: coordinates of the cells and, where a term reads them, their rates; no forces yet
     scatter: Routine  #: f += V^T of the forces on these coordinates
     tangent: Routine  #: W += V^T K V, where cells have not put K into W
-    force_products: tuple[Routine, ...] = ()  #: as in `terms.Routines`
+    force_products: tuple[Routine, ...] = ()  #: as in `terms.TermRoutines`
     tangent_products: tuple[Routine, ...] = ()
 
 

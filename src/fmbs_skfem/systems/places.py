@@ -174,7 +174,7 @@ def vector(where: str, values: object, size: int) -> np.ndarray:
 
 
 @dataclass
-class Terms:
+class TermCollector:
     """Constraint terms collected while a system is assembled."""
 
     names: list[tuple[str, str]] = field(default_factory=list)
@@ -251,7 +251,7 @@ class Draft:
     layout: Coordinates
     probes: ProbeRows
     sensors: ProbeRows
-    constraints: Terms = field(default_factory=Terms)
+    constraints: TermCollector = field(default_factory=TermCollector)
     forces: Forces = field(default_factory=Forces)
     signals: list[Signal] = field(default_factory=list)
     markers: list[tuple[str, str, tuple[int, ...]]] = field(default_factory=list)

@@ -33,7 +33,7 @@ from ..core.structs import Vector, opener, routine
 from ..core.validation import Range, Reals, Sizes, also, require
 from . import terms
 from .evaluation import evaluation
-from .terms import Lifts, Routines, Setting, Term
+from .terms import Lifts, Setting, Term, TermRoutines
 
 if TYPE_CHECKING:
     from .system import Affine, Matrix
@@ -302,7 +302,7 @@ def call_tangent(table: Any, record: Any) -> int:
     return 0
 
 
-ROUTINES = Routines(call_force, call_tangent, call_energy)
+ROUTINES = TermRoutines(call_force, call_tangent, call_energy)
 
 
 @terms.carry.register(Quartic)

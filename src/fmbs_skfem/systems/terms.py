@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 Function: TypeAlias = Callable[..., Any]
 
 
-class Routines(NamedTuple):
+class TermRoutines(NamedTuple):
     """What a record is acted on by."""
 
     force: Routine | Callback
@@ -75,7 +75,7 @@ class Piece:
 class Term(Piece):
     """A piece of a storage for compiled code."""
 
-    routines: Routines
+    routines: TermRoutines
     work: int  #: length of a work vector
     damped: bool = False  #: whether it reads velocities
     kept: int = 0  #: numbers in the gradients of a space
@@ -153,7 +153,7 @@ def at_points(
     scatter: Function,
     add_tangent: Function,
     **more: tuple[Routine, ...],
-) -> Routines:
+) -> TermRoutines:
     """The routines of a storage whose law acts at points: gather, evaluate, scatter, for a module `owner` and its record P.
 
     It brings functions for compiled code: place(P, target, at), an array (k c, p, e) from a place of `target` on; read(s, P, order,
@@ -200,7 +200,7 @@ def at_points(
 
     for one in (force, tangent, energy, dissipate):
         one.__module__, one.__qualname__ = owner, one.__name__
-    return Routines(routine(force), routine(tangent), routine(energy), dissipate=routine(dissipate), **more)
+    return TermRoutines(routine(force), routine(tangent), routine(energy), dissipate=routine(dissipate), **more)
 
 
 @singledispatch
@@ -323,5 +323,5 @@ def of_python(force: PythonTerm) -> Term:
         between, rate = s.x - 0.5 * s.way, s.way / s.span[0]
         s.energy[0] += float(rate @ (force.force(between, rate) - force.force(between, 0.0 * rate)))
 
-    routines = Routines(Callback(add_force), Callback(add_tangent), Callback(add_energy), dissipate=Callback(add_dissipation))
+    routines = TermRoutines(Callback(add_force), Callback(add_tangent), Callback(add_energy), dissipate=Callback(add_dissipation))
     return Term(Nothing(), routines, 1, True)
