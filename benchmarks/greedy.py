@@ -37,7 +37,7 @@ from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.parametric_model import ParametricModel
 from fmbs_skfem.reduction.plan import Plan
-from fmbs_skfem.reduction.training import Training
+from fmbs_skfem.reduction.training import FinishedTraining
 from fmbs_skfem.results import plots, training_plots
 from fmbs_skfem.scenes import build
 from fmbs_skfem.studies import holdouts, plans
@@ -188,7 +188,7 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
     )
 
 
-def drawn(path: Path, found: Training, full: Full, truth: Full, points: np.ndarray) -> tuple[Compared, ...]:
+def drawn(path: Path, found: FinishedTraining, full: Full, truth: Full, points: np.ndarray) -> tuple[Compared, ...]:
     """Fig. 13 or 14: errors after every full run, and of the basis of one run at the fastest parameter, which is the last row."""
     (own,) = found.task.parameters
     others = [*comparators.stages(found), comparators.fast_to_slow(found.task, full, holdouts.fastest(found))]

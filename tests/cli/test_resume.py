@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 
 from fmbs_skfem.dynamics import integration
-from fmbs_skfem.dynamics.checkpoint import Moment
+from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import HistoryState, Recorder
 from fmbs_skfem.studies import reports
@@ -46,7 +46,7 @@ def stop(monkeypatch: pytest.MonkeyPatch, number: int, looks: int = 3) -> None:
     """A signal arrives in this process at a look at the run, which writes no segment of its own."""
     seen: list[int] = []
 
-    def due(self: Recorder, moment: Moment) -> bool:
+    def due(self: Recorder, moment: RunState) -> bool:
         seen.append(moment.done)
         if len(seen) == looks:
             os.kill(os.getpid(), number)

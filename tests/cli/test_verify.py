@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.verification import CASES, Quantity
+from fmbs_skfem.verification import CASES, CheckedNumber
 
 from .calls import fmbs
 
@@ -58,7 +58,7 @@ def test_the_list_solves_nothing() -> None:
 
 
 def test_a_quantity_that_is_off_is_exit_code_4(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    off = Quantity("wrong", 1.0, 1.1, 1e-3, "m")
+    off = CheckedNumber("wrong", 1.0, 1.1, 1e-3, "m")
     monkeypatch.setitem(CASES, "coefficients", replace(CASES["coefficients"], solve=lambda: [off]))
     done = fmbs("verify", "--case", "coefficients", "--out", tmp_path, "--json")
     assert done.code == 4

@@ -12,7 +12,7 @@ import pytest
 from fmbs_skfem.core import machine_memory
 from fmbs_skfem.core.errors import CorruptFile, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate
-from fmbs_skfem.dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
+from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
 from fmbs_skfem.systems import At, System, eliminate, loads
 from fmbs_skfem.systems.system import change_coordinates
 
@@ -31,7 +31,7 @@ def stopped(system: System, after: int, scheme: GeneralizedAlpha = SCHEME, steps
     """What is known of a run at the first look at it after so many steps; the run ends there."""
     found: list[tuple[Rows, Checkpoint]] = []
 
-    def record(moment: Moment) -> None:
+    def record(moment: RunState) -> None:
         if moment.done >= after:
             found.append((moment.rows(0, moment.kept), moment.checkpoint()))
             raise Enough
@@ -140,7 +140,7 @@ def test_looking_at_a_run_changes_nothing() -> None:
     """Same input, same numbers: how often a run is looked at depends on the clock, what it finds does not."""
     system, seen = models.double_pendulum(12), list[int]()
 
-    def record(moment: Moment) -> None:
+    def record(moment: RunState) -> None:
         seen.append(moment.done)
         rows = moment.rows(moment.kept - 1, moment.kept)
         assert rows.x.shape == (1, system.size)
@@ -156,7 +156,7 @@ def test_a_run_that_is_done_is_only_read() -> None:
     found: list[Resumed] = []
     system = models.spin_up(4)
 
-    def record(moment: Moment) -> None:
+    def record(moment: RunState) -> None:
         found.append(Resumed(moment.checkpoint(), moment.rows(0, moment.kept)))
 
     whole = integrate(system, SCHEME, 0.05, record=record)

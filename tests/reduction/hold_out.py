@@ -11,7 +11,7 @@ from fmbs_skfem.reduction import calibration, comparators, full_runs, parameters
 from fmbs_skfem.reduction.comparators import Comparator
 from fmbs_skfem.reduction.full_runs import Full, TrainingTask
 from fmbs_skfem.reduction.reduced_models import ReducedModel
-from fmbs_skfem.reduction.training import Training
+from fmbs_skfem.reduction.training import FinishedTraining
 
 
 class HeldOut(NamedTuple):
@@ -22,7 +22,7 @@ class HeldOut(NamedTuple):
     inside: float
 
 
-def hold_out(found: Training, points: np.ndarray, model: ReducedModel | None = None, full: Full | None = None) -> HeldOut:
+def hold_out(found: FinishedTraining, points: np.ndarray, model: ReducedModel | None = None, full: Full | None = None) -> HeldOut:
     """The last model of a training, or another one of it, at points (k, d) with full runs, which several may share."""
     task, used = reduced_models.with_polynomials(found.task), model or found.model
     one = Comparator("model", used.cases, len(found.runs), 0.0)

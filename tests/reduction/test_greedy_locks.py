@@ -16,7 +16,7 @@ from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.plan import Plan
-from fmbs_skfem.reduction.training import Training
+from fmbs_skfem.reduction.training import FinishedTraining
 from fmbs_skfem.systems import At, Rayleigh, assemble, eliminate, joints, loads, probes
 from fmbs_skfem.systems.events import Event, Latch
 from tests import models
@@ -41,14 +41,14 @@ def family(values: Mapping[str, float]) -> Case:
 
 
 @pytest.fixture(scope="module")
-def trained() -> Training:
+def trained() -> FinishedTraining:
     task = TrainingTask(family, (YOUNG,), Plan({"beam": ("beam",)}, 1e-12, hyper=Elements(1e-4)), 4e-3)
     search = training.search((YOUNG,), boxes.grid((YOUNG,), 11), boxes.grid((YOUNG,), 3))
     return training.train(task, search, greedy.Options(iterations=2))
 
 
 @pytest.mark.parametrize("young", [0.83e9, 1.27e9])
-def test_models_of_the_family_are_caught_as_the_full_ones(trained: Training, young: float) -> None:
+def test_models_of_the_family_are_caught_as_the_full_ones(trained: FinishedTraining, young: float) -> None:
     case = family({"E": young})
     full = integrate(eliminate(case.system), case.scheme, case.duration)
     small = trained.model.cases({"E": young})

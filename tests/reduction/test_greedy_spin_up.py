@@ -19,7 +19,7 @@ from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.plan import Plan
-from fmbs_skfem.reduction.training import Training
+from fmbs_skfem.reduction.training import FinishedTraining
 from fmbs_skfem.systems import At, assemble, joints
 from tests import models
 from tests.reduction.hold_out import HeldOut, hold_out, share_runs
@@ -41,27 +41,27 @@ def family(values: Mapping[str, float]) -> Case:
 
 
 @pytest.fixture(scope="module")
-def trained() -> Training:
+def trained() -> FinishedTraining:
     task = TrainingTask(family, (YOUNG,), Plan({"beam": ("beam",)}, 1e-12, hyper=Elements(1e-3)), 5e-3)
     search = training.search((YOUNG,), boxes.grid((YOUNG,), 101), boxes.grid((YOUNG,), 5))
     return training.train(task, search, greedy.Options(iterations=4))
 
 
 @pytest.fixture(scope="module")
-def checked(trained: Training) -> tuple[HeldOut, HeldOut]:
+def checked(trained: FinishedTraining) -> tuple[HeldOut, HeldOut]:
     """26 values with the model after one and after two full runs."""
     points, full = boxes.grid((YOUNG,), 26), share_runs(trained.task)
     return hold_out(trained, points, trained.models[0], full), hold_out(trained, points, full=full)
 
 
-def test_two_full_runs_are_enough(trained: Training, checked: tuple[HeldOut, HeldOut]) -> None:
+def test_two_full_runs_are_enough(trained: FinishedTraining, checked: tuple[HeldOut, HeldOut]) -> None:
     assert len(trained.runs) == 2
     assert trained.reduced_runs <= 12
     assert [len(model.selections) for model in trained.models] == [1, 1]
     assert checked[1].largest < 1e-4
 
 
-def test_truncation_is_told_as_the_limit(trained: Training) -> None:
+def test_truncation_is_told_as_the_limit(trained: FinishedTraining) -> None:
     assert trained.outcome.stop in (greedy.StopReason.FLOOR, greedy.StopReason.REPEATED)
     assert "truncation (eps)" in trained.outcome.stop.value
 

@@ -171,7 +171,7 @@ def test_the_worst_of_equilibria_over_time_is_told(history: Callable[[np.ndarray
     assert one.value > 10.0 * sizes.min()
 
 
-def said_of(looks: dict[str, missing_shapes.Look]) -> float:
+def said_of(looks: dict[str, missing_shapes.MissingDisplacements]) -> float:
     """By how much the arm bends too little; nothing of a full body."""
     return float(looks["arm"].shares[0]) if looks else 0.0
 

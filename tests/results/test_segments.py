@@ -20,7 +20,7 @@ from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration, outputs
-from fmbs_skfem.dynamics.checkpoint import Moment
+from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.dynamics.trajectory import COLUMNS
 from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import HistoryState, Recorder
@@ -181,8 +181,8 @@ def test_short_runs_write_nothing(tmp_path: Path) -> None:
 
 
 def test_a_segment_is_due_by_time_by_size_and_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def moment(done: int, kept: int) -> Moment:
-        return Moment(done, 100, 0.0, kept, 1000, NotImplemented, NotImplemented)
+    def moment(done: int, kept: int) -> RunState:
+        return RunState(done, 100, 0.0, kept, 1000, NotImplemented, NotImplemented)
 
     record = Recorder(tmp_path, JOB)
     assert not record.due(moment(8, 8))

@@ -12,14 +12,14 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.reduction import kriging
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import palette, plots, training_plots
-from fmbs_skfem.results.training_plots import Panel
+from fmbs_skfem.results.training_plots import SurrogatePanel
 
 from .test_plots import count
 
 X = np.linspace(40.0, 70.0, 101)
 
 
-def panel(d: int, chosen: int | None = 100) -> tuple[dict[str, np.ndarray], Panel]:
+def panel(d: int, chosen: int | None = 100) -> tuple[dict[str, np.ndarray], SurrogatePanel]:
     """A surrogate of I = 10^(-6 + |u|^2) over d parameters of the unit box, exact at its samples."""
     rng = np.random.default_rng(1)
     unit = np.linspace(0.0, 1.0, 101)[:, None] if d == 1 else rng.random((101, d))
@@ -27,7 +27,7 @@ def panel(d: int, chosen: int | None = 100) -> tuple[dict[str, np.ndarray], Pane
     samples = np.array([0, 25, 50, 75, 100])
     names = ("E [GPa]", "d [mm]", "g [m/s^2]", "t [s]")[:d]
     columns = {name: 40.0 + 30.0 * unit[:, k] for k, name in enumerate(names)}
-    return columns, Panel("after 1 full run", mean, np.full(101, 0.1), samples, 10 ** mean[samples], chosen)
+    return columns, SurrogatePanel("after 1 full run", mean, np.full(101, 0.1), samples, 10 ** mean[samples], chosen)
 
 
 @pytest.mark.parametrize("d", [1, 2, 3, 4])
@@ -41,7 +41,7 @@ def test_surrogate_shows_the_next_full_run(d: int, tmp_path: Path) -> None:
 
 def test_a_curve_stays_one_where_the_surrogate_is_constant_and_a_run_failed(tmp_path: Path) -> None:
     columns, found = panel(1)
-    flat = Panel("flat", np.full(101, -5.0), np.zeros(101), found.samples, np.array([1e-5, 1e-5, np.inf, 0.0, 1e-5]))
+    flat = SurrogatePanel("flat", np.full(101, -5.0), np.zeros(101), found.samples, np.array([1e-5, 1e-5, np.inf, 0.0, 1e-5]))
     assert count(plots.save(training_plots.surrogate(columns, [flat]), tmp_path / "flat.png"), palette.BLUE) > 300
 
 

@@ -26,7 +26,7 @@ from fmbs_skfem.reduction.full_runs import OutputMeasure, TrainingTask
 from fmbs_skfem.reduction.parametric_model import ParametricModel
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.reduction.prediction import Prediction
-from fmbs_skfem.reduction.training import Training
+from fmbs_skfem.reduction.training import FinishedTraining
 from fmbs_skfem.scenes import points
 from fmbs_skfem.scenes import training as sections
 
@@ -78,7 +78,7 @@ class Trial:
         return f"{self.verdict:10s} {ends}, {counts}  {'; '.join(self.doubts)}"
 
 
-def trained(name: str) -> Training:
+def trained(name: str) -> FinishedTraining:
     """The training of a scene whose sections `reduction` and `training` have the defaults, with snapshots at every step."""
     family, chosen = FAMILIES[name], sections.Training()
     known = family.parameters
@@ -112,7 +112,7 @@ def tried(name: str) -> Trial:
     return Trial(doubts, errors[moving], tuple(predict(where[k]) for k in moving), runs)
 
 
-def error(found: Training, values: Mapping[str, float]) -> float:
+def error(found: FinishedTraining, values: Mapping[str, float]) -> float:
     """The largest error of an output as a part of its range; infinite where the reduced model fails, NaN without a full motion."""
     task = reduced_models.with_polynomials(found.task)
     try:

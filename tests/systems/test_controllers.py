@@ -18,7 +18,7 @@ from fmbs_skfem.core.inputs import Input
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, start
-from fmbs_skfem.dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
+from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads, probes
@@ -156,7 +156,7 @@ def test_the_run_that_is_stepped_is_that_of_integrate() -> None:
     system, scheme = disc(PID, 0.3), GeneralizedAlpha(5e-3)
     found: list[tuple[Rows, Checkpoint]] = []
 
-    def record(moment: Moment) -> None:
+    def record(moment: RunState) -> None:
         found.append((moment.rows(0, moment.kept), moment.checkpoint()))
 
     motion = integrate(system, scheme, 0.5, record=record)

@@ -8,7 +8,7 @@ import pytest
 
 from fmbs_skfem import verification
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
-from fmbs_skfem.verification import CASES, GROUPS, Quantity, VerificationCase, farthest, order, registry
+from fmbs_skfem.verification import CASES, GROUPS, CheckedNumber, VerificationCase, farthest, order, registry
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -30,7 +30,7 @@ def test_every_group_has_cases_and_every_case_a_source() -> None:
     [(2.0, 2.1, 0.0, 0.05), (0.0, 0.1, 4.0, 0.025), (0.0, 0.1, 0.0, 0.1), (-2.0, -1.0, 1.0, 0.5), (1.0, math.nan, 0.0, math.inf)],
 )
 def test_difference_of_a_quantity(reference: float, value: float, scale: float, difference: float) -> None:
-    found = Quantity("q", reference, value, 0.04, scale=scale)
+    found = CheckedNumber("q", reference, value, 0.04, scale=scale)
     assert found.difference == pytest.approx(difference)
     assert found.holds == (difference <= 0.04)
 
@@ -54,7 +54,7 @@ def test_order_of_errors() -> None:
 
 
 def test_a_solver_that_fails_is_an_outcome() -> None:
-    def fails() -> list[Quantity]:
+    def fails() -> list[CheckedNumber]:
         raise SolverError("no equilibrium", Reason.DIVERGED)
 
     outcome = verification.run(VerificationCase("x", "statics", "none", "It fails.", fails))
@@ -69,8 +69,8 @@ def test_bad_cases_are_refused() -> None:
     with pytest.raises(InputError, match="no other case has"):
         registry.case(name, group="statics", source="none")
 
-    def silent() -> list[Quantity]:
-        return [Quantity("q", 1.0, 1.0, 1.0)]
+    def silent() -> list[CheckedNumber]:
+        return [CheckedNumber("q", 1.0, 1.0, 1.0)]
 
     with pytest.raises(InputError, match="docstring"):
         registry.case("new", group="statics", source="none")(silent)

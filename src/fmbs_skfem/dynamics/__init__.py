@@ -1,14 +1,14 @@
 """Time integration, statics, vibration modes, stability and buckling."""
 
 from .arclength import ArcLength, at_load_factor, follow_path, limit_points
-from .buckling import Buckling, buckling
-from .campbell import Campbell, campbell
+from .buckling import BucklingModes, buckling
+from .campbell import CampbellDiagram, campbell
 from .diagnosis import Diagnosis, explain
 from .integration import integrate
 from .linear import Linear, Spin, in_rotating_frame, is_symmetric, linearise
 from .live import LiveRun, start
 from .many import integrate_many
-from .modes import ComplexModes, Modes, complex_modes, real_modes, vibration_modes
+from .modes import ComplexModes, VibrationModes, complex_modes, real_modes, vibration_modes
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions
 from .scheme import GeneralizedAlpha, Newton, acceleration_noise
 from .shapes import Shapes, find_free, shares
@@ -32,7 +32,7 @@ __all__ = [
     "follow_path",
     "limit_points",
     "at_load_factor",
-    "Modes",
+    "VibrationModes",
     "vibration_modes",
     "real_modes",
     "Spin",
@@ -47,9 +47,9 @@ __all__ = [
     "Shapes",
     "shares",
     "find_free",
-    "Campbell",
+    "CampbellDiagram",
     "campbell",
-    "Buckling",
+    "BucklingModes",
     "buckling",
     "outputs",
     "reactions",

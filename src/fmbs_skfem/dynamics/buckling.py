@@ -38,7 +38,7 @@ REAL = 1e-6  #: imaginary parts of load factors, relative to their size, that ar
 
 
 @dataclass(frozen=True)
-class Buckling:
+class BucklingModes:
     """Where the predicted stiffness is singular."""
 
     factors: np.ndarray  #: (i,) of the loads of the system, by their size; negative ones for reversed loads
@@ -48,7 +48,7 @@ class Buckling:
     conservative: bool  #: whether the loads have a potential: others may let motions grow before
 
 
-def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
+def buckling(system: System, count: int = 1, time: float = 1.0) -> BucklingModes:
     """The `count` load factors of least size at which K0 + k K1 is singular.
 
     The factor 1 stands for the loads at `time` [s] as in `solve_statics`; K1 is taken from loads of a hundredth of the least one.
@@ -75,7 +75,7 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> Buckling:
     return found
 
 
-def common(one: Buckling, other: Buckling) -> Buckling:
+def common(one: BucklingModes, other: BucklingModes) -> BucklingModes:
     """What `one` predicts and `other`, of loads of another size, too."""
     same = np.isclose(one.factors[:, None], other.factors, rtol=AGREE, atol=0.0).any(axis=1)
     return replace(one, factors=one.factors[same], shapes=one.shapes[:, same], stiffness=one.stiffness[same])
@@ -93,7 +93,7 @@ def uneven_histories(system: System, time: float) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def predict_buckling(model: Compiled, count: int, probe: float) -> Buckling:
+def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes:
     """Buckling of a system over the load factor, with K1 from the equilibria at the factors `probe` and -`probe`."""
     system, n = model.system, model.system.size
     start, sides, states = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0), [], []
@@ -128,4 +128,4 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> Buckling:
     shapes, path = largest_one(vectors[:, kept].real), (states[0] - states[1]) / (2.0 * probe)
     skew = np.linalg.norm(solved(K1 @ first - K1.T @ first)) > POTENTIAL * np.linalg.norm(product(first))
     stiffness = np.einsum("ni,ni->i", shapes, np.asarray(K0 @ shapes))
-    return Buckling(1.0 / inverses[kept].real, shapes, stiffness, path, not skew)
+    return BucklingModes(1.0 / inverses[kept].real, shapes, stiffness, path, not skew)

@@ -36,7 +36,7 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Campbell:
+class CampbellDiagram:
     """Frequencies and growth over a parameter, a column for each motion, in their order at the first value."""
 
     values: np.ndarray  #: (s,) of the parameter, SI
@@ -58,7 +58,7 @@ class Campbell:
         return sorted(found, key=lambda pair: pair[1])
 
 
-def campbell(values: np.ndarray, find: Callable[[float, int], Found], count: int = 6) -> Campbell:
+def campbell(values: np.ndarray, find: Callable[[float, int], Found], count: int = 6) -> CampbellDiagram:
     """The `count` slowest motions at the first of the values (s,), followed over all; `find` gives so many at a value."""
     before, omega, growth, others = None, [], [], []
     for number, value in enumerate(values):
@@ -74,7 +74,7 @@ def campbell(values: np.ndarray, find: Callable[[float, int], Found], count: int
         before = Found(found.omega[chosen], found.growth[chosen], found.vectors[:, chosen], found.mass)
         omega.append(before.omega)
         growth.append(before.growth)
-    return Campbell(np.asarray(values, dtype=float), np.array(omega), np.array(growth), np.array(others))
+    return CampbellDiagram(np.asarray(values, dtype=float), np.array(omega), np.array(growth), np.array(others))
 
 
 def followers(before: Found, after: Found, ahead: np.ndarray) -> np.ndarray:

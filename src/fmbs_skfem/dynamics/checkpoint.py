@@ -63,7 +63,7 @@ class Checkpoint:
 
 
 @dataclass(frozen=True)
-class Moment:
+class RunState:
     """What a run shows after some steps to who keeps it; rows and checkpoint are made when they are called for."""
 
     done: int  #: steps
@@ -83,7 +83,7 @@ class Resumed:
     rows: Rows
 
 
-Record: TypeAlias = Callable[[Moment], None]
+Record: TypeAlias = Callable[[RunState], None]
 
 
 def facts(model: Compiled, method: Method, steps: int, kept: np.ndarray) -> dict[str, str]:

@@ -23,8 +23,8 @@ from ..core.notices import notify
 from ..core.records import dataclass
 from ..systems.system import Elastic, System
 from . import loading, missing_shapes
-from .checkpoint import Moment, Record
-from .missing_shapes import Look, trained_parts
+from .checkpoint import Record, RunState
+from .missing_shapes import MissingDisplacements, trained_parts
 from .trajectory import Trajectory
 
 BLOCK = 200  #: states whose strains are found at a time
@@ -97,7 +97,7 @@ def count_parts(trajectory: Trajectory) -> int | None:
     return len({one.body for one in find(trajectory)}) if trained_parts(trajectory.system) else None
 
 
-def looks(trajectory: Trajectory) -> tuple[np.ndarray, dict[str, Look]]:
+def looks(trajectory: Trajectory) -> tuple[np.ndarray, dict[str, MissingDisplacements]]:
     """What parts miss at some times (s,) of a motion, or at some load factors or times of equilibria, the last one among them."""
     system, count, moves = trajectory.system, len(trajectory.times), trajectory.v.any() or trajectory.a.any()
     looked = missing_shapes.looked_at(count) if moves else evenly(0, count - 1, missing_shapes.LOOKS)
@@ -107,7 +107,7 @@ def looks(trajectory: Trajectory) -> tuple[np.ndarray, dict[str, Look]]:
     )
 
 
-def find_missing(system: System, times: np.ndarray, seen: dict[str, Look]) -> list[Departure]:
+def find_missing(system: System, times: np.ndarray, seen: dict[str, MissingDisplacements]) -> list[Departure]:
     """Parts that miss displacements, of what they miss at times (s,)."""
     found = list[Departure]()
     for points, name, tests in missing_shapes.lacking(system):
@@ -149,7 +149,7 @@ def departure(part: Elastic, kind: int, times: np.ndarray, values: np.ndarray, o
     return Departure(part.name, kinds_of(points)[kind], float(values[s, p]), (float(low), float(high)), first, place)
 
 
-def seen_in(system: System, moment: Moment) -> tuple[np.ndarray, dict[str, Look]]:
+def seen_in(system: System, moment: RunState) -> tuple[np.ndarray, dict[str, MissingDisplacements]]:
     """What parts miss in a run that is over, at some of its times (s,)."""
     rows = [moment.rows(int(k), int(k) + 1) for k in missing_shapes.looked_at(moment.kept)]
     times, x, v, a = (np.concatenate(parts) for parts in zip(*((one.times, one.x, one.v, one.a) for one in rows), strict=True))
@@ -183,7 +183,7 @@ def watch(system: System) -> Record | None:
         return None
     seen, due, told, known = 0, 0.0, 0, dict[tuple[str, str], Departure]()
 
-    def look(moment: Moment) -> None:
+    def look(moment: RunState) -> None:
         nonlocal seen, due, told
         begun, last = clock.perf_counter(), moment.done >= moment.steps
         if not last and begun < due:

@@ -15,7 +15,7 @@ import numpy as np
 from ..systems import compiled as compilation
 
 if TYPE_CHECKING:
-    from .run import Run
+    from .run import OpenRun
 
 NEAR = 1e-3  #: of a step, over which rates are differences
 AGAIN = 1e-6  #: of a step, next to whose ends nothing is looked for
@@ -26,7 +26,7 @@ def near(before: np.ndarray, last: np.ndarray, now: np.ndarray) -> np.ndarray:
     return np.asarray(np.minimum(np.abs(last), np.abs(now)) <= np.abs(now - last) + np.abs(last - before))
 
 
-def rates(run: Run, numbers: Sequence[int], time: float) -> np.ndarray:
+def rates(run: OpenRun, numbers: Sequence[int], time: float) -> np.ndarray:
     """Changes (t,) of values in a step as they are in the present state, at this time [s]; nan of those that forces do not keep."""
     model, state, h = run.model, run.step.state, run.scheme.step
     back, found = np.argsort(model.order), []

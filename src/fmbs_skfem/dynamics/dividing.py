@@ -11,17 +11,17 @@ from ..core.notices import notify
 from . import stepping
 from .histories import leading_signals
 from .scheme import method_of
-from .step import HALVED, STEPS, State, Work
+from .step import HALVED, STEPS, State, Workspace
 
 if TYPE_CHECKING:
-    from .run import Run
+    from .run import OpenRun
 
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
 #: halvings that are tried, and whether steps are judged: the shortest, or longer ones, as they are; a failure shows the shortest
 TRIALS = [*((k, True) for k in range(HALVINGS)), *((k, False) for k in range(HALVINGS, -1, -1)), (HALVINGS, False)]
 
 
-def divided(run: Run, status: int, begin: float, span: float, row: int, first: int) -> tuple[int, float]:
+def divided(run: OpenRun, status: int, begin: float, span: float, row: int, first: int) -> tuple[int, float]:
     """A span [s] of time in 2^first or more equal parts, with a status that says why; status and time of the failure in the finest.
 
     The state at its end goes into a row of the trajectory, -1 for none. Where forces began or ended too fast for longer steps, the
@@ -71,6 +71,6 @@ def put(arrays: Sequence[np.ndarray], values: Sequence[np.ndarray]) -> None:
         array[:] = value
 
 
-def restart(state: State, work: Work) -> None:
+def restart(state: State, work: Workspace) -> None:
     """Forget what was known of steps of another size: earlier accelerations and factors."""
     state.known[0], state.order[0], state.change[0], work.kind[0] = 1, 0, np.inf, 0

@@ -41,7 +41,7 @@ from .vanishing import empty, lengths, rows_of_locks
 
 if TYPE_CHECKING:
     from .feed import Feed
-    from .run import Run
+    from .run import OpenRun
 
 TINY = 0.01  #: of a step, below which a piece of it is taken by the Taylor series
 LATE = 1e-6  #: of a step after its begin where inputs of the step count
@@ -66,7 +66,7 @@ class Unreached(Exception):
 class Watch:
     """The events of a run."""
 
-    def __init__(self, run: Run, feed: Feed) -> None:
+    def __init__(self, run: OpenRun, feed: Feed) -> None:
         system, self.feed = run.model.system, feed
         self.triggers, self.locks = system.triggers, {one.joint: one for one in system.locks}
         self.joints = np.array([joint for joint, _ in system.constraints.names], dtype=object)
@@ -79,7 +79,7 @@ class Watch:
         self.idle = set[str]()  #: remarks on what changes nothing, each made once
         self.trail = (np.full(len(self.triggers), np.nan),) * 2  #: values (t,) of the last two steps
 
-    def noise_of(self, run: Run) -> np.ndarray:
+    def noise_of(self, run: OpenRun) -> np.ndarray:
         """Values (t,) that are zero: what round-off of unknowns changes, and of columns of outputs that are read, of their size."""
         system, random = run.model.system, np.random.default_rng(0)
         d = NOISE * scale_of(system) * random.choice([-1.0, 1.0], system.size)
@@ -89,7 +89,7 @@ class Watch:
         kept = [NOISE * run.reader.size if k < 0 else last[run.kept_values[k]] - first[run.kept_values[k]] for k in self.numbers]
         return NOISY * np.abs(np.array(kept))
 
-    def values(self, run: Run, place: float) -> np.ndarray:
+    def values(self, run: OpenRun, place: float) -> np.ndarray:
         """The values of all events (t,) in the present state, at a place in the step."""
         time = run.scheme.step * (run.done + place)
         return np.array(run.reader.read(run, self.numbers, time, within=0.0 < place < 1.0))
@@ -99,7 +99,7 @@ class Watch:
         """When an event has stopped the run [s]."""
         return self.happened[-1].time if self.happened and self.happened[-1].stop else None
 
-    def look(self, run: Run, before: Sequence[np.ndarray]) -> int:
+    def look(self, run: OpenRun, before: Sequence[np.ndarray]) -> int:
         """Let happen what happens in the step that was taken from the state `before`; the status of a piece that failed."""
         due = np.zeros(0, np.int64)
         if run.done == 1:
@@ -153,7 +153,7 @@ class Watch:
         found[[*but, *(k for k, one in enumerate(self.triggers) if one.once and one.name in names)]] = 0
         self.sides = np.where(found != 0, found, self.sides)
 
-    def dip(self, run: Run, before: Sequence[np.ndarray], now: np.ndarray) -> float:
+    def dip(self, run: OpenRun, before: Sequence[np.ndarray], now: np.ndarray) -> float:
         """Where in the step that was taken from the state `before` a value is beyond zero that is not so at its end; 1 for none."""
         last, h = self.trail[1], run.scheme.step
         some = np.flatnonzero((self.sides != 0) & dips.near(self.trail[0], last, now))
@@ -176,7 +176,7 @@ class Watch:
         put(run.step.state, after)
         return found
 
-    def take_in_pieces(self, run: Run, due: np.ndarray, dip: float = 1.0) -> None:
+    def take_in_pieces(self, run: OpenRun, due: np.ndarray, dip: float = 1.0) -> None:
         """Take a step from event to event, those that are due at its begin first, to its end or to that of the run.
 
         Up to a `dip` values are looked at by themselves.
@@ -202,7 +202,7 @@ class Watch:
             due = np.setdiff1d(np.flatnonzero(self.crossed(now)), list(acted))
             self.guard(now, [*due, *(k for k in acted if abs(now[k]) <= STILL * self.size[k])])
 
-    def go_on(self, run: Run, place: float, end: float) -> tuple[float, np.ndarray]:
+    def go_on(self, run: OpenRun, place: float, end: float) -> tuple[float, np.ndarray]:
         """Go from a place in the step, a part of it, to the next event or to the `end`: the place there, and the events."""
         before, first = [part.copy() for part in run.step.state], self.values(run, place)
 
@@ -234,7 +234,7 @@ class Watch:
         self.guard(move(reached), due.tolist())
         return reached, due
 
-    def act(self, run: Run, due: np.ndarray, place: float) -> None:
+    def act(self, run: OpenRun, due: np.ndarray, place: float) -> None:
         """Do what events ask for at a place in the step, and start anew from there."""
         model, state, h = run.model, run.step.state, run.scheme.step
         system, back = model.system, np.argsort(model.order)
@@ -311,7 +311,7 @@ class Watch:
                 self.tell_of_nothing(event, "releases", "free", name, time)
             self.closed[mine] = False
 
-    def arrays(self, run: Run) -> dict[str, np.ndarray]:
+    def arrays(self, run: OpenRun) -> dict[str, np.ndarray]:
         """What is to be kept of it, by name."""
         numbers = {one.name: k for k, one in enumerate(self.triggers)}
         rows = [(numbers[one.name], one.time, one.loss) for one in self.happened]
@@ -320,7 +320,7 @@ class Watch:
         told = {"events": np.array(rows, dtype=float).reshape(-1, 3), GAPS: np.array(gaps, dtype=float).reshape(-1, 2)}
         return {name: array.copy() for name, array in found.items()} | told
 
-    def put(self, run: Run, held: Checkpoint) -> None:
+    def put(self, run: OpenRun, held: Checkpoint) -> None:
         """Put back what was kept."""
         self.sides, self.closed, run.step.space.off[:] = (
             checkpoints.fitting(held.arrays, name, array).copy() for name, array in list(self.arrays(run).items())[:3]
@@ -354,7 +354,7 @@ def follows(model: Compiled, x: np.ndarray, time: float, closed: np.ndarray) -> 
     return np.asarray(loose & closed & (found | noise))
 
 
-def take_piece(run: Run, place: float, to: float) -> None:
+def take_piece(run: OpenRun, place: float, to: float) -> None:
     """Go from a place in the present step to another one, both parts of it."""
     h, state = run.scheme.step, run.step.state
     begin, span = h * (run.done + place), h * (to - place)

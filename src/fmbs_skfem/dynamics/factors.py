@@ -19,7 +19,7 @@ from ..core.jit import jit
 from ..core.structs import Routine, invoke, routine
 from ..systems import corotation, evaluation, kernels, low_rank
 from ..systems.layouts import Storage
-from .step import Work, opened
+from .step import Workspace, opened
 from .woodbury import COLUMNS, JOINTS, RHS, rows_of
 
 BAND_CHOLESKY, BAND_LU, DENSE_LU, BLOCKS, DENSE_CHOLESKY = 1, 2, 3, 4, 5  #: kinds of factors, L D L^T those of blocks
@@ -145,7 +145,7 @@ def lower_half(W: np.ndarray, first: int, last: int) -> np.ndarray:
 
 
 @jit
-def is_bordered(w: Work) -> bool:
+def is_bordered(w: Workspace) -> bool:
     """Whether dense factors are those of W and the joints in one."""
     return len(w.schur) < len(w.J)
 
@@ -163,7 +163,7 @@ def end_of_block(W: np.ndarray, first: int) -> int:
 
 
 @jit
-def factor_cholesky(w: Work, band: np.ndarray) -> int:
+def factor_cholesky(w: Workspace, band: np.ndarray) -> int:
     """Cholesky's factor of a dense block in place, its diagonal inverted; 0, or LAPACK's info."""
     info = lapack.potrf(w.addresses, band)
     for i in range(len(band)):
@@ -172,7 +172,7 @@ def factor_cholesky(w: Work, band: np.ndarray) -> int:
 
 
 @jit
-def factor_lu(w: Work, at: int, first: int, last: int) -> int:
+def factor_lu(w: Workspace, at: int, first: int, last: int) -> int:
     """Factors of a block at a place of `kkt`, the diagonal of U inverted; 0, or LAPACK's info."""
     K = view(w.kkt, at, (last - first, last - first))
     info = lapack.getrf(w.addresses, K, w.pivots[first:last])
@@ -330,7 +330,7 @@ def close_factors(table: Any) -> int:
 
 
 @jit
-def factor_joints(w: Work, off: np.ndarray) -> int:
+def factor_joints(w: Workspace, off: np.ndarray) -> int:
     """Factors of J W^-1 J^T from the rows W^-1 J^T of `spread`, the diagonal of U inverted; 0, or LAPACK's info."""
     m = len(w.J)
     for k in range(m):
@@ -457,7 +457,7 @@ def substitute(L: np.ndarray, x: np.ndarray) -> None:
 
 
 @jit
-def close(w: Work, rhs: np.ndarray) -> None:
+def close(w: Workspace, rhs: np.ndarray) -> None:
     """rhs <- KKT^-1 (r, g) from rhs = (W^-1 r, g)."""
     m, n = w.J.shape
     front, multipliers = rhs[0, :n], rhs[0, n:]

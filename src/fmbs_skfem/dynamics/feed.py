@@ -27,7 +27,7 @@ from .histories import leading_signals
 from .scheme import GeneralizedAlpha
 
 if TYPE_CHECKING:
-    from .run import Run
+    from .run import OpenRun
 
 AHEAD = 64  #: steps for which functions of time are tabulated at once
 FEW = 2  #: samples of a quarter
@@ -100,7 +100,7 @@ class Feed:
         self.given[one.name].values[:] = [value] * KEPT
         self.record[one.name][-1] = value
 
-    def sample(self, run: Run) -> None:
+    def sample(self, run: OpenRun) -> None:
         """Let controllers act whose instant it is; the state jumps with what they give for the next step."""
         changed = False
         for one in self.samplers:
@@ -115,7 +115,7 @@ class Feed:
         if changed:
             self.jump(run)
 
-    def value(self, run: Run, one: Sampler) -> float:
+    def value(self, run: OpenRun, one: Sampler) -> float:
         """The output of a controller."""
         time = self.scheme.step * run.done
         found = one.of.law(time, run.reader.read(run, one.of.reads, time), one.memory)
@@ -124,7 +124,7 @@ class Feed:
             raise SolverError(text, Reason.NOT_FINITE, time, ((f"controller {one.of.name}", found),))
         return found
 
-    def jump(self, run: Run) -> None:
+    def jump(self, run: OpenRun) -> None:
         """Accelerations and reactions of the present state with the inputs as they are now."""
         if self.columns is None or not run.done:
             self.row[0] = one_row(self.system, self.scheme, run.done + LATE)
@@ -135,7 +135,7 @@ class Feed:
             run.model.check()
             run.step.work.kind[0] = 0
 
-    def take(self, run: Run) -> int:
+    def take(self, run: OpenRun) -> int:
         """Take a step; the status."""
         if self.columns is None:
             self.row[0] = one_row(self.system, self.scheme, run.done + 1)
@@ -162,7 +162,7 @@ class Feed:
                 raise broken
         return self.ahead[k]
 
-    def call(self, run: Run, routine: Routine) -> int:
+    def call(self, run: OpenRun, routine: Routine) -> int:
         """Call a routine of steps on the run."""
         if run.large:
             return run.call(routine, run.step.method, self.row, self.stored)

@@ -28,7 +28,7 @@ from . import factors, large, settling, stepping, woodbury
 from .histories import finite_signals
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
-from .step import Doors, Job, Method, State, Step, Work
+from .step import Doors, Method, State, Step, StepJob, Workspace
 
 PLATES = (Law.MEMBRANE, Law.SHELL)
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
@@ -316,7 +316,7 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int, memor
     routines = evaluation.evaluate, *factors.doors(model.layout.storage), settling.settle, *apart
     doors = Doors(*(one.address for one in routines))
     counters, none = np.zeros(4, np.int64), np.zeros(0, np.int64)
-    job = Job(
+    job = StepJob(
         np.zeros((0, 0)),
         none,
         np.zeros((3, stored, n)),
@@ -338,7 +338,7 @@ def columns_apart(model: Compiled) -> int:
     return sum(force.low.terms for force in model.forces) * max([0, *(force.low.rank for force in model.forces)]) if apart else 0
 
 
-def workspace(model: Compiled) -> Work:
+def workspace(model: Compiled) -> Workspace:
     """Space of the solver; without factors where these are kept elsewhere."""
     A, n, m = model.arrays, model.system.size, model.constraints
     form, tree = model.layout.storage, model.layout.tree
@@ -347,7 +347,7 @@ def workspace(model: Compiled) -> Work:
     secants = SECANTS if (A.dense or blocks) and has_dear_factors(model) else 0
     bordered = A.dense and model.layout.loose
     dense, closed = (n + m if bordered else n) if A.dense else 0, 0 if bordered else m
-    return Work(
+    return Workspace(
         lapack.ADDRESSES,
         np.zeros((dense, dense)),
         np.zeros(n if A.dense else 0, np.int64),

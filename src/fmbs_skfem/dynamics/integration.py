@@ -33,7 +33,7 @@ from .initial import Instant, Start, consistent_start, first_step, startable
 from .large import Large
 from .names import as_text, row_names, worst
 from .outputs import survey_of
-from .run import Run, last_residual, moment, take_up, trajectory
+from .run import OpenRun, last_residual, moment, take_up, trajectory
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
 from .trajectory import Statistics, Trajectory
 
@@ -92,7 +92,7 @@ def integrate(
     return motion
 
 
-def follow(run: Run, looks: Sequence[Record], progress: Progress | None = None) -> None:
+def follow(run: OpenRun, looks: Sequence[Record], progress: Progress | None = None) -> None:
     """Take all steps of a run, which is looked at between some of them."""
     watched = progress is not None or len(looks) > 0
     chunk = WHOLE if watched else run.steps
@@ -141,7 +141,7 @@ def begun(
     steps: int,
     resume: Resumed | None = None,
     live: bool = False,
-) -> Run:
+) -> OpenRun:
     """A run at its start, or where it was left; a live one takes its inputs from outside."""
     at_rest = scheme.start == "equilibrium" and resume is None
     x, v, memory = rest.in_equilibrium(system, newton) if at_rest else rest.in_reference(system)
@@ -166,7 +166,7 @@ def begun(
     step.job.out[:, 0] = step.state.x, start.v[model.order], start.a[model.order]
     step.job.multipliers[0], step.job.memory[0] = start.multipliers, step.state.memory
     clocks = clock.process_time(), clock.perf_counter()
-    run = Run(
+    run = OpenRun(
         model,
         scheme,
         newton,
@@ -192,7 +192,7 @@ def choose_chunk(chunk: int, seconds: float) -> int:
     return max(WHOLE, chunk // 2 // WHOLE * WHOLE) if seconds > 2.0 * PACE else chunk
 
 
-def march(run: Run, many: int) -> None:
+def march(run: OpenRun, many: int) -> None:
     """Take some steps, the last one possibly halved; SolverError where it cannot be taken."""
     if run.feed is not None:
         for _ in range(many):
@@ -204,7 +204,7 @@ def march(run: Run, many: int) -> None:
         divide(run, status)
 
 
-def whole_steps(run: Run, many: int) -> int:
+def whole_steps(run: OpenRun, many: int) -> int:
     """Take some steps as long as they need not be halved; the status."""
     scheme = run.scheme
     signals, broken = leading_signals(run.model.system, scheme.step * (run.done + 1 + np.arange(many)), scheme.step)
@@ -216,7 +216,7 @@ def whole_steps(run: Run, many: int) -> int:
     return status
 
 
-def march_fed(run: Run, feed: Feed, values: Mapping[str, float]) -> None:
+def march_fed(run: OpenRun, feed: Feed, values: Mapping[str, float]) -> None:
     """Take one step with new values of inputs."""
     feed.tell(values)
     try:
@@ -240,7 +240,7 @@ def march_fed(run: Run, feed: Feed, values: Mapping[str, float]) -> None:
         attend(run, run.watch, before)
 
 
-def attend(run: Run, watch: Watch, before: Sequence[np.ndarray]) -> None:
+def attend(run: OpenRun, watch: Watch, before: Sequence[np.ndarray]) -> None:
     """Let events happen in the step that was taken from an earlier state; SolverError where it cannot be taken in parts."""
     try:
         status = watch.look(run, before)
@@ -251,7 +251,7 @@ def attend(run: Run, watch: Watch, before: Sequence[np.ndarray]) -> None:
         raise failure(run, status, run.scheme.step * (run.done + 1))
 
 
-def unstable_loop(run: Run) -> str:
+def unstable_loop(run: OpenRun) -> str:
     """What is said of a controller whose input grows with the energy of the motion; nothing where none does."""
     told = run.feed.growing() if run.feed else ""
     if not told:
@@ -262,7 +262,7 @@ def unstable_loop(run: Run) -> str:
     return f"{Reason.GROWING.value}: {rise}; lower its gains, take a shorter sample time, or limit it"
 
 
-def divide(run: Run, status: int) -> None:
+def divide(run: OpenRun, status: int) -> None:
     """Take the next step in parts, with a status that says why; SolverError where it cannot be taken."""
     h, state = run.scheme.step, run.step.state
     halved, reached = divided(run, status, h * run.done, h, run.row(run.done + 1), max(1, int(state.parts[0])))
@@ -286,12 +286,12 @@ def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
 class FailedStep(SolverError):
     """A step that could not be taken; `run` stands before it, its work space holds the last trial (see `diagnosis.explain`)."""
 
-    def __init__(self, error: SolverError, run: Run) -> None:
+    def __init__(self, error: SolverError, run: OpenRun) -> None:
         super().__init__(str(error), error.reason, error.time, error.worst, error.partial)
         self.run = run
 
 
-def failure(run: Run, status: int, time: float) -> SolverError:
+def failure(run: OpenRun, status: int, time: float) -> SolverError:
     """The error of a step that failed, with the worst residuals by name: forces [N] and gaps."""
     model, partial = run.model, trajectory(run)
     _, broken = leading_values(model.system, np.array([time]))

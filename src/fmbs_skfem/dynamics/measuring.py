@@ -21,7 +21,7 @@ from .outputs import outputs
 from .trajectory import COLUMNS, Trajectory, joined
 
 if TYPE_CHECKING:
-    from .run import Run
+    from .run import OpenRun
 
 
 class Meter:
@@ -62,7 +62,7 @@ class Meter:
         found |= {f"{self.word} memory": motion.memory, f"{self.word} values": np.array(list(values.values()))}
         return found if motion.work is None else found | {f"{self.word} work": motion.work}
 
-    def put(self, run: Run, held: Checkpoint) -> None:
+    def put(self, run: OpenRun, held: Checkpoint) -> None:
         """Put back what was kept."""
         self.seen = self.last = None
         if f"{self.word} values" not in held.arrays:
@@ -83,12 +83,12 @@ class Reader(Meter):
 
     word = "read"
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: OpenRun) -> None:
         self.readings = run.model.system.readings
         super().__init__(readings.outputs_of(self.readings))
         self.checked = False
 
-    def read(self, run: Run, numbers: Sequence[int], time: float, within: bool = False) -> list[float]:
+    def read(self, run: OpenRun, numbers: Sequence[int], time: float, within: bool = False) -> list[float]:
         """Their values in the present state, at this time [s]; `within` a step with reactions that are found anew."""
         memory = run.step.state.memory
         found = dict[str, float]()
@@ -115,7 +115,7 @@ def counted_columns(found: Mapping[str, Output]) -> set[str]:
     return {one.columns[k] for one in found.values() for k in kind_of(one).counted}
 
 
-def motion_of(run: Run, time: float) -> Trajectory:
+def motion_of(run: OpenRun, time: float) -> Trajectory:
     """The present state of a run as a trajectory of one instant [s], with the work and the events so far."""
     state, back = run.step.state, np.argsort(run.model.order)
     x, v, a = (part[back][None] for part in (state.x, state.v, state.acceleration))
@@ -125,7 +125,7 @@ def motion_of(run: Run, time: float) -> Trajectory:
     return Trajectory(run.model.system, *now, memory=state.memory[None].copy(), events=tuple(events), work=work)
 
 
-def balanced(run: Run, time: float) -> Trajectory:
+def balanced(run: OpenRun, time: float) -> Trajectory:
     """The same with the accelerations and reactions that balance its forces: those of a short piece of a step are noise."""
     now = motion_of(run, time)
     off = run.step.space.off > 0.0

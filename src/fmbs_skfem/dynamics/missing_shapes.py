@@ -45,7 +45,7 @@ from ..systems.shape_points import modulus_times_functions
 from ..systems.system import Elastic, Matrix, System, remembered
 
 if TYPE_CHECKING:
-    from .buckling import Buckling
+    from .buckling import BucklingModes
 
 KIND = "missing displacement [m]"
 BAND = 2.0  #: displacement that is missing, over what the training left out, from which a part is outside
@@ -266,7 +266,7 @@ def tell_unbent(system: System, bodies: Iterable[Body]) -> None:
 
 
 @dataclass(frozen=True)
-class Look:
+class MissingDisplacements:
     """What a part misses in some states."""
 
     sizes: np.ndarray  #: (s,) |e| of (1) [m]
@@ -274,14 +274,14 @@ class Look:
     missing: np.ndarray  #: (s, t, c) e of (1)
     gradients: np.ndarray  #: (k c, s, g)
 
-    def of(self, states: slice) -> Look:
+    def of(self, states: slice) -> MissingDisplacements:
         """The same in some of the states."""
-        return Look(self.sizes[states], self.shares[states], self.missing[states], self.gradients[:, states])
+        return MissingDisplacements(self.sizes[states], self.shares[states], self.missing[states], self.gradients[:, states])
 
 
 def look(
     system: System, x: np.ndarray, rates: tuple[np.ndarray, np.ndarray] | None = None, loads: np.ndarray | float = 1.0
-) -> dict[str, Look]:
+) -> dict[str, MissingDisplacements]:
     """What the parts miss, by their names, in states x (s, n) with rates v and a (s, n), or at rest.
 
     `loads` are shares (s,) of their weight.
@@ -298,7 +298,7 @@ def look(
         """Coordinates (i s, b, c) of all copies."""
         return np.concatenate([coordinates[:, one.columns].reshape(count, -1, one.dim) for one, _ in members])
 
-    found = dict[str, Look]()
+    found = dict[str, MissingDisplacements]()
     for functions, members in alike.values():
         own = None if turns is None else (stacked(turns[0], members), stacked(turns[1], members))
         share = np.tile(np.broadcast_to(loads, count), len(members))
@@ -313,7 +313,7 @@ def look_at(
     rates: tuple[np.ndarray, np.ndarray] | None = None,
     loads: np.ndarray | float = 1.0,
     copies: int = 1,
-) -> Look:
+) -> MissingDisplacements:
     """What a part misses in states z (s, b, c) of its own with rates v and a, or at rest, under shares (s,) of its weight.
 
     The states of a motion are those of some `copies`, one after another.
@@ -322,7 +322,7 @@ def look_at(
     R = unbalanced(tests, u, np.broadcast_to(loads, len(z)))
     if rates is None:
         e = resolved(*stiffness(tests, u), R)
-        return Look(np.linalg.norm(e, axis=(1, 2)), softer(tests, u, e, R, len(z)), e, u)
+        return MissingDisplacements(np.linalg.norm(e, axis=(1, 2)), softer(tests, u, e, R, len(z)), e, u)
     f = R + np.broadcast_to(loads, len(z))[:, None, None] * tests.weight
     R += tests.mass @ (rates[1] + tests.alpha * rates[0])
     Q, deflection = deflected(tests, z)
@@ -331,7 +331,7 @@ def look_at(
     if (unsure := (np.linalg.norm(e, axis=(1, 2)) > SURE * tests.limit) | (stiff > COARSE)).any():
         e[unsure] = resolved(*stiffness(tests, u[:, unsure]), R[unsure])
         stiff = felt(tests, deflection, softer(tests, u, e, 2.0 * f - R, copies))
-    return Look(np.linalg.norm(e, axis=(1, 2)), stiff, e, u)
+    return MissingDisplacements(np.linalg.norm(e, axis=(1, 2)), stiff, e, u)
 
 
 def resolved(l: np.ndarray, V: np.ndarray, R: np.ndarray) -> np.ndarray:
@@ -371,7 +371,7 @@ def centred(metric: np.ndarray, one: np.ndarray, z: np.ndarray) -> np.ndarray:
     return z - one[:, None] * (weight @ z / (weight @ one))[:, None]
 
 
-def place_of(points: ShapePoints, tests: Tests, found: Look, state: int) -> np.ndarray:
+def place_of(points: ShapePoints, tests: Tests, found: MissingDisplacements, state: int) -> np.ndarray:
     """Where the strain energy of the displacement that is missing in a state is largest in the reference (c,) [m]."""
     e, moduli = found.missing[state], modulus(tests, np.ascontiguousarray(found.gradients[:, [state]]))
     (K, P, _), dim = tests.table.shape, e.shape[1]
@@ -448,7 +448,7 @@ def too_high(system: System, x: np.ndarray, omega: np.ndarray, shapes: np.ndarra
     return 0.5 * np.divide(found, size, out=np.zeros_like(found), where=size > 0.0)
 
 
-def too_strong(system: System, found: Buckling) -> np.ndarray | None:
+def too_strong(system: System, found: BucklingModes) -> np.ndarray | None:
     """By what part of themselves load factors (i,) of buckling are too large, at least, as `too_high`.
 
     delta k / k = - sum_parts R_N^T |K_N|^-1 R_N / (v^T K0 v),    R_N = N^T f'(x0 + k x1) v                              (3)
@@ -472,7 +472,7 @@ def taken_up(system: System, x: np.ndarray, shape: np.ndarray, square: float) ->
     return total
 
 
-def warn_of_stiffness(seen: dict[str, Look]) -> None:
+def warn_of_stiffness(seen: dict[str, MissingDisplacements]) -> None:
     """Say which parts bend too little, in one of some equilibria or in a motion."""
     for name, look in seen.items():
         if (most := look.shares.max()) > COARSE:

@@ -42,7 +42,7 @@ UPWARD = 1e-7  #: shift over the largest frequency that the matrices allow, so t
 
 
 @dataclass(frozen=True)
-class Modes:
+class VibrationModes:
     """Vibration modes about a configuration."""
 
     squares: np.ndarray  #: (i,) omega^2 [1/s2], negative where the equilibrium is unstable
@@ -54,7 +54,9 @@ class Modes:
         return np.sqrt(np.maximum(self.squares, 0.0))
 
 
-def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None) -> Modes:
+def vibration_modes(
+    system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None
+) -> VibrationModes:
     """Lowest `count` modes about x (n,), by default the reference, and multipliers (m,), with all constraints in linear form.
 
     All where there are fewer. Cables curved in space have no stiffness out of their plane in the reference, and are refused there.
@@ -66,7 +68,7 @@ def vibration_modes(system: System, count: int = 10, x: np.ndarray | None = None
     return real_modes(linearise(system, x, multipliers), count)
 
 
-def real_modes(linear: Linear, count: int = 10) -> Modes:
+def real_modes(linear: Linear, count: int = 10) -> VibrationModes:
     """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in their stiffness left out."""
     large = np.broadcast_to(linear.large, len(linear.x))
     large = large / large.max()  # of v = S y: positions and axes count alike, however small a body is
@@ -74,7 +76,7 @@ def real_modes(linear: Linear, count: int = 10) -> Modes:
     possible = len(linear.x) - len(J)
     count = at_most(count, possible)
     squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
-    return Modes(squares, large[:, None] * vectors)
+    return VibrationModes(squares, large[:, None] * vectors)
 
 
 def at_most(count: int, possible: int) -> int:

@@ -13,7 +13,7 @@ from . import stepping
 from .dividing import HALVINGS, put, restart
 from .histories import leading_signals
 from .integration import REASONS
-from .run import Run
+from .run import OpenRun
 from .scheme import method_of
 from .step import State
 
@@ -29,7 +29,7 @@ class Attempt:
     residuals: tuple[float, ...]  #: norm of the force residual after the correction [N]
 
 
-def replay(run: Run) -> tuple[Attempt, ...]:
+def replay(run: OpenRun) -> tuple[Attempt, ...]:
     """The failed step again, in all lengths that were tried; of large models in the full and the shortest one.
 
     The iteration is repeated with one correction more each time, so that its course shows without another copy of the step.
@@ -38,7 +38,7 @@ def replay(run: Run) -> tuple[Attempt, ...]:
     return tuple(attempt(run, 2**k) for k in halvings)
 
 
-def attempt(run: Run, parts: int) -> Attempt:
+def attempt(run: OpenRun, parts: int) -> Attempt:
     """The failed step in equal parts, up to the one that fails."""
     model, system, work, space = run.model, run.model.system, run.step.work, run.step.space
     method = method_of(run.scheme, run.newton, run.scheme.step / parts, model)._replace(judging=parts < 2**HALVINGS)

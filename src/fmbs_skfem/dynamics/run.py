@@ -17,7 +17,7 @@ from ..systems.compiled import Compiled
 from ..systems.layouts import Storage
 from . import checkpoint as checkpoints
 from . import stepping
-from .checkpoint import Checkpoint, Moment, Resumed, Rows
+from .checkpoint import Checkpoint, Resumed, Rows, RunState
 from .dividing import HALVINGS
 from .large import Large
 from .measuring import Reader
@@ -34,7 +34,7 @@ EQUAL = 1e-9  #: of a step, within which instants are one
 
 
 @dataclass
-class Run:
+class OpenRun:
     """A run between two steps; its arrays are filled in place."""
 
     model: Compiled
@@ -110,14 +110,14 @@ class Run:
         return found
 
 
-def facts_of(run: Run) -> dict[str, str]:
+def facts_of(run: OpenRun) -> dict[str, str]:
     """What model and method are; of inputs, their starts."""
     model = replace(run.model, system=run.feed.plain) if run.feed else run.model
     run.facts = run.facts or checkpoints.facts(model, run.step.method, run.steps, run.kept)
     return run.facts
 
 
-def take_up(run: Run, resume: Resumed) -> None:
+def take_up(run: OpenRun, resume: Resumed) -> None:
     """Put a run where it was left."""
     held, model = resume.checkpoint, run.model
     restore(run, held)
@@ -131,7 +131,7 @@ def take_up(run: Run, resume: Resumed) -> None:
     run.cpu, run.wall = run.cpu - held.cpu_s, run.wall - held.wall_s
 
 
-def restore(run: Run, held: Checkpoint) -> None:
+def restore(run: OpenRun, held: Checkpoint) -> None:
     """Put a run into the state of a checkpoint."""
     checkpoints.restore(held, facts_of(run), run.step, run.large)
     if run.feed:
@@ -142,12 +142,12 @@ def restore(run: Run, held: Checkpoint) -> None:
     run.done = held.done
 
 
-def count_stored(run: Run) -> int:
+def count_stored(run: OpenRun) -> int:
     """Number of states stored so far."""
     return int(np.searchsorted(run.kept, run.done, side="right"))
 
 
-def states(run: Run, first: int, last: int) -> Rows:
+def states(run: OpenRun, first: int, last: int) -> Rows:
     """Stored states from `first` up to `last` in the order of the system's unknowns."""
     inverse = np.argsort(run.model.order)
     out, multipliers = run.step.job.out, run.step.job.multipliers
@@ -156,7 +156,7 @@ def states(run: Run, first: int, last: int) -> Rows:
     return Rows(run.times[first:last], x, v, a, multipliers[first:last], memory, run.step.job.work[first:last])
 
 
-def trajectory(run: Run) -> Trajectory:
+def trajectory(run: OpenRun) -> Trajectory:
     """The motion so far."""
     found = states(run, 0, count_stored(run))
     system = run.feed.recorded() if run.feed else run.model.system
@@ -165,14 +165,14 @@ def trajectory(run: Run) -> Trajectory:
     return Trajectory(system, *motion, cost_of(run), found.memory, events, found.work if np.isfinite(found.work).all() else None)
 
 
-def cost_of(run: Run) -> Statistics:
+def cost_of(run: OpenRun) -> Statistics:
     """What the run cost so far."""
     taken, iterations, factorisations, halved = (int(k) for k in run.step.job.counters)
     seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
     return Statistics(taken, iterations, factorisations, halved, *seconds, solver_of(run))
 
 
-def moment(run: Run) -> Moment:
+def moment(run: OpenRun) -> RunState:
     """What `record` sees."""
 
     def checkpoint() -> Checkpoint:
@@ -182,10 +182,10 @@ def moment(run: Run) -> Moment:
         return Checkpoint(run.done, count_stored(run), facts, arrays, *seconds)
 
     size = 8 * (3 * run.model.system.size + run.model.constraints)
-    return Moment(run.done, run.steps, run.scheme.step * run.done, count_stored(run), size, partial(states, run), checkpoint)
+    return RunState(run.done, run.steps, run.scheme.step * run.done, count_stored(run), size, partial(states, run), checkpoint)
 
 
-def solver_of(run: Run) -> str:
+def solver_of(run: OpenRun) -> str:
     """Name of the solver of the linear systems, for reports."""
     if run.large is not None:
         return run.large.label
@@ -195,7 +195,7 @@ def solver_of(run: Run) -> str:
     return "dense Cholesky or LU" if layout.dense else f"band Cholesky or LU, half width {layout.width}"
 
 
-def last_residual(run: Run, time: float) -> np.ndarray:
+def last_residual(run: OpenRun, time: float) -> np.ndarray:
     """Forces [N] and gaps (n + m,) that are left at the last trial state of the shortest step that was tried."""
     s, order = run.step.space, np.argsort(run.model.order)
     c = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, run.model).c

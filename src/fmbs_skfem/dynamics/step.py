@@ -50,7 +50,7 @@ class State(NamedTuple):
     signals: Vector  #: (s,) their values, none where histories change nothing at a standstill
 
 
-class Work(NamedTuple):
+class Workspace(NamedTuple):
     """Factors, and preallocated space of the solver."""
 
     addresses: Integers
@@ -91,7 +91,7 @@ class Doors(NamedTuple):
     correct: int = 0
 
 
-class Job(NamedTuple):
+class StepJob(NamedTuple):
     """Steps to take, and where their results go."""
 
     signals: Matrix  #: (k, s) a row for every step
@@ -111,9 +111,9 @@ class Step(NamedTuple):
     arrays: Arrays
     doors: Doors
     state: State
-    work: Work
+    work: Workspace
     method: Method
-    job: Job
+    job: StepJob
 
 
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters of a job

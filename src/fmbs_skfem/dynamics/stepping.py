@@ -33,7 +33,7 @@ import numpy as np
 from ..core.jit import jit, summing
 from ..core.structs import invoke, routine
 from ..systems import evaluation, kernels, work
-from .step import FACTORISATIONS, ITERATIONS, STEPS, Job, Method, State, opened
+from .step import FACTORISATIONS, ITERATIONS, STEPS, Method, State, StepJob, opened
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG = range(7)
 FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
@@ -420,7 +420,7 @@ def jump(table: Any, _: Any) -> int:
 
 
 @jit
-def store(s: State, c: float, row: int, job: Job) -> None:
+def store(s: State, c: float, row: int, job: StepJob) -> None:
     """Row of the trajectory; multipliers become physical."""
     out = job.out
     for i in range(len(s.x)):

@@ -33,7 +33,7 @@ from .histories import signal_names
 from .integration import FailedStep
 from .names import owners
 from .outputs import centre_lines, skins
-from .run import Run, last_residual
+from .run import OpenRun, last_residual
 from .scheme import method_of
 
 SHIFT = 1e-13  #: of the balanced matrix, so that its factors exist where it is singular
@@ -103,7 +103,7 @@ def stop_of(error: SolverError) -> StoppedSolve | None:
     )
 
 
-def stop_of_run(run: Run, time: float) -> StoppedSolve:
+def stop_of_run(run: OpenRun, time: float) -> StoppedSolve:
     """The same for a step that was halved in vain."""
     model, back = run.model, np.argsort(run.model.order)
     method = method_of(run.scheme, run.newton, run.scheme.step / 2**HALVINGS, model)

@@ -32,7 +32,7 @@ from .parameters import Search, search
 from .plan import Plan
 from .polynomial import Exact
 from .sampling import Elements, Level, Points
-from .training import Training, train
+from .training import FinishedTraining, train
 
 __all__ = [
     "Snapshots",
@@ -69,7 +69,7 @@ __all__ = [
     "task_of",
     "Search",
     "search",
-    "Training",
+    "FinishedTraining",
     "train",
     "Parameter",
     "Scale",

@@ -42,7 +42,7 @@ from .parameters import Search
 from .plan import with_components
 from .pod import Basis
 from .reduced_models import TrainedReduction
-from .training import Training
+from .training import FinishedTraining
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ def greedy(task: TrainingTask, search: Search, options: Options | None = None, n
     return Comparator(name, family, len(found.runs), clock.process_time() - begun, found.reduced_runs)
 
 
-def stages(found: Training) -> Iterator[Comparator]:
+def stages(found: FinishedTraining) -> Iterator[Comparator]:
     """The models of a training after every full run."""
     for k, model in enumerate(found.models, start=1):
         offline = sum(run.cpu_s for run in found.runs[:k]) + sum(one.training_s for one in found.models[:k])

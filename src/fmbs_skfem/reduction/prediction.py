@@ -35,7 +35,7 @@ from .calibration import NOTHING, Prediction
 from .parametric_model import ParametricModel
 
 if TYPE_CHECKING:
-    from .training import Training
+    from .training import FinishedTraining
 
 KEY = "prediction"  #: of the record in the notes of a model
 DOUBTS = "doubts"  #: in the notes of a model, why its training cannot promise the prediction
@@ -49,7 +49,7 @@ WHOLE = 1.0  #: error of the size of what is predicted
 Predictor = Callable[[Mapping[str, float]], Prediction]
 
 
-def record(training: Training) -> dict[str, Any]:
+def record(training: FinishedTraining) -> dict[str, Any]:
     """What the prediction of a trained model needs, for its notes.
 
     Indicators at full runs are left out where others are enough: they dip to what truncation leaves.

@@ -32,7 +32,7 @@ from pymor.operators.numpy import NumpyMatrixOperator  # noqa: E402
 from pymor.vectorarrays.numpy import NumpyVectorSpace  # noqa: E402
 
 
-class Force(Operator):
+class ForceOperator(Operator):
     """u -> f(x0 + u, t): elastic forces minus loads [N] of displacements from the reference."""
 
     linear = False
@@ -64,7 +64,7 @@ def statics(system: System) -> StationaryModel:
     if system.constraints.names:
         got = f"{len(system.constraints.names)} of them"
         raise InputError(say("pymor_models.statics", "a system without multipliers", got, "linear joints alone are eliminated"))
-    force = Force(system)
+    force = ForceOperator(system)
     mass = NumpyMatrixOperator(csc_array(system.mass), name="mass")
     return StationaryModel(force, ZeroOperator(force.range, NumpyVectorSpace(1)), products={"mass": mass}, name="fmbs statics")
 

@@ -55,7 +55,7 @@ from .training_work import (
     values_at,
 )
 
-__all__ = ["CHECKS", "Options", "Search", "Training", "search", "train"]
+__all__ = ["CHECKS", "Options", "Search", "FinishedTraining", "search", "train"]
 
 LIMITS = (StopReason.FLOOR, StopReason.REPEATED)
 CHECKS = 2  #: that trainings of scenes make
@@ -64,7 +64,7 @@ NOWHERE = Search(np.zeros((1, 0)), (), 0)
 
 
 @dataclass(frozen=True)
-class Training:
+class FinishedTraining:
     """A training that has ended."""
 
     task: TrainingTask  #: with the plan of the model
@@ -110,7 +110,7 @@ def train(
     savable: bool = False,
     checks: int = 0,
     motion: Trajectory | None = None,
-) -> Training:
+) -> FinishedTraining:
     """Train a reduced model of one system, or over the candidates of a search.
 
     A task without parameters has one full run: its `motion`, where that is there already, with the snapshots among its states.
@@ -132,10 +132,10 @@ def train(
     found = replace(work.task, plan=work.fast.plan)
     pairs, seen = tuple(known_pairs(work)), tuple(unseen(work).values())
     known = (tuple(work.runs), tuple(work.models), work.choice, pairs, calibrate(pairs))
-    return Training(found, search, outcome, last, *known, work.lowered, work.discarded, seen)
+    return FinishedTraining(found, search, outcome, last, *known, work.lowered, work.discarded, seen)
 
 
-def train_alone(task: TrainingTask, tolerance: float | None, motion: Trajectory | None) -> Training:
+def train_alone(task: TrainingTask, tolerance: float | None, motion: Trajectory | None) -> FinishedTraining:
     """The model of one system, from its only full run."""
     if tolerance is not None:
         task = replace(task, plan=replace(task.plan, tolerance=error_budget.first_eps(tolerance), modes=None))
@@ -145,7 +145,7 @@ def train_alone(task: TrainingTask, tolerance: float | None, motion: Trajectory 
         choice = error_budget.choose(task, run, tolerance, full_runs.step_error(task, {}, run))
         task = replace(task, plan=error_budget.with_choice(task.plan, choice))
     last = Iteration(1, 0, (), (), np.zeros(0), np.zeros(0), None)
-    return Training(task, NOWHERE, Enrichment((last,), StopReason.ALONE), last, (run,), (make_model(task, [run]),), choice)
+    return FinishedTraining(task, NOWHERE, Enrichment((last,), StopReason.ALONE), last, (run,), (make_model(task, [run]),), choice)
 
 
 def begin(

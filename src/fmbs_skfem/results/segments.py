@@ -30,7 +30,7 @@ from ..core.container import FileKind
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.records import dataclass
-from ..dynamics.checkpoint import Checkpoint, Moment, Resumed, Rows
+from ..dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
 from ..dynamics.trajectory import COLUMNS
 
 FOLDER, MANIFEST, LOCK = "history", "manifest.json", "run.lock"
@@ -53,7 +53,7 @@ class HistoryState(Enum):
 
 
 @dataclass(frozen=True)
-class Entry:
+class ClosedFile:
     """A closed file."""
 
     name: str
@@ -72,8 +72,8 @@ class Manifest:
     done: int = 0  #: steps
     steps: int = 0  #: of the whole run
     time: float = 0.0  #: [s]
-    segments: tuple[Entry, ...] = ()
-    checkpoint: Entry | None = None
+    segments: tuple[ClosedFile, ...] = ()
+    checkpoint: ClosedFile | None = None
 
 
 class Recorder:
@@ -88,11 +88,11 @@ class Recorder:
         self.manifest = manifest or Manifest(dict(job))
         self.last, self.took = time.perf_counter(), 0.0
 
-    def __call__(self, moment: Moment) -> None:
+    def __call__(self, moment: RunState) -> None:
         if self.due(moment):
             self.write(moment)
 
-    def due(self, moment: Moment) -> bool:
+    def due(self, moment: RunState) -> bool:
         """Whether the next segment is to be written now."""
         if moment.done == moment.steps:
             return self.every is not None or bool(self.manifest.segments)
@@ -107,7 +107,7 @@ class Recorder:
         """Number of states in closed segments."""
         return self.manifest.segments[-1].last if self.manifest.segments else 0
 
-    def write(self, moment: Moment) -> None:
+    def write(self, moment: RunState) -> None:
         """Close a segment with all states since the last one, and a checkpoint."""
         begin = time.perf_counter()
         self.folder.mkdir(exist_ok=True)
@@ -138,10 +138,10 @@ class Recorder:
             write_manifest(self.folder, self.manifest)
 
 
-def close(path: Path, data: memoryview | bytes, folder: Path) -> Entry:
+def close(path: Path, data: memoryview | bytes, folder: Path) -> ClosedFile:
     """Put a complete file into its place; NoRoom where the disk is full. `folder`: of the run that it belongs to."""
     durable.write(path, data, remedy(folder))
-    return Entry(path.name, len(data), hashlib.sha256(data).hexdigest())
+    return ClosedFile(path.name, len(data), hashlib.sha256(data).hexdigest())
 
 
 def remedy(folder: Path | None) -> str:
@@ -208,7 +208,7 @@ def read(folder: Path, found: Manifest | None = None) -> Resumed:
     return Resumed(Checkpoint(*numbers), Rows(**columns, memory=memory, work=work))
 
 
-def unpack(folder: Path, entry: Entry) -> dict[str, Any]:
+def unpack(folder: Path, entry: ClosedFile) -> dict[str, Any]:
     """Arrays and facts of a closed file, its size and checksum verified."""
     path = folder / entry.name
     with container.reading(path, KIND):

@@ -35,7 +35,7 @@ LABELS = ("surrogate", "two standard deviations of a run", "reduced runs", "redu
 
 
 @dataclass(frozen=True)
-class Panel:
+class SurrogatePanel:
     """The surrogate of one iteration over the candidates, as log10 of the indicator, and the samples it was fitted to."""
 
     title: str
@@ -47,7 +47,7 @@ class Panel:
     runs: tuple[int, ...] = ()  #: candidates with a full run, where the surrogate is not fitted
 
 
-def surrogate(candidates: Mapping[str, Array], panels: Sequence[Panel], label: str = "indicator") -> Figure:
+def surrogate(candidates: Mapping[str, Array], panels: Sequence[SurrogatePanel], label: str = "indicator") -> Figure:
     """The surrogate over one parameter (a curve an iteration), two (a surface an iteration) or more (the last, pair by pair).
 
     `candidates` holds the values (c,) of every parameter by its name with unit.
@@ -154,7 +154,7 @@ def predicted(
     return figure
 
 
-def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) -> tuple[list[Array], Panel]:
+def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) -> tuple[list[Array], SurrogatePanel]:
     """The surrogate along some axes, the others at the middle of the box, and the samples there."""
     lines = [np.linspace(0.0, 1.0, FINE[len(axes)])] * len(axes)
     mesh = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(axes))
@@ -163,7 +163,7 @@ def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) ->
     (mean, _), std = kriging.predict(model, unit), kriging.deviation(model, unit)
     values = boxes.from_box(tuple(known), np.concatenate([unit, model.points]))
     samples = np.arange(len(mesh), len(values))
-    return [values[:, k] for k in axes], Panel("", mean, std, samples, 10**model.values)
+    return [values[:, k] for k in axes], SurrogatePanel("", mean, std, samples, 10**model.values)
 
 
 def _scale_axes(axes: Axes, known: Sequence[Parameter], sides: tuple[int, ...], label: str) -> None:
@@ -175,13 +175,13 @@ def _scale_axes(axes: Axes, known: Sequence[Parameter], sides: tuple[int, ...], 
             charts.set_log(axes, side, known[k].low, known[k].high)
 
 
-def _limits(panels: Sequence[Panel]) -> tuple[float, float]:
+def _limits(panels: Sequence[SurrogatePanel]) -> tuple[float, float]:
     """Lowest and highest mean of all iterations, apart."""
     low, high = min(float(panel.mean.min()) for panel in panels), max(float(panel.mean.max()) for panel in panels)
     return (low, high) if high > low else (low - 0.5, high + 0.5)
 
 
-def _curve(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[float, float]) -> None:
+def _curve(axes: Axes, values: Sequence[Array], panel: SurrogatePanel, limits: tuple[float, float]) -> None:
     order = np.argsort(values[0][: len(panel.mean)], kind="stable")
     x, mean, std = np.asarray(values[0])[order], panel.mean[order], panel.std[order]
     band = (10 ** (mean - 2 * std), 10 ** (mean + 2 * std))
@@ -204,7 +204,7 @@ def _curve(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[floa
     charts.rule(axes)
 
 
-def _surface(axes: Axes, values: Sequence[Array], panel: Panel, limits: tuple[float, float], joined: bool = True) -> None:
+def _surface(axes: Axes, values: Sequence[Array], panel: SurrogatePanel, limits: tuple[float, float], joined: bool = True) -> None:
     """The mean over two parameters: a surface where points can be joined, otherwise dots, the largest in front."""
     x, y = values
     shown = slice(len(panel.mean))
@@ -223,7 +223,7 @@ def _spreads(x: Array, y: Array) -> bool:
     return len(x) >= 3 and ranks.rank(np.stack([x / np.ptp(x), y / np.ptp(y), np.ones(len(x))])) == 3
 
 
-def _pairs(candidates: Mapping[str, Array], panel: Panel, label: str) -> Figure:
+def _pairs(candidates: Mapping[str, Array], panel: SurrogatePanel, label: str) -> Figure:
     """Every pair of parameters: candidates coloured by the surrogate, samples and the next full run marked."""
     names = list(candidates)
     size = len(names) - 1

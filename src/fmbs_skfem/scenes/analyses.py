@@ -25,7 +25,7 @@ from ..systems import free_motions
 from .yamlfile import Oddity, where
 
 if TYPE_CHECKING:
-    from ..dynamics import Campbell, GeneralizedAlpha, Trajectory
+    from ..dynamics import CampbellDiagram, GeneralizedAlpha, Trajectory
     from ..dynamics.checkpoint import Record, Resumed
     from ..dynamics.shapes import Shapes
     from ..dynamics.statespace import StateSpace
@@ -120,7 +120,7 @@ class StateTable:
     shapes: Shapes | None = None  #: what moves in every row, for pictures
     moves: Sequence[str] = ()  #: the same in words, the last column for people
     linear: StateSpace | None = None  #: from inputs to outputs
-    diagram: Campbell | None = None  #: frequencies over a parameter
+    diagram: CampbellDiagram | None = None  #: frequencies over a parameter
 
 
 class States(Analysis, ABC):

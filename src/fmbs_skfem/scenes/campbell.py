@@ -101,7 +101,7 @@ class Campbell(NearState):
             diagram=found,
         )
 
-    def warn(self, scene: Scene, name: str, found: dynamics.Campbell) -> None:
+    def warn(self, scene: Scene, name: str, found: dynamics.CampbellDiagram) -> None:
         """Name motions that grow somewhere, with the first value at which they do."""
         place = where(scene, "analysis")
         for k in np.flatnonzero(found.unstable.any(axis=0)):

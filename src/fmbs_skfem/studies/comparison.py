@@ -43,7 +43,7 @@ COARSE, STEPS = [10, 20], [2.5e-3]  #: cells a body and steps [s] of the full mo
 
 
 @dataclass(frozen=True)
-class Shown:
+class ComparisonPictures:
     """Pictures of a comparison: of the full motion, which are drawn while the other models run, and of an error."""
 
     still: str = pictures.PICTURE
@@ -71,7 +71,7 @@ class Shown:
         return found
 
 
-DEMO_SHOWN = Shown("full.png", "motion.gif", "reduced.png", frames=41, rate=14.0, series=True)
+DEMO_SHOWN = ComparisonPictures("full.png", "motion.gif", "reduced.png", frames=41, rate=14.0, series=True)
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -89,7 +89,7 @@ def compare_scene(job: Job, duration: float | None, quick: bool, picture: bool) 
     """All models of a scene, with pictures of its full model and of an error."""
 
     scene = jobs.read_scene(job, duration)
-    return conclude(comparison(job, scene, quick, Shown() if picture else None))
+    return conclude(comparison(job, scene, quick, ComparisonPictures() if picture else None))
 
 
 def demo_scene() -> Scene:
@@ -102,7 +102,7 @@ def show_demo(job: Job) -> ComparisonResult:
     return conclude(comparison(job, jobs.read_scene(job), True, DEMO_SHOWN))
 
 
-def comparison(job: Job, scene: Scene, quick: bool, shown: Shown | None) -> ComparisonResult:
+def comparison(job: Job, scene: Scene, quick: bool, shown: ComparisonPictures | None) -> ComparisonResult:
     """All models of a scene; figures, and what is to be `shown`, in the output folder."""
     mark = reports.fingerprint(scene)
     names = [*(f"{name}.png" for name in figures.names(scene)), *(shown.names if shown else ())]
@@ -131,7 +131,7 @@ class Gallery:
     """Pictures of a comparison that are drawn while it goes on, by a thread that waits for the process that draws."""
 
     scene: Scene
-    shown: Shown | None
+    shown: ComparisonPictures | None
     place: Path  #: for those of the full motion, until the comparison has its results
     pool: ThreadPoolExecutor
     waiting: list[Future[Path]] = field(default_factory=list)
@@ -153,7 +153,7 @@ class Gallery:
 
 
 @contextlib.contextmanager
-def drawing_beside(scene: Scene, shown: Shown | None) -> Iterator[Gallery]:
+def drawing_beside(scene: Scene, shown: ComparisonPictures | None) -> Iterator[Gallery]:
     """A gallery for what is shown of a scene, nothing for None."""
     with contextlib.ExitStack() as held:
         held.enter_context(painter.at_hand(shown is not None))

@@ -25,7 +25,7 @@ from ..reduction import training_store as store
 from ..reduction.comparators import Comparator, Row
 from ..reduction.full_runs import Full
 from ..results import sweep_files, training_plots
-from ..results.training_plots import Panel
+from ..results.training_plots import SurrogatePanel
 from .job import Job
 from .result import Figures, ReportTable
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from ..reduction.greedy import Iteration
     from ..reduction.output_errors import OutputError
     from ..reduction.parametric_model import ParametricModel
-    from ..reduction.training import Training
+    from ..reduction.training import FinishedTraining
     from .training import TrainingOrder
 
 CORNERS = 3  #: parameters up to which local bases are made at all corners of the box
@@ -75,7 +75,7 @@ class Checked:
         return float(np.mean([self.predictions[k].low <= self.true[k] <= self.predictions[k].high for k in self.known]))
 
 
-def check(job: Job, order: TrainingOrder, found: Training, model: ParametricModel, compare: bool) -> Checked:
+def check(job: Job, order: TrainingOrder, found: FinishedTraining, model: ParametricModel, compare: bool) -> Checked:
     """All hold-out points; comparators are trained where they are wanted."""
     task, points = found.task, order.points.holdout
     full, predict = read_or_run(found, job.made), prediction.predictor(model)
@@ -85,7 +85,7 @@ def check(job: Job, order: TrainingOrder, found: Training, model: ParametricMode
     return Checked(points, rows, len(found.models), predictions)
 
 
-def read_or_run(found: Training, out: Path | None, sharp: bool = True) -> Full:
+def read_or_run(found: FinishedTraining, out: Path | None, sharp: bool = True) -> Full:
     """Full runs that are read from the training's folder where they are there, and kept there; without one in memory.
 
     `sharp`: iterated as snapshots need it; otherwise as the scene says, which is less work where nothing is trained on them.
@@ -106,7 +106,7 @@ def read_or_run(found: Training, out: Path | None, sharp: bool = True) -> Full:
     return full
 
 
-def others(job: Job, order: TrainingOrder, found: Training, full: Full) -> Iterator[Comparator]:
+def others(job: Job, order: TrainingOrder, found: FinishedTraining, full: Full) -> Iterator[Comparator]:
     """The comparators; one that cannot be trained is left out with a warning."""
     task, d = found.task, len(found.task.parameters)
     counts = (max(2, len(found.runs)),) if d == 1 else (2,) * d
@@ -129,7 +129,7 @@ def others(job: Job, order: TrainingOrder, found: Training, full: Full) -> Itera
             notify(f"comparator '{name}': {error}")
 
 
-def fastest(found: Training) -> dict[str, float]:
+def fastest(found: FinishedTraining) -> dict[str, float]:
     """The corner of the box at which the reduced model moves fastest."""
     from ..dynamics.outputs import lifted
 
@@ -210,7 +210,7 @@ def table(checked: Checked, measure: str) -> ReportTable:
     return ReportTable(title, (*runs, "max error", "mean error", *costs), rows)
 
 
-def figures(order: TrainingOrder, found: Training, checked: Checked | None) -> Figures:
+def figures(order: TrainingOrder, found: FinishedTraining, checked: Checked | None) -> Figures:
     """The surrogate; with hold-out points the errors there, and beside the predicted ones."""
     rules: dict[str, Callable[[], Figure]] = {"surrogate": functools.partial(surrogate, found)}
     if checked is None or not len(checked.known):
@@ -229,7 +229,7 @@ def figures(order: TrainingOrder, found: Training, checked: Checked | None) -> F
     return Figures(rules)
 
 
-def surrogate(found: Training) -> Figure:
+def surrogate(found: FinishedTraining) -> Figure:
     """The surrogate of the indicator after every iteration, with its samples."""
     labels = [sweep_files.add_unit(p.name, p.unit) for p in found.task.parameters]
     columns = {label: found.search.candidates[:, k] for k, label in enumerate(labels)}
@@ -237,8 +237,8 @@ def surrogate(found: Training) -> Figure:
     return training_plots.surrogate(columns, panels, "indicator (49)")
 
 
-def panel(iteration: Iteration, runs: tuple[int, ...]) -> Panel:
+def panel(iteration: Iteration, runs: tuple[int, ...]) -> SurrogatePanel:
     """The surrogate after an iteration as a figure shows it."""
     title = f"{iteration.number} full run{'s' if iteration.number > 1 else ''}"
     samples, indicators = np.array(iteration.samples), np.array(iteration.indicators)
-    return Panel(title, iteration.mean, iteration.std, samples, indicators, iteration.next, runs)
+    return SurrogatePanel(title, iteration.mean, iteration.std, samples, indicators, iteration.next, runs)

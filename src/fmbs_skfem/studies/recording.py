@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from ..core.errors import FmbsError, InputError, say
-from ..dynamics.checkpoint import Moment
+from ..dynamics.checkpoint import RunState
 from ..results import segments
 from ..results.segments import Recorder
 from . import job as jobs
 from .job import Job
 
-Watch = Callable[[Moment], None]
+Watch = Callable[[RunState], None]
 
 
 class Interrupted(FmbsError):
@@ -89,7 +89,7 @@ def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
         arrived.append(number)
         restore()
 
-    def watch(moment: Moment) -> None:
+    def watch(moment: RunState) -> None:
         assert record is not None
         over = time.perf_counter() >= end and moment.done < moment.steps
         if not arrived and not over:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ..reduction.greedy import Options
     from ..reduction.parameters import Search
     from ..reduction.parametric_model import ParametricModel
-    from ..reduction.training import Training
+    from ..reduction.training import FinishedTraining
     from ..scenes import Scene
     from ..scenes.points import TrainingPoints
     from .holdouts import Checked
@@ -64,7 +64,7 @@ class TrainingResult(Result):
     """A reduced model of a box of parameters."""
 
     model: ParametricModel
-    training: Training
+    training: FinishedTraining
     holdout: Checked | None  #: what was found at hold-out points
 
 
@@ -156,7 +156,7 @@ def folder(job: Job, scene: Scene, resume: bool) -> Path | None:
     return jobs.settle_folder(job, () if unfinished else (MODEL, reports.REPORT), reports.fingerprint(scene))
 
 
-def make_product(order: TrainingOrder, found: Training) -> ParametricModel:
+def make_product(order: TrainingOrder, found: FinishedTraining) -> ParametricModel:
     """The model with what it needs to predict its own error and a record of its training."""
     scene = order.scene
     notes = {
@@ -170,7 +170,7 @@ def make_product(order: TrainingOrder, found: Training) -> ParametricModel:
     return parametric_model.ParametricModel(found.model.parametric, notes)
 
 
-def find_doubts(order: TrainingOrder, found: Training, checked: Checked | None) -> list[str]:
+def find_doubts(order: TrainingOrder, found: FinishedTraining, checked: Checked | None) -> list[str]:
     """Why the predicted error cannot be promised; nothing where it can."""
     true = [] if checked is None else checked.true.tolist()
     high = [] if checked is None else [one.high for one in checked.predictions]
@@ -178,7 +178,7 @@ def find_doubts(order: TrainingOrder, found: Training, checked: Checked | None) 
     return prediction.doubts(len(found.full_runs), found.predicted, true, high, order.tolerance, unresolved)
 
 
-def record(order: TrainingOrder, found: Training) -> dict[str, Any]:
+def record(order: TrainingOrder, found: FinishedTraining) -> dict[str, Any]:
     """What was run, chosen and reached."""
     plan, known = found.task.plan, found.task.parameters
     candidates = found.search.candidates
@@ -217,7 +217,7 @@ def heading(order: TrainingOrder) -> dict[str, Any]:
     }
 
 
-def report_of(order: TrainingOrder, found: Training) -> dict[str, Any]:
+def report_of(order: TrainingOrder, found: FinishedTraining) -> dict[str, Any]:
     """The report without hold-out points."""
     return {
         **heading(order),

@@ -20,7 +20,7 @@ from .result import Figures, ReportTable, Result, conclude
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..verification import Outcome, Quantity, VerificationCase
+    from ..verification import CheckedNumber, Outcome, VerificationCase
 
 PAGE, RECORD = "verification.md", "verification.json"
 TITLES = {
@@ -144,7 +144,7 @@ def view(outcomes: Sequence[Outcome]) -> list[ReportTable | str]:
     return [ReportTable("Verification", heads, rows), *lines, f"{good} of {total} quantities are within their tolerance"]
 
 
-def cells(quantity: Quantity) -> tuple[str, ...]:
+def cells(quantity: CheckedNumber) -> tuple[str, ...]:
     """Quantity, reference and value with unit, difference, tolerance, order, remark."""
     unit = f" {quantity.unit}" if quantity.unit else ""
     remark = ("" if quantity.holds else "off ") + ("own" if quantity.kind == "own" else "")

@@ -29,7 +29,7 @@ from ..dynamics import Newton, outputs, solve_statics
 from ..shapes import line
 from ..shapes.meshes import LineMesh
 from ..systems import At, assemble, eliminate, joints, loads, probes
-from .registry import Quantity, case, farthest, order, refined
+from .registry import CheckedNumber, case, farthest, order, refined
 
 GRAVITY = 9.81  #: [m/s2]
 TIGHT = Newton(tolerance=1e-12)
@@ -171,7 +171,7 @@ def solve_hanging(cable: Hanging, bending: float, cells: int = 30) -> tuple[np.n
 
 
 @case("catenary-equations", group="statics", source=IRVINE)
-def catenary_equations() -> list[Quantity]:
+def catenary_equations() -> list[CheckedNumber]:
     """The equations of the elastic catenary that the next case is held against give the published digits."""
     found = []
     for number, cable in enumerate((INEXTENSIBLE, *HANGING), 1):
@@ -184,7 +184,7 @@ def catenary_equations() -> list[Quantity]:
 
 
 @case("hanging-chain", group="statics", source=IRVINE)
-def hanging_chain() -> list[Quantity]:
+def hanging_chain() -> list[CheckedNumber]:
     """Cables with next to no bending stiffness (EI = 1e-5 w L^3) hang as elastic catenaries; the rest falls with EI."""
     found = []
     for number, cable in enumerate(HANGING, 2):
@@ -199,7 +199,7 @@ def hanging_chain() -> list[Quantity]:
 
 
 @case("inextensible-chain", group="statics", source=IRVINE)
-def inextensible_chain() -> list[Quantity]:
+def inextensible_chain() -> list[CheckedNumber]:
     """Cables of EA = 100 and 1000 N (EI = 1e-7 w L^3) hang lower than an inextensible one by what they stretch."""
     rigid, found, errors = np.array(INEXTENSIBLE.points), [], []
     for EA, tolerance in ((1e2, 1e-3), (1e3, 1e-2)):
@@ -270,7 +270,7 @@ def manufactured(space: str, cells: int, law: Law, dim: int) -> float:
     return float(np.sqrt((weights * (gap**2).sum(axis=0)).sum()))
 
 
-def law_orders(law: Law, dim: int) -> list[Quantity]:
+def law_orders(law: Law, dim: int) -> list[CheckedNumber]:
     """Observed order of every interpolation."""
     found = []
     for name, (_, degree, smooth, meshes) in SPACES.items():

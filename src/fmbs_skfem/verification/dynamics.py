@@ -17,7 +17,7 @@ from ..bodies.laws import Law
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
 from ..systems import At, Motion, assemble, eliminate, joints, loads, probes
 from .beams import GRAVITY, polyline, straight
-from .registry import Quantity, case, farthest, order
+from .registry import CheckedNumber, case, farthest, order
 
 TIGHT = Newton(tolerance=1e-11)
 SPECTRAL = "independent Legendre-spectral rod (recomputed)"
@@ -65,7 +65,7 @@ def spin_up(h: float) -> tuple[np.ndarray, np.ndarray]:
     group="dynamics",
     source="Simo, Vu-Quoc, J. Appl. Mech. 53 (1986) 855-863, doi 10.1115/1.3171871; digits: " + SPECTRAL,
 )
-def spin_up_of_simo_and_vu_quoc() -> list[Quantity]:
+def spin_up_of_simo_and_vu_quoc() -> list[CheckedNumber]:
     """A beam spun up to 6 rad/s: tip over 20 s, largest lag, steady extension L (tan(kL)/(kL) - 1), k^2 = rhoA w^2/EA."""
     exact, runs = np.array(list(SPIN_UP.values())), {}
     for h in (2.5e-3, 1.25e-3):
@@ -76,10 +76,10 @@ def spin_up_of_simo_and_vu_quoc() -> list[Quantity]:
     return [
         farthest("displacement along", exact[:, 0], runs[1.25e-3][:, 0], 5e-5, "m"),
         farthest("displacement across", exact[:, 1], runs[1.25e-3][:, 1], 5e-5, "m"),
-        Quantity("largest lag", -0.5737868, float(tip[:, 1].min()), 1e-5, "m"),
-        Quantity("time of the largest lag", 6.761849, float(times[tip[:, 1].argmin()]), 3e-4, "s"),
-        Quantity("mean extension after 16 s", 0.00051395446, float(late), 5e-4, "m"),
-        Quantity("steady extension", float(10 * (np.tan(k) / k - 1)), float(late), 1e-3, "m"),
+        CheckedNumber("largest lag", -0.5737868, float(tip[:, 1].min()), 1e-5, "m"),
+        CheckedNumber("time of the largest lag", 6.761849, float(times[tip[:, 1].argmin()]), 3e-4, "s"),
+        CheckedNumber("mean extension after 16 s", 0.00051395446, float(late), 5e-4, "m"),
+        CheckedNumber("steady extension", float(10 * (np.tan(k) / k - 1)), float(late), 1e-3, "m"),
         order("order", list(runs), errors, 2.0, 0.05),
     ]
 
@@ -93,7 +93,7 @@ spin_angle = partial(spun_up, 1.5, 2 * np.pi)  #: of example 1
 
 
 @case("rotating-cantilever", group="dynamics", source=HOU + ", example 1; longer digits are our own")
-def rotating_cantilever() -> list[Quantity]:
+def rotating_cantilever() -> list[CheckedNumber]:
     """A planar cantilever on a driven hinge, 100 cells, h = 5e-4 s: largest tip deflection in the rotating frame."""
 
     def deflection(cells: int, h: float) -> np.ndarray:
@@ -105,8 +105,8 @@ def rotating_cantilever() -> list[Quantity]:
     found, fine = deflection(100, 5e-4), deflection(25, 6.25e-5)
     errors = [float(np.abs(deflection(25, h) - fine[:: round(h / 6.25e-5)]).max()) for h in (1e-3, 5e-4)]
     return [
-        Quantity("largest deflection", -0.3176, float(found.min()), 1.6e-4, "m"),
-        Quantity("deflection at 0.83 s, converged", -0.3176188, float(fine[13280]), 1e-6, "m", kind="own"),
+        CheckedNumber("largest deflection", -0.3176, float(found.min()), 1.6e-4, "m"),
+        CheckedNumber("deflection at 0.83 s, converged", -0.3176188, float(fine[13280]), 1e-6, "m", kind="own"),
         order("order", (1e-3, 5e-4), errors, 2.0, 0.05),
     ]
 
@@ -120,7 +120,7 @@ CONVERGED = {1.0: (-1.39851319, -0.31859187, -1.17197751), 2.0: (0.7392188, -0.1
     group="dynamics",
     source=HOU + ", example 2; digits: Exudyn 1.13.6 (100 ANCF cables a beam, h = 5e-4 s)",
 )
-def beams_double_pendulum() -> list[Quantity]:
+def beams_double_pendulum() -> list[CheckedNumber]:
     """Spatial double pendulum of two beams: free end at 1 s and 2 s beside another code, drift of the energy."""
 
     def motion(cells: int, h: float, law: Law) -> Trajectory:
@@ -161,7 +161,7 @@ PENDULUM = {  # t: tip, middle, velocity of the tip, energies (kinetic, strain, 
 
 
 @case("flexible-pendulum", group="dynamics", source=SPECTRAL)
-def flexible_pendulum() -> list[Quantity]:
+def flexible_pendulum() -> list[CheckedNumber]:
     """Planar pendulum L = rhoA = EI = 1, EA = 1e4 from the horizontal: tip, middle, velocity and energies over 2 s."""
     found, h = [], 2.5e-4
     for name, ancf in (("B-spline", False), ("ANCF", True)):
@@ -235,7 +235,7 @@ def flown(stiffness: float, moment: float, h: float, duration: float = 10.0) -> 
     group="dynamics",
     source="after Simo, Vu-Quoc, J. Appl. Mech. 53 (1986) 855-863, doi 10.1115/1.3171871; digits: " + SPECTRAL,
 )
-def flying_rod() -> list[Quantity]:
+def flying_rod() -> list[CheckedNumber]:
     """A free rod pushed and turned by a pulse: momenta, centre 3 + 2 (t - 1.25), energy, ends (to strains of 1 %)."""
     found, h = [], 1e-3
     for name, (stiffness, moment, spin, energy) in FLYING.items():
@@ -257,7 +257,7 @@ def flying_rod() -> list[Quantity]:
     return [*found, *flying_orders()]
 
 
-def flying_orders() -> list[Quantity]:
+def flying_orders() -> list[CheckedNumber]:
     """Drift of angular momentum and energy after the pulse."""
 
     def drift(h: float) -> np.ndarray:
@@ -272,7 +272,7 @@ def flying_orders() -> list[Quantity]:
 
 
 @case("free-flight", group="dynamics", source="Conservation of momentum, angular momentum and energy")
-def free_flight() -> list[Quantity]:
+def free_flight() -> list[CheckedNumber]:
     """A bent rod thrown with spin in space."""
     arc = np.linspace(0.0, np.pi / 2, 7)
     mesh = polyline(np.stack([np.sin(arc), 1 - np.cos(arc), 0.2 * arc], axis=1))
@@ -286,7 +286,7 @@ def free_flight() -> list[Quantity]:
     return [
         farthest("linear momentum", linear[0], linear, 1e-11, "N s"),
         farthest("angular momentum", spin[0], spin, 2e-6, "N m s"),
-        Quantity("change of energy", 0.0, energy_drift(motion), 3e-4, "J", scale=float(energies(motion)[0, 0])),
+        CheckedNumber("change of energy", 0.0, energy_drift(motion), 3e-4, "J", scale=float(energies(motion)[0, 0])),
         order("order of angular momentum", steps, drifts, 2.0, 0.05),
     ]
 
@@ -353,12 +353,12 @@ def flexible_rod(h: float, duration: float) -> tuple[np.ndarray, np.ndarray]:
     group="dynamics",
     source="Equations: Viscomi, Ayre, J. Eng. Ind. 93 (1971) 251-262; solved by four sine modes with scipy's DOP853",
 )
-def flexible_slider_crank() -> list[Quantity]:
+def flexible_slider_crank() -> list[CheckedNumber]:
     """A flexible connecting rod driven at 150 rad/s, two turns: its middle beside linear beam theory with axial force."""
     times, ours = flexible_rod(1e-5, 4 * np.pi / RATE)
     times, ours = times[::20], ours[::20]
     exact = modal_rod(times)
     return [
         farthest("deflection of the middle", exact, ours, 2e-3, "m"),
-        Quantity("largest deflection", float(exact.max()), float(ours.max()), 1e-3, "m"),
+        CheckedNumber("largest deflection", float(exact.max()), float(ours.max()), 1e-3, "m"),
     ]

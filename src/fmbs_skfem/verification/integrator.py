@@ -22,7 +22,7 @@ from ..dynamics.scheme import method_of
 from ..dynamics.step import Method
 from ..systems import At, Motion, System, assemble, compile_system, compiled, joints, loads, probes
 from .beams import GRAVITY
-from .registry import Quantity, case, farthest, order, pairs, slope
+from .registry import CheckedNumber, case, farthest, order, pairs, slope
 
 TIGHT = Newton(tolerance=1e-13)
 FRESH = Newton(tolerance=1e-13, slow=1e-12)  #: factors of every step, whose directions of the joints (4) takes
@@ -60,7 +60,7 @@ COEFFICIENTS = {  # rho_inf: alpha_m, alpha_f, gamma, beta
 
 
 @case("coefficients", group="integrator", source=ARNOLD)
-def coefficients() -> list[Quantity]:
+def coefficients() -> list[CheckedNumber]:
     """alpha_m, alpha_f, gamma, beta of spectral radii from 0 to 1."""
     return [
         farthest(f"rho_inf = {rho}", exact, GeneralizedAlpha(1e-3, rho).coefficients, 1e-9) for rho, exact in COEFFICIENTS.items()
@@ -102,7 +102,7 @@ GOLDEN = {  # rho_inf: (step, q, v, lambda) of the pendulum L = m = 1 that start
 
 
 @case("golden-steps", group="integrator", source=ARNOLD + " (steps by a separate implementation)")
-def golden_steps() -> list[Quantity]:
+def golden_steps() -> list[CheckedNumber]:
     """Steps 1, 2, 5 and 10 of a pendulum from the horizontal: position, velocity, multiplier."""
     found = []
     for rho, rows in GOLDEN.items():
@@ -162,7 +162,7 @@ def pendulum_errors(rho_inf: float, h: float) -> tuple[float, float, float, floa
 
 
 @case("pendulum-errors", group="integrator", source=ARNOLD + " (errors of a separate implementation)")
-def moving_pendulum() -> list[Quantity]:
+def moving_pendulum() -> list[CheckedNumber]:
     """Errors of a moving pendulum over 2 s are those of a separate implementation: q, v, multiplier late and from the start."""
     return [
         farthest(f"rho_inf = {rho}, h = {h}", exact, pendulum_errors(rho, h), 2e-4, each=True) for (rho, h), exact in ERRORS.items()
@@ -170,7 +170,7 @@ def moving_pendulum() -> list[Quantity]:
 
 
 @case("pendulum-order", group="integrator", source=ARNOLD + ", theorem 1")
-def pendulum_order() -> list[Quantity]:
+def pendulum_order() -> list[CheckedNumber]:
     """Second order in position, velocity and multipliers."""
     found = []
     for rho in (0.8, 0.5):
@@ -187,7 +187,7 @@ def pendulum_order() -> list[Quantity]:
     group="integrator",
     source="Arnold, Bruels, Cardona, Numer. Math. 129 (2015) 149-179, doi 10.1007/s00211-014-0633-1",
 )
-def pendulum_first_steps() -> list[Quantity]:
+def pendulum_first_steps() -> list[CheckedNumber]:
     """Second order in the multipliers from the first step on, where the pendulum starts with a velocity."""
     steps = (0.0025, 0.00125)
     return [order(f"rho_inf = {rho}", steps, [pendulum_errors(rho, h)[3] for h in steps], 2.0, 0.01) for rho in (0.8, 0.5)]
@@ -220,7 +220,7 @@ def condition(A: np.ndarray) -> float:
     group="integrator",
     source="Bottasso, Bauchau, Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (digits recomputed)",
 )
-def conditioning() -> list[Quantity]:
+def conditioning() -> list[CheckedNumber]:
     """The iteration matrix of a pendulum as h falls to 1e-5: its condition grows as h^-4, and not at all with c = h^2 beta."""
     plain, scaled = np.array(list(CONDITION.values())).T
     steps = tuple(CONDITION)
@@ -229,7 +229,7 @@ def conditioning() -> list[Quantity]:
     return [
         farthest("unscaled", plain, raw, 2e-6, each=True),  # digits that the reference loses by round-off at h = 1e-5
         farthest("scaled by 1/bh", scaled, [condition(bordered(h, lambda method: 1 / method.bh)) for h in steps], 1e-9),
-        Quantity("order of the unscaled matrix", -4.0, slope(pairs(steps, raw)), 1e-4),
+        CheckedNumber("order of the unscaled matrix", -4.0, slope(pairs(steps, raw)), 1e-4),
         farthest("scaled by c, change over h", ours[-1], ours, 1e-3),
     ]
 
@@ -256,7 +256,7 @@ def amplification(rho_inf: float, phase: float) -> np.ndarray:
 
 
 @case("spectral-radius", group="integrator", source=CHUNG)
-def spectral_radius() -> list[Quantity]:
+def spectral_radius() -> list[CheckedNumber]:
     """Largest root of the amplification of a linear oscillator, from omega h = 0.1 to 1e4."""
     return [
         farthest(f"rho_inf = {rho}", exact, [np.abs(amplification(rho, phase)).max() for phase in PHASES], 3e-9)
@@ -265,13 +265,13 @@ def spectral_radius() -> list[Quantity]:
 
 
 @case("period-and-damping", group="integrator", source=CHUNG)
-def period_and_damping() -> list[Quantity]:
+def period_and_damping() -> list[CheckedNumber]:
     """Relative period error over (omega h)^2 and algorithmic damping ratio over (omega h)^3 at omega h = 0.05."""
     found, phase = [], 0.05
     for rho, period in PERIOD.items():
         root = max((r for r in amplification(rho, phase) if r.imag > 0.5 * phase), key=abs)
         angle = np.angle(root)
-        found.append(Quantity(f"period, rho_inf = {rho}", period, float((phase / angle - 1) / phase**2), 6e-3))
+        found.append(CheckedNumber(f"period, rho_inf = {rho}", period, float((phase / angle - 1) / phase**2), 6e-3))
         ratio = float(-np.log(abs(root)) / angle / phase**3)
-        found.append(Quantity(f"damping, rho_inf = {rho}", DAMPING.get(rho, 0.0), ratio, 1e-2, scale=1e-4))
+        found.append(CheckedNumber(f"damping, rho_inf = {rho}", DAMPING.get(rho, 0.0), ratio, 1e-2, scale=1e-4))
     return found

@@ -27,7 +27,7 @@ from ..shapes.surface import Surface
 from ..systems import At, Motion, System, assemble, eliminate, joints, probes
 from .beams import TIGHT, law_stress
 from .dynamics import center_of, momenta
-from .registry import Quantity, case, farthest, order, refined
+from .registry import CheckedNumber, case, farthest, order, refined
 
 KINDS = ("ancf", "nurbs", "bfs", "argyris")
 ALL = ("left", "right", "bottom", "top")
@@ -144,7 +144,7 @@ ORDERS = {  # kind: cells of the two meshes, orders with the membrane law (dimen
 STRANG = "r* chosen; Strang and Fix (1973), ISBN 978-0961408886; ANCF: 2, slopes agree at nodes only"
 
 
-def plate_orders(dim: int) -> list[Quantity]:
+def plate_orders(dim: int) -> list[CheckedNumber]:
     """Observed order of every interpolation."""
     return [refined(kind, meshes, partial(manufactured, kind, dim=dim), of[dim], 0.1) for kind, (meshes, of) in ORDERS.items()]
 
@@ -197,7 +197,7 @@ def thrown_plate(kind: str, cells: int) -> tuple[System, Body]:
     group="dynamics",
     source="Exact invariants; positions by an independent Kirchhoff-Love solver (recomputed, to 1 cm)",
 )
-def flying_plate() -> list[Quantity]:
+def flying_plate() -> list[CheckedNumber]:
     """A free square plate thrown with spin and twist: momenta, centre, energy, corners over 0.6 s."""
     system, part = thrown_plate("nurbs", 6)
     h = 5e-4
@@ -208,7 +208,7 @@ def flying_plate() -> list[Quantity]:
     centre = center_of(motion, part)
     path = np.column_stack([0.5 + 0.2 * motion.times, np.full(len(centre), 0.5), np.zeros(len(centre))])
     return [
-        Quantity("kinetic energy at the start", 8.776388888889, float(total[0, 0]), 1e-10, "J"),
+        CheckedNumber("kinetic energy at the start", 8.776388888889, float(total[0, 0]), 1e-10, "J"),
         farthest("linear momentum", [2.0, 0.0, 0.0], linear, 1e-10, "N s"),
         farthest("angular momentum", [5 / 6, 5 / 12, 4.0], spin, 1e-5, "N m s"),
         farthest("energy", 8.776388888889, total[:, 3], 1e-3, "J"),
@@ -218,9 +218,9 @@ def flying_plate() -> list[Quantity]:
 
 
 @case("spinning-plate", group="dynamics", source="Conservation of momentum, angular momentum and energy")
-def spinning_plate() -> list[Quantity]:
+def spinning_plate() -> list[CheckedNumber]:
     """A free plate with 20 rad/s about its normal and 8 rad/s across, 3.4 turns, without numerical damping; ANCF and NURBS."""
-    found: list[Quantity] = []
+    found: list[CheckedNumber] = []
     for kind in ("ancf", "nurbs"):
         part = plate("plate", rectangle(kind, 3, 3, 1.0, 0.5), 0.02, Material(2e9, 1000.0, 0.3))
         system = assemble([part], initial={"plate": Motion((1.0, -2.0, 0.5), (8.0, 1.0, 20.0))})

@@ -18,7 +18,7 @@ from ..shapes import nurbs
 from ..systems import joints, loads
 from .beams import TIGHT
 from .plates import rectangle
-from .registry import Quantity, case
+from .registry import CheckedNumber, case
 from .statics_shells import loaded, mirror
 
 RADIUS, THICK, YOUNG, POISSON = 1.0, 0.05, 1e6, 0.3  #: of the ring [m, m, Pa, 1]
@@ -77,22 +77,22 @@ ROD = "equations of equilibrium of an inextensible planar rod, integrated to 1e-
 
 
 @case("pressure-ring", group="statics", source=RING)
-def ring() -> list[Quantity]:
+def ring() -> list[CheckedNumber]:
     """A pressure inside a long cylinder, in the deformed area, makes it half as wide again."""
-    return [Quantity("radius", GROWTH, grown(8), 1e-9)]
+    return [CheckedNumber("radius", GROWTH, grown(8), 1e-9)]
 
 
 @case("pressure-arc", group="statics", source=ARC)
-def arc() -> list[Quantity]:
+def arc() -> list[CheckedNumber]:
     """A pressure that follows a hinged foil makes an arc of it; its bending is what is left (t/a = 0.002)."""
-    return [Quantity("rise of the arc", float(np.tan(0.5 * RISE)), arched(16), 1e-6)]
+    return [CheckedNumber("rise of the arc", float(np.tan(0.5 * RISE)), arched(16), 1e-6)]
 
 
 @case("pressure-cantilever", group="statics", source=ROD)
-def cantilever() -> list[Quantity]:
+def cantilever() -> list[CheckedNumber]:
     """A pressure that follows a cantilever strip turns its end past a right angle; the strip stretches by p/E."""
     (x, z), reference = pushed(24), rod(PUSH)
     return [
-        Quantity("x of the tip", reference[0], x, 1e-4, "m", scale=LENGTH),
-        Quantity("z of the tip", reference[1], z, 1e-4, "m", scale=LENGTH),
+        CheckedNumber("x of the tip", reference[0], x, 1e-4, "m", scale=LENGTH),
+        CheckedNumber("z of the tip", reference[1], z, 1e-4, "m", scale=LENGTH),
     ]

@@ -30,7 +30,7 @@ GROUPS = ("statics", "vibration", "dynamics", "rigid", "integrator", "manufactur
 
 
 @dataclass(frozen=True)
-class Quantity:
+class CheckedNumber:
     """One number of a case beside its reference."""
 
     name: str
@@ -56,7 +56,7 @@ class Quantity:
         return self.difference <= self.tolerance
 
 
-Function = Callable[[], list[Quantity]]
+Function = Callable[[], list[CheckedNumber]]
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Outcome:
     """What a case gave."""
 
     case: VerificationCase
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[CheckedNumber, ...]
     seconds: float  #: CPU
     error: str = ""  #: why it gave nothing
 
@@ -182,14 +182,14 @@ def order(
     errors: Sequence[float] | np.ndarray | Callable[[float], float],
     expected: float,
     tolerance: float,
-) -> Quantity:
+) -> CheckedNumber:
     """The observed order beside the expected one, with the errors (k,) of the sizes (k,), which fall."""
     curve = pairs(sizes, [errors(size) for size in sizes] if callable(errors) else errors)
     observed = slope(curve)
-    return Quantity(name, expected, observed, tolerance, "", observed, curve=curve)
+    return CheckedNumber(name, expected, observed, tolerance, "", observed, curve=curve)
 
 
-def refined(name: str, meshes: Sequence[int], error: Callable[[int], float], expected: float, tolerance: float) -> Quantity:
+def refined(name: str, meshes: Sequence[int], error: Callable[[int], float], expected: float, tolerance: float) -> CheckedNumber:
     """The order of an error over meshes of these numbers of cells."""
     return order(name, [1 / cells for cells in meshes], [error(cells) for cells in meshes], expected, tolerance)
 
@@ -204,11 +204,11 @@ def farthest(
     order: float | None = None,
     curve: Curve | LoadPath = (),
     each: bool = False,
-) -> Quantity:
+) -> CheckedNumber:
     """The entry of a table that is farthest from its reference, relative to the table's largest, or with `each` to its own."""
     wanted, found = np.broadcast_arrays(np.asarray(references, dtype=float), np.asarray(values, dtype=float))
     size = np.abs(wanted) if each else np.full(wanted.shape, float(np.abs(wanted).max()))
     gap = np.abs(found - wanted) / size
     worst = int(np.argmax(np.where(np.isnan(gap), np.inf, gap)))
     scale = float(size.flat[worst])
-    return Quantity(name, float(wanted.flat[worst]), float(found.flat[worst]), tolerance, unit, order, kind, scale, curve)
+    return CheckedNumber(name, float(wanted.flat[worst]), float(found.flat[worst]), tolerance, unit, order, kind, scale, curve)

@@ -19,7 +19,7 @@ from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_dr
 from ..systems import At, Motion, System, assemble, eliminate, joints, loads, probes
 from .beams import GRAVITY, straight
 from .integrator import mass_pendulum
-from .registry import Quantity, case, farthest, order
+from .registry import CheckedNumber, case, farthest, order
 
 TIGHT = Newton(tolerance=1e-13)
 RECOMPUTED = "(recomputed to 12 digits)"
@@ -57,7 +57,7 @@ IFTOMM = (
 
 
 @case("simple-pendulum", group="rigid", source=IFTOMM)
-def simple_pendulum() -> list[Quantity]:
+def simple_pendulum() -> list[CheckedNumber]:
     """Mass on a massless link, from the horizontal at rest: position, velocity and tension over 10 s."""
     times = np.array(list(SIMPLE))
 
@@ -103,10 +103,12 @@ def hermite(s: np.ndarray, h: float, x: np.ndarray, v: np.ndarray, k: np.ndarray
 
 
 @case("pendulum-period", group="rigid", source="T = 4 sqrt(L/g) K(sin(A/2)), Abramowitz and Stegun (1964) 17.3, " + RECOMPUTED)
-def pendulum_period() -> list[Quantity]:
+def pendulum_period() -> list[CheckedNumber]:
     """Period of a mass pendulum over that of small swings, amplitudes of 10 to 170 degrees."""
     small = 2 * np.pi / np.sqrt(GRAVITY)
-    found = [Quantity(f"{amplitude} deg", exact, period(amplitude, 1e-3) / small, 1e-5) for amplitude, exact in FACTORS.items()]
+    found = [
+        CheckedNumber(f"{amplitude} deg", exact, period(amplitude, 1e-3) / small, 1e-5) for amplitude, exact in FACTORS.items()
+    ]
     return [*found, order("order, 90 deg", (4e-3, 2e-3), lambda h: abs(period(90, h) / small - FACTORS[90]), 2.0, 0.05)]
 
 
@@ -120,7 +122,7 @@ SPHERICAL = {
 
 
 @case("spherical-pendulum", group="rigid", source="Landau and Lifshitz, Mechanics, sect. 14; elliptic functions " + RECOMPUTED)
-def spherical_pendulum() -> list[Quantity]:
+def spherical_pendulum() -> list[CheckedNumber]:
     """Mass on a link in space, 30 degrees below the horizontal, 2 m/s across: positions and invariants over 10 s."""
     times, exact = np.array(list(SPHERICAL)), np.array(list(SPHERICAL.values()))
 
@@ -171,7 +173,7 @@ def tips(system: System, h: float, duration: float) -> np.ndarray:
     group="rigid",
     source="Lagrange's equations in two angles, e.g. Goldstein, Classical Mechanics, ch. 1; " + RECOMPUTED,
 )
-def rigid_double_pendulum() -> list[Quantity]:
+def rigid_double_pendulum() -> list[CheckedNumber]:
     """Two rigid rods from the horizontal at rest: joint and end over 3 s."""
     system = double_pendulum([rod("a", (0, 0), (1, 0), 1.0), rod("b", (1, 0), (2, 0), 1.0)], ("s", "e"))
     exact = np.array(list(DOUBLE.values()))
@@ -185,7 +187,7 @@ def rigid_double_pendulum() -> list[Quantity]:
     group="rigid",
     source="Lagrange's equations in two angles, e.g. Goldstein, Classical Mechanics, ch. 1; " + RECOMPUTED,
 )
-def stiff_double_pendulum() -> list[Quantity]:
+def stiff_double_pendulum() -> list[CheckedNumber]:
     """Two beams stiff as rods (EA = 1e6 N, EI = 1e5 N m2): the rigid double pendulum over 1 s."""
     section = sections.Given(1e6, 1e5, 1.0)
     parts = [
@@ -197,7 +199,7 @@ def stiff_double_pendulum() -> list[Quantity]:
 
 
 @case("compound-pendulum", group="rigid", source="T = 4 sqrt(2 L/(3 g)) K(sin 45 deg), Abramowitz and Stegun (1964) 17.3")
-def compound_pendulum() -> list[Quantity]:
+def compound_pendulum() -> list[CheckedNumber]:
     """A rod from the horizontal, rigid and as a stiff beam: time and kinetic energy at the vertical."""
     quarter = float(np.sqrt(2 / (3 * GRAVITY)) * 1.8540746773013719)
     beam = body.cable("rod", straight(4), sections.Given(1e6, 1e4, 1.0), dim=2)
@@ -212,9 +214,9 @@ def compound_pendulum() -> list[Quantity]:
         crossing = motion.times[first - 1] + 2.5e-4 * x[first - 1] / (x[first - 1] - x[first])
         kinetic = np.interp(crossing, motion.times, 0.5 * np.einsum("sn,sn->s", motion.v, (system.mass @ motion.v.T).T))
         found += [
-            Quantity(f"quarter period, {name}", quarter, float(crossing), 2e-5, "s"),
-            Quantity(f"kinetic energy, {name}", GRAVITY / 2, float(kinetic), 1e-4, "J"),
-            Quantity(
+            CheckedNumber(f"quarter period, {name}", quarter, float(crossing), 2e-5, "s"),
+            CheckedNumber(f"kinetic energy, {name}", GRAVITY / 2, float(kinetic), 1e-4, "J"),
+            CheckedNumber(
                 f"speed of the end, {name}",
                 float(np.sqrt(3 * GRAVITY)),
                 float(np.abs(np.interp(crossing, motion.times, v))),
@@ -280,7 +282,7 @@ def body_rates(motion: Trajectory) -> np.ndarray:
     group="rigid",
     source="Bruels, Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002, doi 10.1115/1.4001370 (digits recomputed)",
 )
-def heavy_top() -> list[Quantity]:
+def heavy_top() -> list[CheckedNumber]:
     """A top of 15 kg with 150 rad/s about its axis, which starts horizontal: centre, velocities and reaction over 2 s, energy."""
     centre = At("top", "center")
     top = rigid("top", 15.0, (0.234375, 0.46875, 0.234375), (0, 1, 0), places={"foot": (0, 0, 0)})
@@ -319,13 +321,13 @@ def heavy_top() -> list[Quantity]:
 
 
 @case("free-top", group="rigid", source="Euler's equations: energy is constant, Goldstein, Classical Mechanics, ch. 5")
-def free_top() -> list[Quantity]:
+def free_top() -> list[CheckedNumber]:
     """A free box that spins about its unstable middle axis keeps its energy to second order of the step."""
     box = rigid("box", 1.0, (0.1, 0.2, 0.25), (0, 0, 0))
     system = assemble([box], initial={"box": Motion(angular_velocity=(0.01, 5.0, 0.0))})
     drift = {h: energy_drift(integrate(system, GeneralizedAlpha(h, 0.9), 4.0)) for h in (1e-2, 5e-3)}
     return [
-        Quantity("change of energy", 0.0, drift[5e-3], 1e-3, "J", scale=2.5),
+        CheckedNumber("change of energy", 0.0, drift[5e-3], 1e-3, "J", scale=2.5),
         order("order", list(drift), list(drift.values()), 2.0, 0.1),
     ]
 
@@ -366,7 +368,7 @@ def slider_crank(drive: list[joints.Joint], forces: list[Any]) -> System:
     group="rigid",
     source="x = r cos phi + sqrt(l^2 - r^2 sin^2 phi), e.g. Shabana, Dynamics of Multibody Systems, ch. 3",
 )
-def driven_slider_crank() -> list[Quantity]:
+def driven_slider_crank() -> list[CheckedNumber]:
     """A crank driven at 150 rad/s through both dead centres: position, velocity and acceleration of the slider."""
     system = slider_crank([joints.DrivenAngle("drive", At("crank", "frame"), lambda t: 150 * t)], [])
     h = 2 * np.pi / 150 / 3600
@@ -386,7 +388,7 @@ def driven_slider_crank() -> list[Quantity]:
 
 
 @case("free-slider-crank", group="rigid", source="Work of a constant torque M phi is the kinetic energy")
-def free_slider_crank() -> list[Quantity]:
+def free_slider_crank() -> list[CheckedNumber]:
     """A torque of 5 N m from rest at dead centre over more than three turns."""
     system = slider_crank([], [loads.Moment("torque", At("crank", "frame"), 5.0)])
     motion = integrate(system, GeneralizedAlpha(1e-4), 0.4)

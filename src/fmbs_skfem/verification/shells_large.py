@@ -14,7 +14,7 @@ from ..dynamics import outputs, solve_statics
 from ..shapes import nurbs
 from ..shapes.surface import Surface
 from ..systems import At, System, joints, loads
-from .registry import Quantity, case, farthest
+from .registry import CheckedNumber, case, farthest
 from .statics_shells import DIAPHRAGM, EIGHTH, SZE, cylinder, interpolated, loaded, semi_cylinder, spaced
 
 SLIT_RING = {  #: load factor: W of the inner and of the outer corner
@@ -103,7 +103,7 @@ def pinched(cells: int) -> System:
 
 
 @case("slit-ring", group="statics", source=f"{SZE}, 3.3")
-def wound_up() -> list[Quantity]:
+def wound_up() -> list[CheckedNumber]:
     """A ring is slit, clamped on one side and lifted on the other by more than its outer radius."""
     wanted, found = np.array(list(SLIT_RING.values())), []
     for kind, shape in (("", polar((30, 4))), (", standard NURBS circles", nine_points((8, 4)))):
@@ -114,7 +114,7 @@ def wound_up() -> list[Quantity]:
 
 
 @case("pullout", group="statics", source=f"{SZE}, 3.5")
-def pulled_apart() -> list[Quantity]:
+def pulled_apart() -> list[CheckedNumber]:
     """An open cylinder is pulled apart by two forces; near half of them its sides snap through."""
     path = solve_statics(pulled(8), 40)
     found = outputs(path)
@@ -128,7 +128,7 @@ def pulled_apart() -> list[Quantity]:
 
 
 @case("pinched-cylinder-large", group="statics", source=f"{SZE}, 3.6")
-def pinched_far() -> list[Quantity]:
+def pinched_far() -> list[CheckedNumber]:
     """A cylinder on diaphragms is pinched by 16 times its thickness, before its folds begin to travel."""
     found = outputs(solve_statics(pinched(20), 3))
     at, wanted = [2, 3], np.array(list(PINCHED.values()))
@@ -139,7 +139,7 @@ def pinched_far() -> list[Quantity]:
 
 
 @case("semi-cylinder-large", group="statics", source=f"{SZE}, 3.7, isotropic; without shear, recomputed")
-def pushed_flat() -> list[Quantity]:
+def pushed_flat() -> list[CheckedNumber]:
     """A clamped semi-cylinder is pushed down by 1.7 radii; its folds travel over the mesh and catch on its cells a little."""
     path = solve_statics(semi_cylinder(2000.0, 20, 1.0), 20)
     at = [int(np.argmin(np.abs(path.times - factor))) for factor in FLAT]

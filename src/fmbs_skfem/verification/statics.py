@@ -24,7 +24,7 @@ from ..dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit
 from ..results.verification_plots import LoadPath
 from ..systems import At, System, assemble, eliminate, joints, loads, probes
 from .beams import TIGHT, straight
-from .registry import Quantity, case, farthest, pairs, refined
+from .registry import CheckedNumber, case, farthest, pairs, refined
 
 FINE: dict[str, Any] = {"degree": 5, "continuity": 2}
 TURNS = (0.25, 0.5, 1.0, 2.0)  #: end moments over 2 pi EI/L
@@ -176,7 +176,7 @@ def truss_load(w: np.ndarray, height: float = 0.1, stiffness: float = 1e4) -> np
 
 
 @case("roll-up", group="statics", source="closed form; Mattiasson (1981), doi 10.1002/nme.1620170113")
-def roll_up() -> list[Quantity]:
+def roll_up() -> list[CheckedNumber]:
     """A cantilever is rolled up, once and twice, by an end moment."""
     material = [rolled(turns, 2, Law.MATERIAL) for turns in TURNS]
     exact = [rolled(turns, 3, Law.EXACT) for turns in TURNS]
@@ -192,32 +192,32 @@ def roll_up() -> list[Quantity]:
 
 
 @case("elastica", group="statics", source="elliptic integrals; Mattiasson (1981), doi 10.1002/nme.1620170113")
-def elastica() -> list[Quantity]:
+def elastica() -> list[CheckedNumber]:
     """A cantilever under a dead transverse force, P L^2/EI = 0.2 to 20."""
     wanted = [(1 - u, v) for u, v in ELASTICA.values()]
     return [farthest("tip", wanted, [pushed(alpha, **FINE) for alpha in ELASTICA], 3e-7, "L")]
 
 
 @case("follower-force", group="statics", source="initial value problem of the inextensible rod")
-def follower_force() -> list[Quantity]:
+def follower_force() -> list[CheckedNumber]:
     """A cantilever under a transverse force that turns with its end, P L^2/EI = 1 to 25."""
     wanted = [(1 - u, v) for u, v in FOLLOWER.values()]
     return [farthest("tip", wanted, followed(max(FOLLOWER))[list(FOLLOWER)], 1e-6, "L")]
 
 
 @case("gerstmayr-irschik", group="statics", source="Gerstmayr and Irschik (2008), doi 10.1016/j.jsv.2008.04.019, converged")
-def extensible_cantilever() -> list[Quantity]:
+def extensible_cantilever() -> list[CheckedNumber]:
     """A thick cantilever whose stretch counts; its strain |r'| - 1 and ours, (r'.r' - 1)/2, differ by 2e-7."""
     found = gerstmayr_irschik(64, law=Law.MATERIAL)
     names = (("tip, x", "m"), ("tip, y", "m"), ("angle of the tip", "rad"))
     return [
-        Quantity(name, wanted, float(got), 1e-6, unit)
+        CheckedNumber(name, wanted, float(got), 1e-6, unit)
         for (name, unit), wanted, got in zip(names, GERSTMAYR_IRSCHIK, found, strict=True)
     ]
 
 
 @case("lee-frame", group="statics", source="rod with the strain |r'| - 1, by shooting")
-def lee() -> list[Quantity]:
+def lee() -> list[CheckedNumber]:
     """A hinged frame snaps through and back: the path of its equilibria, by arc length."""
     path = follow_path(lee_frame(), ArcLength(0.05, wanted=4), TIGHT)
     P, u, v = lee_path(path)
@@ -230,8 +230,8 @@ def lee() -> list[Quantity]:
         rows.append(np.array([at_u, at_v])[:, np.argmin(np.hypot(at_u - wanted[0], at_v - wanted[1]))])
     table, paths = np.array(LEE_PATH), {"horizontal": u, "downward": v}
     return [
-        Quantity("first limit load", LEE_LIMITS[0][0], float(P[limits[0]]), 1e-6, "N"),
-        Quantity("second limit load", LEE_LIMITS[1][0], float(P[limits[1]]), 3e-6, "N"),
+        CheckedNumber("first limit load", LEE_LIMITS[0][0], float(P[limits[0]]), 1e-6, "N"),
+        CheckedNumber("second limit load", LEE_LIMITS[1][0], float(P[limits[1]]), 3e-6, "N"),
         farthest("deflections at the limit loads", [v for _, v in LEE_LIMITS], v[limits], 1e-4, "cm"),
         farthest("deflections where they turn, interpolated", [v for v, _ in LEE_TURNS], turns[:, 0], 1e-4, "cm"),
         farthest("loads there, interpolated", [P for _, P in LEE_TURNS], turns[:, 1], 3e-3, "N"),
@@ -250,7 +250,7 @@ def lee() -> list[Quantity]:
 
 
 @case("von-mises-truss", group="statics", source="closed form, P = EA (H - w)(2 H w - w^2)/L^3")
-def von_mises_truss() -> list[Quantity]:
+def von_mises_truss() -> list[CheckedNumber]:
     """Two shallow bars snap through: the whole path has a closed form."""
     height, load = 0.1, 8.0
     path = follow_path(truss(height, load=load), ArcLength(0.1), TIGHT)

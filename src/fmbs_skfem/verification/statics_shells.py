@@ -27,7 +27,7 @@ from ..shapes.surface import Surface
 from ..systems import At, System, assemble, eliminate, joints, loads, probes
 from .beams import TIGHT
 from .plates import rectangle
-from .registry import Quantity, case, farthest, pairs, refined
+from .registry import CheckedNumber, case, farthest, pairs, refined
 
 SZE = "Sze, Liu, Lo (2004), doi 10.1016/j.finel.2003.11.001"
 SQUARES = "Timoshenko and Woinowsky-Krieger (1959), art. 30 and 44; more digits by series"
@@ -255,7 +255,7 @@ def semi_cylinder(load: float, cells: int = 10, growth: float = 1.5) -> System:
 
 # ------------------------------------------------------------------------------------------------------------------- cases
 @case("sze-end-shear", group="statics", source=f"{SZE}, 3.1; rod limit recomputed")
-def end_shear() -> list[Quantity]:
+def end_shear() -> list[CheckedNumber]:
     """A strip under end shear, U and W at twenty loads, with every interpolation."""
     found = []
     for kind in CELLS:
@@ -266,7 +266,7 @@ def end_shear() -> list[Quantity]:
 
 
 @case("sze-roll-up", group="statics", source=f"{SZE}, 3.2; closed form")
-def strip_roll_up() -> list[Quantity]:
+def strip_roll_up() -> list[CheckedNumber]:
     """A strip is rolled up by an end moment; plates stretch by t^2 theta'^2/12 as they bend."""
     found = []
     for kind, cells in (("ancf", (24, 3)), ("nurbs", (24, 1)), ("bfs", (24, 1)), ("argyris", (12, 1))):
@@ -276,35 +276,41 @@ def strip_roll_up() -> list[Quantity]:
     return found
 
 
-def squares(slope: str, thin: float, uniform: float, force: float, tolerance: float) -> list[Quantity]:
+def squares(slope: str, thin: float, uniform: float, force: float, tolerance: float) -> list[CheckedNumber]:
     """Squares under a uniform load, t/a = `thin`, and under a force at the centre."""
     points = (("nurbs", 12), ("bfs", 8), ("argyris", 6))
     return [
-        *(Quantity(f"uniform load, {kind}", uniform, square(kind, n, thin, slope), 1e-3, "q a^4/D") for kind, n in THIN.items()),
-        *(Quantity(f"force, {kind}", force, square(kind, n, 1e-3, slope, "point"), tolerance, "P a^2/D") for kind, n in points),
+        *(
+            CheckedNumber(f"uniform load, {kind}", uniform, square(kind, n, thin, slope), 1e-3, "q a^4/D")
+            for kind, n in THIN.items()
+        ),
+        *(
+            CheckedNumber(f"force, {kind}", force, square(kind, n, 1e-3, slope, "point"), tolerance, "P a^2/D")
+            for kind, n in points
+        ),
     ]
 
 
 @case("clamped-squares", group="statics", source=SQUARES)
-def clamped_squares() -> list[Quantity]:
+def clamped_squares() -> list[CheckedNumber]:
     """Clamped squares under a uniform load, t/a = 1e-4, and under a force at the centre."""
     return squares("z", 1e-4, CLAMPED, CLAMPED_POINT, 4e-3)
 
 
 @case("hinged-squares", group="statics", source=SQUARES)
-def hinged_squares() -> list[Quantity]:
+def hinged_squares() -> list[CheckedNumber]:
     """Hinged squares under a uniform load, and under a force at the centre."""
     return squares("", 1e-3, HINGED, HINGED_POINT, 1e-3)
 
 
 @case("cantilever-squares", group="statics", source="Legendre-Ritz series (recomputed)")
-def cantilever_squares() -> list[Quantity]:
+def cantilever_squares() -> list[CheckedNumber]:
     """Squares clamped along one side under a uniform load, nu = 0.3; the moments at the ends of the clamp have no bounds."""
-    return [Quantity(f"middle of the end, {kind}", CANTILEVER, held(kind, n), 2e-3, "q a^4/D") for kind, n in THIN.items()]
+    return [CheckedNumber(f"middle of the end, {kind}", CANTILEVER, held(kind, n), 2e-3, "q a^4/D") for kind, n in THIN.items()]
 
 
 @case("square-orders", group="statics", source=SQUARES)
-def square_orders() -> list[Quantity]:
+def square_orders() -> list[CheckedNumber]:
     """Orders of convergence of the clamped square, t/a = 1e-2."""
     found = []
     for kind, cells, expected in (("ancf", 8, 2.0), ("nurbs", 4, 4.0), ("bfs", 4, 4.0)):
@@ -314,24 +320,24 @@ def square_orders() -> list[Quantity]:
 
 
 @case("scordelis-lo", group="statics", source="Scordelis and Lo, ACI J. 61 (1964) 539-561; without shear, recomputed")
-def roof() -> list[Quantity]:
+def roof() -> list[CheckedNumber]:
     """A roof on diaphragms under its weight."""
     free, crown = scordelis_lo(16)
     return [
-        Quantity("free edge, published", 0.3006, free, 5e-4, "ft"),
-        Quantity("free edge, converged", ROOF_FREE, free, 1e-5, "ft"),
-        Quantity("crown, converged", ROOF_CROWN, crown, 2e-5, "ft"),
-        Quantity("free edge, quartics on 8 x 8 cells", ROOF_FREE, scordelis_lo(8, 4)[0], 3e-6, "ft"),
+        CheckedNumber("free edge, published", 0.3006, free, 5e-4, "ft"),
+        CheckedNumber("free edge, converged", ROOF_FREE, free, 1e-5, "ft"),
+        CheckedNumber("crown, converged", ROOF_CROWN, crown, 2e-5, "ft"),
+        CheckedNumber("free edge, quartics on 8 x 8 cells", ROOF_FREE, scordelis_lo(8, 4)[0], 3e-6, "ft"),
     ]
 
 
 @case("pinched-cylinder", group="statics", source="Lindberg, Olson and Cowper (1969): 164.24 P/(E t) = 1.8249e-5")
-def pinched() -> list[Quantity]:
+def pinched() -> list[CheckedNumber]:
     """A cylinder with rigid diaphragms under two opposite forces, linear."""
-    return [Quantity("deflection under a force", PINCHED, pinched_cylinder(12), 2e-3)]
+    return [CheckedNumber("deflection under a force", PINCHED, pinched_cylinder(12), 2e-3)]
 
 
-def roof_path(t: float, tolerance: float) -> list[Quantity]:
+def roof_path(t: float, tolerance: float) -> list[CheckedNumber]:
     """Deflections on all branches beside Sze's table, the equilibrium at the table's load that is nearest, and both limit loads."""
     path = follow_path(hinged_roof(t), ArcLength(0.05, wanted=3))
     found = []
@@ -346,26 +352,26 @@ def roof_path(t: float, tolerance: float) -> list[Quantity]:
     return [
         farthest("deflections along the path", table[:, 1], found, 6e-3, "mm", curve=shown),
         *(
-            Quantity(name, 3000 * wanted, float(got), tolerance, "N")
+            CheckedNumber(name, 3000 * wanted, float(got), tolerance, "N")
             for name, wanted, got in zip(names, SZE_ROOF_LIMITS[t], limits, strict=True)
         ),
     ]
 
 
 @case("hinged-roof", group="statics", source=f"{SZE}, 3.8, isotropic, t = 12.7")
-def thick_roof() -> list[Quantity]:
+def thick_roof() -> list[CheckedNumber]:
     """A hinged roof snaps through; the least load of the table is at one of its steps, beside the limit point."""
     return roof_path(12.7, 0.02)
 
 
 @case("hinged-roof-thin", group="statics", source=f"{SZE}, 3.8, isotropic, t = 6.35")
-def thin_roof() -> list[Quantity]:
+def thin_roof() -> list[CheckedNumber]:
     """A thinner hinged roof snaps back too: load and deflection fall together."""
     return roof_path(6.35, 3e-3)
 
 
 @case("hemisphere", group="statics", source=f"{SZE}, 3.4; without shear, recomputed")
-def open_hemisphere() -> list[Quantity]:
+def open_hemisphere() -> list[CheckedNumber]:
     """A hemisphere with a hole, pulled and pushed by four forces."""
     path = follow_path(hemisphere(), ArcLength(0.02, wanted=8, turn=0.6))
     got = {}
@@ -379,7 +385,7 @@ def open_hemisphere() -> list[Quantity]:
 
 
 @case("semi-cylinder", group="statics", source=f"{SZE}, 3.7, isotropic; without shear, recomputed")
-def pinched_semi_cylinder() -> list[Quantity]:
+def pinched_semi_cylinder() -> list[CheckedNumber]:
     """A clamped semi-cylinder with a force on its free end, up to a fifth of the table's largest load."""
     path = solve_statics(semi_cylinder(400.0), 2)
     w = 101.6 - outputs(path)["top_z"][1:]

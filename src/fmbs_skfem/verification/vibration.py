@@ -22,7 +22,7 @@ from ..shapes.surface import Surface
 from ..systems import At, System, assemble, eliminate, joints
 from .beams import TIGHT, straight
 from .plates import rectangle
-from .registry import Quantity, case, farthest, refined
+from .registry import CheckedNumber, case, farthest, refined
 
 
 # ------------------------------------------------------------------------------------------------------------- beams
@@ -64,7 +64,7 @@ def frequencies(supports: str, cells: int, count: int = 5, **options: Any) -> np
 
 
 @case("beam-frequencies", group="vibration", source=BLEVINS)
-def beam_frequencies() -> list[Quantity]:
+def beam_frequencies() -> list[CheckedNumber]:
     """Eight bending frequencies of beams with all pairs of supports, quintic cells."""
     return [
         farthest(supports, np.square(roots), frequencies(supports, 24, 8, degree=5), 1e-6, "rad/s", each=True)
@@ -73,11 +73,11 @@ def beam_frequencies() -> list[Quantity]:
 
 
 @case("beam-frequency-error", group="vibration", source=BLEVINS + "; (beta h)^4/1440: Strang and Fix (1973), sect. 6.3")
-def beam_frequency_error() -> list[Quantity]:
+def beam_frequency_error() -> list[CheckedNumber]:
     """The excess of cubic cells is (beta h)^4/1440, for C1 splines and ANCF alike: third mode, 20 cells."""
     root = ROOTS["clamped-free"][2]
     return [
-        Quantity(name, (root / 20) ** 4 / 1440, float(frequencies("clamped-free", 20, **options)[2] / root**2 - 1), 0.1)
+        CheckedNumber(name, (root / 20) ** 4 / 1440, float(frequencies("clamped-free", 20, **options)[2] / root**2 - 1), 0.1)
         for name, options in (("C1 cubic", {}), ("ANCF", {"ancf": True}))
     ]
 
@@ -87,7 +87,7 @@ def beam_frequency_error() -> list[Quantity]:
     group="vibration",
     source="order 2 (p - 1): Strang and Fix, An Analysis of the Finite Element Method (1973)",
 )
-def beam_frequency_order() -> list[Quantity]:
+def beam_frequency_order() -> list[CheckedNumber]:
     """The third frequency of a cantilever converges with order 2 (p - 1)."""
     found, exact = [], ROOTS["clamped-free"][2] ** 2
     rows: tuple[tuple[str, dict[str, Any], int], ...] = (
@@ -104,7 +104,7 @@ def beam_frequency_order() -> list[Quantity]:
 
 
 @case("beam-frequencies-space", group="vibration", source=BLEVINS)
-def beam_frequencies_space() -> list[Quantity]:
+def beam_frequencies_space() -> list[CheckedNumber]:
     """In space the bending frequencies of a cantilever come in pairs; the first axial one is pi/2 sqrt(EA/rhoA)/L."""
     found = vibration_modes(beam("clamped-free", 20, dim=3, degree=5), 6).frequencies
     axial = body.cable("bar", straight(10), sections.Given(EA=1.0, EI=1e3, rhoA=1.0), dim=2)
@@ -112,7 +112,7 @@ def beam_frequencies_space() -> list[Quantity]:
     exact = np.repeat(np.square(ROOTS["clamped-free"][:3]), 2)
     return [
         farthest("pairs", exact, found, 1e-7, "rad/s", each=True),
-        Quantity("axial", np.pi / 2, float(vibration_modes(system, 1).frequencies[0]), 1e-6, "rad/s"),
+        CheckedNumber("axial", np.pi / 2, float(vibration_modes(system, 1).frequencies[0]), 1e-6, "rad/s"),
     ]
 
 
@@ -144,7 +144,7 @@ def rotating(spin: float, count: int = 8) -> np.ndarray:
     group="vibration",
     source="Wright, Smith, Thresher, Wang, J. Appl. Mech. 49 (March 1982), hub radius 0; as in Bir, AIAA 2009-1035, table 3a",
 )
-def rotating_beam() -> list[Quantity]:
+def rotating_beam() -> list[CheckedNumber]:
     """Flapping and lagging frequencies of a cantilever that rotates about its root (centrifugal stiffening)."""
     found = []
     for spin, exact in WRIGHT.items():
@@ -211,7 +211,7 @@ def plate_frequencies(kind: str, cells: int, letters: str, count: int, width: fl
 
 
 @case("plate-frequencies", group="vibration", source=LEISSA)
-def square_plates() -> list[Quantity]:
+def square_plates() -> list[CheckedNumber]:
     """Square plates with free (F), hinged (S) and clamped (C) sides x = 0, x = a, y = 0, y = a, four interpolations."""
     found = []
     for letters, exact in PLATES.items():
@@ -251,7 +251,7 @@ ASPECTS = {  # (sides, a/b): omega a^2 sqrt(rho t/D)
 
 
 @case("plate-frequencies-rectangles", group="vibration", source=LEISSA)
-def rectangular_plates() -> list[Quantity]:
+def rectangular_plates() -> list[CheckedNumber]:
     """Free and cantilever rectangles a by b."""
     found = []
     for (letters, aspect), exact in ASPECTS.items():
@@ -261,7 +261,7 @@ def rectangular_plates() -> list[Quantity]:
 
 
 @case("plate-frequency-order", group="vibration", source=LEISSA + "; order 2 (p - 1), 2 for slopes that agree at nodes only")
-def plate_frequency_order() -> list[Quantity]:
+def plate_frequency_order() -> list[CheckedNumber]:
     """The third frequency of the free square."""
     found = []
     for kind, cells, expected in (("ancf", 8, 2), ("nurbs", 6, 4), ("bfs", 4, 4)):
@@ -271,7 +271,7 @@ def plate_frequency_order() -> list[Quantity]:
 
 
 @case("plate-thickness", group="vibration", source="omega ~ t of Kirchhoff's plate, Timoshenko and Woinowsky-Krieger (1959)")
-def thickness() -> list[Quantity]:
+def thickness() -> list[CheckedNumber]:
     """The scaled frequency of a cantilever does not change from t/a = 1e-2 to 1e-4: no locking."""
     found = []
     for kind, cells in REGULAR.items():
@@ -307,6 +307,6 @@ def breathing(cells: int) -> float:
     group="vibration",
     source="closed formula omega = sqrt(E/rho)/R of a thin ring",
 )
-def breathing_ring() -> list[Quantity]:
+def breathing_ring() -> list[CheckedNumber]:
     """A thin ring of curved ANCF cells breathes with omega = sqrt(E/rho)/R, up to (width/R)^2/12."""
-    return [Quantity("omega", float(np.sqrt(70e9 / 2700.0)), breathing(48), 2e-5, "rad/s")]
+    return [CheckedNumber("omega", float(np.sqrt(70e9 / 2700.0)), breathing(48), 2e-5, "rad/s")]
