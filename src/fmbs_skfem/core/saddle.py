@@ -140,6 +140,12 @@ def inverse(A: Array) -> Callable[[np.ndarray], np.ndarray] | None:
     return None if found is None else partial(solve, found)
 
 
+def constrained(K: Array, rows: Array) -> Callable[[np.ndarray], np.ndarray] | None:
+    """f (n,) -> the x (n,) of K x + J^T l = f, J x = 0, K (n, n), J (m, n); None where the matrix is singular to the bit."""
+    (m, n), found = rows.shape, inverse(matrix(K, rows))
+    return None if found is None else lambda f: found(np.append(f, np.zeros(m)))[:n]
+
+
 def regular_solution(A: Array, b: np.ndarray) -> np.ndarray | None:
     """A^-1 b (n,) or (n, i); None where a pivot is lost in round-off, as for a body free to move."""
     found = factor(A)

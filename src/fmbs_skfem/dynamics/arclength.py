@@ -28,8 +28,8 @@ from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import without_redundant
 from ..systems.system import System
 from .loading import ramp
-from .scheme import STATIC, Newton, round_off
-from .statics import FLOOR, Equilibrium, march, newton_statics, path, static_failure
+from .scheme import STATIC, Newton
+from .statics import Equilibrium, is_enough, march, newton_statics, path, static_failure, unloaded
 from .trajectory import Trajectory
 
 UNIT = "load factor"
@@ -103,7 +103,7 @@ def follow_path(
         raise InputError(say("arc length", "loads that do not follow a surface", ", ".join(following), "use load steps"))
     system = without_redundant(ramp(system, time))
     problem = PathProblem(compile_system(system), newton or Newton(STATIC), control or ArcLength())
-    found = [Equilibrium(0.0, system.x0, np.zeros(problem.model.constraints), 0)]
+    found = [unloaded(problem.model)]
     try:
         follow(problem, found, progress or (lambda fraction: None))
     except SolverError as error:
@@ -187,8 +187,7 @@ def advance(problem: PathProblem, last: PathPoint, length: float) -> PathPoint:
         if iteration > 1 and not norm < max(before, 1e-6 * scale):
             raise static_failure(problem.model, Reason.DIVERGED, (UNIT, s), R)
         x, multipliers, s = x + step[:n], multipliers + step[n:-1], s + step[-1]
-        close = problem.newton.tolerance * scale * min(1.0, 1e-2 * before / max(norm, 1e-300))
-        if norm <= max(close, FLOOR * round_off(problem.model.system)) and abs(step[-1]) <= SURE:
+        if is_enough(problem.model.system, problem.newton, norm, before) and abs(step[-1]) <= SURE:
             memory = compiled.accepted(problem.model, x, memory=at.memory)
             found = tangent(problem, Equilibrium(float(s), x, multipliers, iteration + 1, memory), ray)
             if problem.measure(last.x, found.x) > np.cos(problem.control.turn):

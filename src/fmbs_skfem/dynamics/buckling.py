@@ -28,7 +28,7 @@ from .loading import INSTANTS, ramp
 from .modes import SMALL, largest_one
 from .scheme import STATIC, Newton
 from .shapes import find_free
-from .statics import Equilibrium, newton_statics
+from .statics import newton_statics, unloaded
 
 FIRST, PROBE = 1e-3, 1e-2  #: loads of the difference quotient: a part of those given, then of those that buckle
 POTENTIAL = 1e-6  #: part of K1 that is not symmetric, on a motion that the joints allow, of loads with a potential
@@ -96,7 +96,7 @@ def uneven_histories(system: System, time: float) -> list[str]:
 def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes:
     """Buckling of a system over the load factor, with K1 from the equilibria at the factors `probe` and -`probe`."""
     system, n = model.system, model.system.size
-    start, sides, states = Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0), [], []
+    start, sides, states = unloaded(model), [], []
     for factor in (probe, -probe):
         loaded = pressure.at_load_factor(model, factor)
         found = newton_statics(loaded, start, Newton(STATIC), factor, "load factor")
@@ -107,11 +107,8 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes
     K0, K1 = 0.5 * (sides[0] + sides[1]), (sides[0] - sides[1]) / (2.0 * probe)
     if not 1 <= count <= n - len(J) - 2:
         raise InputError(say("buckling, count", f"1 to {n - len(J) - 2}", count))
-    if (factors := saddle.factor(saddle.matrix(K0, J))) is None:
+    if (solved := saddle.constrained(K0, J)) is None:
         raise InputError(say("buckling", "a system that its joints hold", "one that is free to move", "hold it by joints"))
-
-    def solved(force: np.ndarray) -> np.ndarray:
-        return saddle.solve(factors, np.append(force, np.zeros(len(J))))[:n]
 
     def product(v: np.ndarray) -> np.ndarray:
         return -solved(K1 @ v)

@@ -27,7 +27,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import spsolve
 
 from ..bodies.laws import Law
 from ..core import direct, krylov, machine_memory, pardiso, supernodes
@@ -38,7 +37,7 @@ from ..core.structs import Callback
 from ..systems import compiled, evaluation, terms
 from ..systems.compiled import Compiled
 from ..systems.evaluation import Space
-from ..systems.system import reads
+from ..systems.system import project, reads
 from . import factors, settling
 from .scheme import Solver
 from .step import Step
@@ -265,9 +264,7 @@ def rigid_motions(model: Compiled) -> np.ndarray:
     dim, q = system.dim, system.lift(system.x0).reshape(-1, system.dim)
     fields = [np.outer(system.unit, axis) for axis in np.eye(dim)]
     spins = [np.cross(axis, np.pad(q, ((0, 0), (0, 3 - dim))))[:, :dim] for axis in np.eye(3)[2 if dim == 2 else 0 :]]
-    B = np.stack([field.ravel() for field in fields + spins], axis=1)
-    lift = csr_array(system.lift.matrix)
-    B = B if lift.shape[0] == lift.shape[1] else spsolve((lift.T @ lift).tocsc(), lift.T @ B)
+    B = project(system.lift.matrix, np.stack([field.ravel() for field in fields + spins], axis=1))
     sizes = np.linalg.norm(B, axis=0)
     moving = sizes > ROUND * sizes.max(initial=0.0)
     return np.asarray(B[:, moving] / sizes[moving])

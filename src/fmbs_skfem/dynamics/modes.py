@@ -22,7 +22,7 @@ from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator
 
 from ..core import ranks, saddle
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.linalg import scaled
+from ..core.linalg import Array, scaled
 from ..core.records import dataclass
 from ..systems import free_motions
 from ..systems.system import System
@@ -88,7 +88,7 @@ def at_most(count: int, possible: int) -> int:
     return min(count, possible)
 
 
-def dense_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def dense_modes(K: Array, M: Array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues and vectors of (K, M) on the null space of independent rows J."""
     Z = ranks.null_space(J)
     squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
@@ -109,13 +109,9 @@ def sparse_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple
 
 def shifted_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int, shift: float) -> tuple[np.ndarray, np.ndarray]:
     """The modes next to a shift below all of them."""
-    n, factors = K.shape[0], saddle.factor(saddle.matrix(K - shift * M, J))
-    if factors is None:
+    n, inverse = K.shape[0], saddle.constrained(K - shift * M, J)
+    if inverse is None:
         raise InputError(say("vibration_modes", "a mass or a stiffness in every direction", "one without both"))
-
-    def inverse(b: np.ndarray) -> np.ndarray:
-        return saddle.solve(factors, np.append(b.ravel(), np.zeros(len(J))))[:n]
-
     start = inverse(M @ np.cos(np.arange(n)))
     squares, vectors = eigsh(
         K, count, M=M, sigma=shift, OPinv=LinearOperator((n, n), matvec=inverse, dtype=float), v0=start, tol=1e-14
@@ -208,13 +204,13 @@ def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray
     """
     M, C, K, J, n = linear.mass, linear.damping, linear.stiffness, linear.rows, len(linear.x)
     z = UPWARD * fastest(linear)
-    factors = saddle.factor(saddle.matrix(K + z * C + z * z * M, J))
-    if factors is None:
+    solved = saddle.constrained(K + z * C + z * z * M, J)
+    if solved is None:
         raise InputError(say("complex_modes", "a mass or a stiffness in every direction", "one without both"))
 
     def inverse(q: np.ndarray) -> np.ndarray:
         a, b = q[:n], q[n:]
-        u = saddle.solve(factors, np.append(-(b + C @ a + z * (M @ a)), np.zeros(len(J))))[:n]
+        u = solved(-(b + C @ a + z * (M @ a)))
         return np.append(u, z * u + a)
 
     def product(q: np.ndarray) -> np.ndarray:

@@ -13,13 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import block_diag, csr_array
-from scipy.sparse.linalg import splu
 
 from ..core import ranks
-from ..core.linalg import as_dense, is_sparse, squares
+from ..core.linalg import as_dense, squares
 from ..core.records import dataclass
 from ..systems import free_motions, mechanism
-from ..systems.system import System
+from ..systems.system import System, project
 from .linear import Linear
 
 UNHELD = 1e-12  #: force on a motion, over the largest of which its stiffness is made, that is round-off
@@ -81,8 +80,7 @@ def find_free(system: System, linear: Linear) -> Free:
     if len(base.unit) * base.dim != len(q):
         return Free(np.zeros((system.size, 0)), ())
     B = as_dense(csr_array(block_diag(mechanism.motions(base, q))))
-    X = splu(csr_array(T.T @ T).tocsc()).solve(T.T @ B) if is_sparse(T) else np.linalg.lstsq(T, B, rcond=None)[0]
-    Z = np.eye(B.shape[1])
+    X, Z = project(T, B), np.eye(B.shape[1])
     for part, size, noise in (
         (block_diag(mechanism.idle(base)).toarray(), 0.0, 0.0),
         (T @ X - B, np.abs(B), ranks.EXACT),

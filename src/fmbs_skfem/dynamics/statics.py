@@ -8,6 +8,7 @@ What grows with the load factor s and what follows its history: `loading`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -49,6 +50,11 @@ class Equilibrium:
     memory: np.ndarray | None = None  #: (l,) what forces keep of it; None: nothing but what they start with
 
 
+def unloaded(model: Compiled) -> Equilibrium:
+    """The reference, where load steps start."""
+    return Equilibrium(0.0, model.system.x0, np.zeros(model.constraints), 0)
+
+
 def solve_statics(
     system: System,
     steps: int = 10,
@@ -72,7 +78,8 @@ def solve_statics(
     def solve(factor: float, last: Equilibrium) -> Equilibrium:
         return newton_statics(pressure.at_load_factor(model, factor), last, newton, factor, "load factor")
 
-    start = Equilibrium(0.0, system.x0 if begin is None else begin, np.zeros(model.constraints), 0)
+    start = unloaded(model)
+    start = start if begin is None else replace(start, x=begin)
     return reach_targets(system, solve, start, np.arange(1, steps + 1) / steps, progress)
 
 
@@ -92,7 +99,7 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
         finite_signals(system, np.array([time]))
         return newton_statics(model, last, newton, time, "time [s]")
 
-    start = solve(targets[0], Equilibrium(0.0, system.x0, np.zeros(model.constraints), 0))
+    start = solve(targets[0], unloaded(model))
     return reach_targets(system, solve, start, targets[1:])
 
 
@@ -199,10 +206,15 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
         reach = min(2.0 * reach, FAR * model.system.scale) if norm < last else max(0.5 * reach, NEAR * model.system.scale)
         short = min(1.0, reach / max(norm, 1e-300))
         x, multipliers = x - short * step[:n], multipliers - short * step[n:]
-        enough = newton.tolerance * model.system.scale * min(1.0, last / max(norm, 1e-300) * 1e-2)
-        if norm <= max(enough, FLOOR * round_off(model.system)):
+        if is_enough(model.system, newton, norm, last):
             return Equilibrium(time, x, multipliers, iteration + 1, compiled.accepted(model, x, memory=memory))
     raise static_failure(model, Reason.NOT_CONVERGED, place, R)
+
+
+def is_enough(system: System, newton: Newton, norm: float, last: float) -> bool:
+    """Whether a correction of size `norm` [m] after one of size `last` ends the iteration: the faster it contracts, the earlier."""
+    enough = newton.tolerance * system.scale * min(1.0, 1e-2 * last / max(norm, 1e-300))
+    return norm <= max(enough, FLOOR * round_off(system))
 
 
 def correction(model: Compiled, K: csr_array, J: np.ndarray, R: np.ndarray) -> np.ndarray | None:

@@ -15,12 +15,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import block_diag, eigh
+from scipy.linalg import block_diag
 from scipy.sparse import csr_array
 
 from ..bodies.body import Cells
-from ..core import ranks
 from ..core.errors import InputError, say
+from ..dynamics.modes import dense_modes
 from ..systems.assembly import constraints, terms_of
 from ..systems.places import TermCollector
 from ..systems.system import Affine, System, change_coordinates
@@ -88,9 +88,7 @@ def bending_modes(
     local = np.einsum("pbe,pde,pe->ebd", cells.table[1], cells.table[1], cells.section[1] * cells.section[3])
     K = np.zeros_like(mass)
     np.add.at(K, (nodes.T[:, :, None], nodes.T[:, None, :]), local)
-    Z = ranks.null_space(start)
-    squares, vectors = eigh(Z.T @ K @ Z, Z.T @ mass @ Z, subset_by_index=[0, min(count, Z.shape[1]) - 1])
-    return squares, Z @ vectors
+    return dense_modes(K, mass, start, min(count, len(K) - len(start)))
 
 
 def frame_rows(terms: TermCollector, name: str, e: int, dim: int, modes: int) -> None:

@@ -38,6 +38,7 @@ from ..systems.system import (
     keep_constraints,
     linear_part,
     loose_rows,
+    project,
     sizes,
 )
 from . import invariant as vectors
@@ -205,7 +206,7 @@ def clean_diagonal(A: Matrix) -> Matrix:
 
 def projected(system: System, q: np.ndarray) -> np.ndarray:
     """Unknowns x (s, n) of a reduced system with the least |V x + qbar - q| for body coordinates (s, q)."""
-    return np.ascontiguousarray(np.linalg.lstsq(np.asarray(system.lift.matrix), (q - system.lift.offset).T, rcond=None)[0].T)
+    return np.ascontiguousarray(project(system.lift.matrix, (q - system.lift.offset).T).T)
 
 
 def block_basis(

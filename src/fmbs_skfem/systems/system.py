@@ -370,11 +370,11 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
 
 
 def project(V: Matrix, x: np.ndarray) -> np.ndarray:
-    """The z (r,) for which V z is nearest to x (n,), V (n, r) of full rank."""
+    """The z (r,) or (r, i) for which V z is nearest to x (n,) or columns x (n, i), V (n, r) of full rank."""
     if (kept := chosen(V)) is not None:
         return np.asarray(x[kept])
     if not isinstance(V, np.ndarray):
-        return np.asarray(spsolve((V.T @ V).tocsc(), V.T @ x)).reshape(V.shape[1])
+        return np.asarray(spsolve((V.T @ V).tocsc(), V.T @ x)).reshape(V.shape[1], *x.shape[1:])
     return np.linalg.lstsq(V, x, rcond=None)[0]
 
 
