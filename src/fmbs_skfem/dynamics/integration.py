@@ -20,6 +20,7 @@ from . import departures, rest, stepping
 from .checkpoint import Record, Resumed
 from .dividing import HALVINGS, divided
 from .events import Watch, open_at_start
+from .fast_wheels import warn_of_fast_wheels
 from .feed import Feed
 from .histories import (
     leading_signals,
@@ -82,6 +83,7 @@ def integrate(
         warn_of_drives_that_jump(plain, scheme.step, steps)
         if not warn_of_jumps(run.model, motion, scheme.step):
             warn_of_tilts(motion)
+        warn_of_fast_wheels(run.model, motion, scheme.step)
         tell_cost(before, forces.cost_of(run.model.forces), motion.statistics)
         for text in (*responses.beyond(run.model, run.step.state.memory), unstable_loop(run)):
             if text:
