@@ -221,8 +221,7 @@ def cable(
     space = line.Hermite(breaks) if ancf else line.uniform(breaks, degree, continuity)
     reference = line.fit(space, curve)
     data = section.stiffness(material)
-    where = {int(node): float(xi) for node, xi in zip(order, breaks, strict=True)}
-    places = {key: where[int(ids[0])] for key, ids in mesh.point_groups.items() if len(ids) == 1 and int(ids[0]) in where}
+    places = curves.named_points(mesh, order, breaks)
     points, numbers = points or order_of(space), numbers or {}
     require_line_law(name, law, dim, numbers)
     made = partial(cable_numbers, space, reference, data, law, numbers, points)
@@ -381,9 +380,9 @@ def arc_lengths(body: Body) -> tuple[np.ndarray, np.ndarray]:
     return fine, np.append(0.0, np.cumsum(np.diff(fine) * (speed[1:] + 4 * middle + speed[:-1]) / 6))
 
 
-def reference_at(body: Body, place: str | float, derivative: int = 0) -> np.ndarray:
-    """Position or vector (c,) at a place in the reference, as of `locate` and `probe`."""
-    return np.asarray(probe(body, locate(body, place), derivative) @ body.reference)[0]
+def reference_at(body: Body, place: str | float) -> np.ndarray:
+    """Position (c,) of a place in the reference [m], as of `locate`."""
+    return np.asarray(probe(body, locate(body, place)) @ body.reference)[0]
 
 
 def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:

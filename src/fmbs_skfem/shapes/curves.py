@@ -17,7 +17,7 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.records import dataclass
 from . import meshes
-from .table import Curve, Floats, inside
+from .table import Curve, Floats, Ints, inside
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -105,6 +105,12 @@ def _check_corners(directions: Floats) -> None:
         notify(f"curves.through: {angle} and the spline rounds it; make two bodies joined by a weld to keep the corner")
 
 
+def named_points(mesh: meshes.LineMesh, order: Ints, breaks: Floats) -> dict[str, float]:
+    """Where the named points of a mesh are on the curve through its nodes `order` (i,), which has them at `breaks` (i,)."""
+    where = {int(node): float(xi) for node, xi in zip(order, breaks, strict=True)}
+    return {name: where[int(ids[0])] for name, ids in mesh.point_groups.items() if len(ids) == 1 and int(ids[0]) in where}
+
+
 def remesh(mesh: meshes.LineMesh, group: str | None, cells: int | None = None, refine: int = 1) -> meshes.LineMesh:
     """One body of a mesh with other cells: `cells` of equal length, or every cell split into `refine`.
 
@@ -113,8 +119,7 @@ def remesh(mesh: meshes.LineMesh, group: str | None, cells: int | None = None, r
     """
     order = meshes.chain(mesh, group)
     breaks, curve = through(mesh.points[order])
-    where = {int(node): float(xi) for node, xi in zip(order, breaks, strict=True)}
-    names = {name: where[int(ids[0])] for name, ids in mesh.point_groups.items() if len(ids) == 1 and int(ids[0]) in where}
+    names = named_points(mesh, order, breaks)
     if cells is None:
         steps = np.arange(refine) / refine
         cuts = np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * steps).ravel(), breaks[-1])

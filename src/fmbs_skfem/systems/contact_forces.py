@@ -22,7 +22,7 @@ from ..core.records import dataclass
 from ..core.structs import IntegerMatrix, Integers, Matrix, Vector, opener, routine
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import forces, kernels
-from .contact_law import BEFORE, LAW, MU, POWER, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, resist, stored
+from .contact_law import BEFORE, MU, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, require_law, resist, stored
 from .contact_shapes import HEIGHTS, NUMBERS, clearance, measure
 from .evaluation import evaluation
 from .forces import Force, ForceRoutines, Place
@@ -64,9 +64,7 @@ def check_contact(term: ContactForces, name: str, sizes: Sizes) -> None:
     require(dim in (2, 3) and len(term.placed) == 1 + dim, f"{name}.placed", "an origin and axes", term.placed.shape)
     require(wide in (dim, dim * (1 + dim)), f"{name}.rows", "rows of a point, or of that and axes", wide)
     require(carried in (0, dim, dim * (1 + dim)), f"{name}.frame", "rows of an origin, or of that and axes", carried)
-    require(len(term.law) == len(LAW), f"{name}.law", f"{len(LAW)} numbers", len(term.law))
-    sound = len(term.power) == len(POWER) and term.power[0] >= 1.0 and term.power[1] > 0.0
-    require(sound, f"{name}.power", "an exponent from 1 on, and a depth", term.power)
+    require_law(term.law, term.power, name)
     known = NUMBERS[dim].get(term.shape)
     require(len(term.sizes) == known, f"{name}.sizes", "a known shape with its sizes", f"{term.shape} with {len(term.sizes)}")
     enough = term.shape != HEIGHTS or min(term.heights.shape[: dim - 1]) > 1
@@ -249,21 +247,14 @@ def asleep(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> bool:
 @jit
 def look_around(table: Any, F: Any, k: int, y: np.ndarray, w: np.ndarray) -> None:
     """Fill the room of a point with rows y whose place is w[0]."""
-    E, dim, square, sums, far = evaluation(table), F.placed.shape[1], 0.0, 0.0, 0.0
-    P, room, first = E.arrays.probes, E.space.room, F.room + SEEN * k
+    E, dim, far = evaluation(table), F.placed.shape[1], 0.0
+    room, first = E.space.room, F.room + SEEN * k
     for c in range(dim):
         far += (y[c] - component(F, y, -1, c)) ** 2
     room[first] = clearance(F.shape, F.sizes, F.heights, dim, w[0], w[1]) - F.radius[k]
     room[first + 1] = np.sqrt(far)
-    if room[first + 2] > 0.0:
-        return
-    for c in range(dim):
-        total, i = 0.0, F.rows[k, c]
-        for p in range(P.indptr[i], P.indptr[i + 1]):
-            square += P.data[p] * P.data[p]
-            total += abs(P.data[p])
-        sums += total * total
-    room[first + 2], room[first + 3] = np.sqrt(square), np.sqrt(sums)
+    if not room[first + 2] > 0.0:
+        room[first + 2], room[first + 3] = kernels.row_sizes(E.arrays.probes, F.rows[k], 0, dim)
 
 
 @routine

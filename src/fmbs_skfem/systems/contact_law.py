@@ -21,6 +21,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..core.jit import jit
+from ..core.validation import require
 from .one_sided import closing, keeps, kept, lift, ramp, touch
 
 Scalar: TypeAlias = Any  #: a real or a complex number
@@ -30,6 +31,13 @@ UNKNOWN = -1.0  #: normal force of a point whose last state is not known
 LAW = ("stiffness", "damping", "dissipation", "smoothing", "cut", "friction", "sticking", "sticking_damping")
 POWER = ("exponent", "depth")  #: p and d [m], which stand behind
 K, C, LAMBDA, E, CUT, MU, KT, CT, P, D = range(len(LAW) + len(POWER))
+
+
+def require_law(law: np.ndarray, power: np.ndarray, name: str) -> None:
+    """Refuse numbers of the law that compiled code would read without looking."""
+    require(len(law) == len(LAW), f"{name}.law", f"{len(LAW)} numbers", len(law))
+    sound = len(power) == len(POWER) and power[0] >= 1.0 and power[1] > 0.0
+    require(sound, f"{name}.power", "an exponent from 1 on, and a depth", power)
 
 
 @jit

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.jit import jit
 from ..core.structs import routine
-from . import forces
+from . import forces, kernels
 from .contact_curves import correction, find_chord, piece, shares, trace
 from .contact_law import STEP, UNKNOWN, E, K, harden, stored
 from .contact_pairs import (
@@ -138,14 +138,8 @@ def find_ways(table: Any, F: Any, first: int, spans: np.ndarray) -> tuple[float,
     """Bounds of the way of a curve a unit of |dx| and of max |dx_n|: those of its nodes and 8 / 27 of those of its tangents."""
     P, dim, way, most = evaluation(table).arrays.probes, F.dim, np.zeros(2), np.zeros((2, 2))
     for j in range(2 * (len(spans) + 1)):
-        square, sums = 0.0, 0.0
-        for c in range(dim):
-            total, i = 0.0, F.rows[first + dim * j + c]
-            for p in range(P.indptr[i], P.indptr[i + 1]):
-                square += P.data[p] * P.data[p]
-                total += abs(P.data[p])
-            sums += total * total
-        most[j % 2, 0], most[j % 2, 1] = max(most[j % 2, 0], np.sqrt(square)), max(most[j % 2, 1], np.sqrt(sums))
+        of_x, of_largest = kernels.row_sizes(P, F.rows, first + dim * j, dim)
+        most[j % 2, 0], most[j % 2, 1] = max(most[j % 2, 0], of_x), max(most[j % 2, 1], of_largest)
     longest_span = spans.max()
     for i in range(2):
         way[i] = most[0, i] + 8.0 / 27.0 * longest_span * most[1, i]

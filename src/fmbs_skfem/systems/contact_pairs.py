@@ -39,7 +39,7 @@ from ..core.structs import Integers, Matrix, Vector, opener
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import kernels
 from .contact_curves import bulge, find_chord, longest, meet_curves, piece, shares, trace
-from .contact_law import BEFORE, LAW, MU, POWER, Scalar, normal_force, resist, size
+from .contact_law import BEFORE, MU, Scalar, normal_force, require_law, resist, size
 from .evaluation import evaluation
 from .forces import Place
 
@@ -90,9 +90,7 @@ def check_beams(term: BeamContacts, name: str, sizes: Sizes) -> None:
     require(min(pieces) > 0, f"{name}.spans", "a piece or more of both beams", pieces)
     require(len(term.rows) == 2 * term.dim * (sum(pieces) + 2), f"{name}.rows", "rows of all nodes", len(term.rows))
     require(len(term.radii) == 2, f"{name}.radii", "two radii", len(term.radii))
-    require(len(term.law) == len(LAW), f"{name}.law", f"{len(LAW)} numbers", len(term.law))
-    sound = len(term.power) == len(POWER) and term.power[0] >= 1.0 and term.power[1] > 0.0
-    require(sound, f"{name}.power", "an exponent from 1 on, and a depth", term.power)
+    require_law(term.law, term.power, name)
     require(term.limits.shape == (pieces[0] + 1, 2), f"{name}.limits", "two of every node", term.limits.shape)
     require(len(term.weights) == pieces[0] + 1, f"{name}.weights", "one of every node", len(term.weights))
     between = bool(np.all((term.limits >= 0.0) & (term.limits <= pieces[1])))

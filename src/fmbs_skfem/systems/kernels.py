@@ -107,6 +107,19 @@ def row_value(A: Csr, i: int, x: np.ndarray) -> float:
     return total
 
 
+@jit
+def row_sizes(A: Csr, rows: np.ndarray, first: int, count: int) -> tuple[float, float]:
+    """Bounds of |A x| a unit of |x|, and of max |x_n|, for `count` of some rows of A from `first` on."""
+    squares, sums = 0.0, 0.0
+    for c in range(first, first + count):
+        total = 0.0
+        for p in range(A.indptr[rows[c]], A.indptr[rows[c] + 1]):
+            squares += A.data[p] * A.data[p]
+            total += abs(A.data[p])
+        sums += total * total
+    return np.sqrt(squares), np.sqrt(sums)
+
+
 @summing
 def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
     """y += factor A x."""
