@@ -14,12 +14,11 @@ from ..core.records import dataclass
 from ..dynamics.missing_shapes import tell_unknown, too_strong, warn_of_missing
 from . import build
 from .analyses import Form, States, StateTable, Work, motion_only
+from .vibration import LANCZOS
 from .yamlfile import Oddity, where
 
 if TYPE_CHECKING:
     from .schema import Scene
-
-LANCZOS = 60.0  #: solutions of an eigenproblem, usually
 
 
 @dataclass(frozen=True, kw_only=True)
