@@ -95,6 +95,16 @@ def test_full_models_converge_with_the_mesh_and_the_step(small: Comparison) -> N
     assert small["step-1e-3"].position_error == pytest.approx(4 * small["step-2.5e-4"].position_error, rel=0.3)
 
 
+def test_steps_that_meet_few_states_are_refused() -> None:
+    """0.333 ms meets steps of 0.5 ms at multiples of 166.5 ms alone: an error at t = 0 and four later instants is none."""
+    task = task_for(models.double_pendulum(4, all_multipliers=True), 0.8, Plan(COMPONENTS, 1e-9))
+    with pytest.raises(
+        InputError,
+        match=r"steps: expected a step that meets at least 20 of the .* stored states .*, got 0.000333 s, which meets 5;",
+    ):
+        comparison.run(task, ComparisonOptions(steps=(1e-3, 3.33e-4)))
+
+
 def test_time_error_is_second_order(small: Comparison) -> None:
     found = small.time_error
     assert found.order == pytest.approx(2.0, abs=0.2)

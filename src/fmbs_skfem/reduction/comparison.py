@@ -20,7 +20,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from ..core.errors import FmbsError
+from ..core.errors import FmbsError, InputError, say
 from ..core.notices import Progress
 from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
@@ -40,6 +40,7 @@ from .runs import TimeError, common_steps, kept_steps, run_fastest, run_other_st
 from .sampling import Elements, Points
 
 LEVELS = ("system", "component")
+FEW = 20  #: stored states at which models are compared, at least, or all
 FULL = ("full", "coarse", "step")  #: families of full models
 
 
@@ -163,6 +164,7 @@ def run(
     """
     raw = task.family({})
     own, kept, h = replace(raw, system=task.form(raw.system)), kept_steps(raw, task.interval), raw.scheme.step
+    check_steps(options.steps, h, kept)
     sharp = replace(own, newton=newton_for(own.newton, min((task.plan.tolerance, *options.tolerances))))
     cases.run(replace(own, duration=2 * h))  # compiles, so that no run is charged for it
     full = run_fastest(sharp, kept, options.repeat if sharp == own else 1)
@@ -251,6 +253,15 @@ def compile_training(task: TrainingTask, reduction: TrainedReduction) -> None:
     rough = reduced_models.hyper_reduce(replace(reduction, runs=few), Elements(0.5))
     case = reduced_models.finish(task, rough).cases({})
     cases.run(replace(case, duration=2 * case.scheme.step))
+
+
+def check_steps(steps: Sequence[float], h: float, kept: np.ndarray) -> None:
+    """Refuse other steps that meet the stored states of the full run at few instants: their errors would be those of few states."""
+    for step in steps:
+        if (common := len(common_steps(step, h, kept))) < min(FEW, len(kept)):
+            expected = f"a step that meets at least {min(FEW, len(kept))} of the {len(kept)} stored states of the full model"
+            remedy = f"take {h:g} s times or over a whole number, or {h:g} s times a simple fraction"
+            raise InputError(say("compare: steps", expected, f"{step:g} s, which meets {common}", remedy))
 
 
 def competitors(
