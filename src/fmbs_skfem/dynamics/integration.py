@@ -146,7 +146,7 @@ def begun(
 ) -> OpenRun:
     """A run at its start, or where it was left; a live one takes its inputs from outside."""
     at_rest = scheme.start == "equilibrium" and resume is None
-    x, v, memory = rest.in_equilibrium(system, newton) if at_rest else rest.in_reference(system)
+    x, v, memory = rest.in_equilibrium(system, newton) if at_rest else (system.x0, system.v0, None)
     facing = live or system.triggers or any(isinstance(one, Controlled) for one in system.signals)
     feed = Feed(system := with_locks(system), scheme) if facing else None
     model = compile_system(system)

@@ -35,11 +35,6 @@ class Rest(NamedTuple):
     memory: np.ndarray | None  #: (l,) what forces keep, such as turns of springs; None for what they start with
 
 
-def in_reference(system: System) -> Rest:
-    """The start that a system states, x0 and v0."""
-    return Rest(system.x0, system.v0, None)
-
-
 def in_equilibrium(system: System, newton: Newton) -> Rest:
     """The equilibrium of `solve_statics` at t = 0, and the initial velocities there.
 
