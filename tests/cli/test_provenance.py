@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
+from fmbs_skfem import scenes
 from fmbs_skfem.reduction import files, parametric_model
 from fmbs_skfem.studies import reports
 
@@ -92,6 +93,19 @@ def test_every_report_says_where_its_numbers_come_from(name: str, folder: Path, 
     assert (found["scene"] is None) == (found["file"] is None) == (not any(path.endswith(".yaml") for path in read))
     if name != "no start":
         assert fmbs("check", name).code == 0
+
+
+def test_a_run_with_another_table_is_another_run(tmp_path: Path) -> None:
+    """Files of tables count as meshes do: a sweep would go on with samples of two loads."""
+    path = scene(tmp_path, test_failures.SHORT, "push(t)")
+    path.write_text(f"{path.read_text()}tables: {{push: {{file: push.csv}}}}\n")
+    marks = []
+    for last in (1, 2):
+        (tmp_path / "push.csv").write_text(f"time [s], push\n0, 0\n100, {last}\n")
+        read = scenes.read(path)
+        marks.append(reports.fingerprint(read))
+        assert {place.name for place in reports.scene_files(read)} == {"cantilever.yaml", "beam_20.msh", "push.csv"}
+    assert marks[0] != marks[1]
 
 
 def test_saved_models_say_where_their_numbers_come_from(folder: Path) -> None:

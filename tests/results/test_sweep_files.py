@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +19,8 @@ import pytest
 from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.reduction.members import Record, Result, Status
+from fmbs_skfem.reduction import members
+from fmbs_skfem.reduction.members import Member, Record, Result, Status
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import sweep_files
 
@@ -153,6 +155,19 @@ def test_members_without_an_end_of_their_own_are_missing(tmp_path: Path) -> None
     for k, status in enumerate(ends):
         sweep_files.write(tmp_path, replace(record(k), status=status))
     assert sorted(sweep_files.read_settled(tmp_path, POINTS, ("E", "d", "n"))) == [0, 2]
+
+
+def exhaust(values: Mapping[str, float]) -> Result:
+    """More than the addresses of a process: 1 EiB."""
+    raise AssertionError(np.empty(1 << 60, dtype=np.int8))
+
+
+def test_a_member_without_memory_is_missing(tmp_path: Path) -> None:
+    found = members.run_member(exhaust, Member(0, record(0).values), None)
+    assert (found.status, found.reason) == (Status.FAILED, "out of memory")
+    assert "Unable to allocate" in found.message
+    sweep_files.write(tmp_path, found)
+    assert sweep_files.read_settled(tmp_path, POINTS, ("E", "d", "n")) == {}
 
 
 def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:

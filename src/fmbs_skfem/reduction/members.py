@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 INSTANTS = 601  #: of the histories that a member leaves, at most
 NUMBERS = 4_000_000  #: most numbers of states of a member, so that extremes are those of as many steps
 OUTSIDE = "parts outside training"  #: of the numbers of a member
+MEMORY = "out of memory"  #: why a member failed
 NEAR = 1e-6  #: part of a step that is round-off
 
 
@@ -46,11 +47,6 @@ class Status(Enum):
     FAILED = "failed"
     TIMEOUT = "timeout"
     KILLED = "killed"
-
-    @property
-    def final(self) -> bool:
-        """Whether the same member ends alike in another try, with more time or memory."""
-        return self in (Status.OK, Status.FAILED)
 
 
 @dataclass(frozen=True)
@@ -89,6 +85,11 @@ class Record:
     wall_s: float = 0.0
     result: Result | None = None
     notices: tuple[str, ...] = ()
+
+    @property
+    def final(self) -> bool:
+        """Whether the same member ends alike in another try, with more time or memory."""
+        return self.status is Status.OK or (self.status is Status.FAILED and self.reason != MEMORY)
 
 
 Work: TypeAlias = Callable[[Mapping[str, float]], Result]
@@ -163,6 +164,8 @@ def name_error(error: BaseException) -> str:
     """What kind of error, in a word or two."""
     if isinstance(error, SolverError):
         return error.reason.name.lower().replace("_", " ")
+    if isinstance(error, MemoryError):
+        return MEMORY
     return "bad input" if isinstance(error, InputError) else type(error).__name__
 
 

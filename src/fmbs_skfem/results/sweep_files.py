@@ -93,7 +93,7 @@ def read_first(place: Path) -> Record:
 def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict[int, Record]:
     """Records of the members at `points` that can be read, by number; others count as missing, with a warning.
 
-    Those that took too long, or whose process ended, are missing as well.
+    Those that took too long or too much memory, or whose process ended, are missing as well.
     """
     found: dict[int, Record] = {}
     for number, row in enumerate(points):
@@ -106,7 +106,7 @@ def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict
             notify(f"{problem}; the sample counts as missing")
             continue
         if record.values == dict(zip(names, row.tolist(), strict=True)):
-            if record.status.final:
+            if record.final:
                 found[number] = record
         else:
             notify(f"{place}: a record of another sample; the sample counts as missing")

@@ -121,7 +121,7 @@ def dumps(value: Any) -> str:
 
 
 def fingerprint(scene: Scene) -> str:
-    """Hash of the scene with its parameters and of the mesh files it reads; equal for runs that compute the same."""
+    """Hash of the scene with its parameters and of the files it reads; equal for runs that compute the same."""
     kind, word = type(scene.analysis).__name__, scene.analysis.word
     analysis = f"{kind}(type={word!r}, {repr(scene.analysis).removeprefix(f'{kind}(')}"
     digest = hashlib.sha256(f"({sorted(scene.parameters.items())!r}, {analysis})".encode())
@@ -139,11 +139,11 @@ def hash_of_code(scene: Scene) -> str:
 
 
 def scene_files(scene: Scene) -> list[Path]:
-    """The file of a scene and the mesh, surface and Python files it reads, each once."""
+    """The file of a scene and the mesh, surface, Python and table files it reads, each once."""
     from ..shapes import meshes
 
     names = {name for body in scene.bodies.values() for name in body.files().values()}
-    names |= set(scene.extensions or ())
+    names |= {*(scene.extensions or ()), *(table.file for table in scene.tables.values())}
     read = [meshes.path(name, scene.folder, allow_outside=True) for name in sorted(names)]
     return [path.absolute() for path in ([scene.path] if scene.path else []) + read]
 
