@@ -65,10 +65,13 @@ def observed(dim: int) -> dict[str, probes.Probe]:
         "angle": probes.Angle(A1, axis),
         "spin": probes.AngularVelocity(B1, axis),
         "bend": probes.Deflection(B1, A1),
+        "far": probes.Distance(B1, BOB),
+        "near": probes.Distance(A1, (0.3, 0.4, 0.5)[:dim]),
     }
 
 
 WHOLE = "k*(tip.x + tip.y**2) - c*tip.vx*high + high.rate*speed.y + sin(angle) + angle.rate*slope.x + spin*slope.vy + bend**2 + t"
+WHOLE += " + far*near.rate + near*far.rate"
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -92,6 +95,7 @@ def test_every_output_is_a_variable(dim: int) -> None:
     expected = 2.0 * (o["tip_x"] + o["tip_y"] ** 2) - 0.3 * row["tip"][:, 0] * o["high"] + row["high"][:, 0] * o["speed_y"]
     turn = (arm[:, 0] * row["angle"][:, 1] - arm[:, 1] * row["angle"][:, 0]) / np.sum(arm**2, axis=1)
     expected = expected + np.sin(o["angle"]) + turn * o["slope_x"] + o["spin"] * row["slope"][:, 1] + o["bend"] ** 2 + t
+    expected = expected + o["far"] * o["near_rate"] + o["near"] * o["far_rate"]
     assert_allclose(o["f_force"], expected, atol=1e-9)
 
 

@@ -200,7 +200,11 @@ def swinging(dim: int) -> System:
         [beam],
         [joints.Pin("pin", At("beam", "left"))],
         [loads.Gravity((0.0, -9.81, 0.0)[:dim]), *springs],
-        outputs={"tip": probes.Position(tip), **{one.name: gauges.LoadState(one.name) for one in springs}},
+        outputs={
+            "tip": probes.Position(tip),
+            "far": probes.Distance(tip, springs[0].to),
+            **{one.name: gauges.LoadState(one.name) for one in springs},
+        },
         initial={"beam": Motion(angular_velocity=3.0 if dim == 2 else (0.0, 0.3, 3.0))},
     )
 
@@ -215,6 +219,47 @@ def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> Non
         for name in expected:
             part = 2e-2 if name.endswith("_rate") else 4e-3  # the fastest axial waves are left out of the basis
             assert_allclose(found[name], expected[name], atol=part * max(float(np.abs(expected[name]).max()), 0.1))
+
+
+@pytest.mark.parametrize("far", [0.0, 1e4])
+def test_distances(far: float) -> None:
+    """Of two points that fly apart, of one from a fixed point that it passes, and of two that stay at one point: exact motions."""
+    places = {"ball": (far, far + 3.0), "other": (far + 4.0, far)}
+    ball, other = (At(name, "center") for name in places)
+    system = assemble(
+        [point_mass(name, 1.0, np.array(place)) for name, place in places.items()]
+        + [point_mass("twin", 2.0, np.array(places["ball"]))],
+        outputs={
+            "apart": probes.Distance(ball, other),
+            "back": probes.Distance(other, ball),
+            "fixed": probes.Distance(ball, (far + 1.0, far + 3.0)),
+            "none": probes.Distance(ball, At("twin", "center")),
+        },
+        initial={name: Motion(velocity=(2.0 if name != "other" else 0.0, 0.0)) for name in ("ball", "other", "twin")},
+    )
+    motion = integrate(system, GeneralizedAlpha(0.1), 1.0, TIGHT)
+    t, found = motion.times, outputs(motion)
+    apart = np.hypot(4.0 - 2.0 * t, 3.0)
+    assert_allclose(found["apart"], apart, rtol=1e-11)
+    assert_allclose(found["apart_rate"], -2.0 * (4.0 - 2.0 * t) / apart, atol=1e-11)
+    assert_allclose(found["back"], found["apart"], rtol=1e-14)
+    before = np.abs(1.0 - 2.0 * t) > 1e-6
+    assert_allclose(found["fixed"], np.abs(1.0 - 2.0 * t), atol=1e-11)
+    assert_allclose(found["fixed_rate"][before], -2.0 * np.sign(1.0 - 2.0 * t)[before], atol=1e-11)
+    assert np.abs(found["none"]).max() < 1e-11
+    assert np.isfinite(found["none_rate"]).all()
+
+
+def test_a_distance_is_that_of_a_spring() -> None:
+    found = outputs(integrate(eliminate(swinging(3)), GeneralizedAlpha(1e-3), 0.05, TIGHT))
+    assert_allclose(found["far"] - 0.2, found["spring_stretch"], atol=1e-13)
+    assert_allclose(found["far_rate"], found["spring_rate"], atol=1e-12)
+
+
+@pytest.mark.parametrize("to, expected", [(B1, "another place"), (None, "a place or the coordinates of a fixed point")])
+def test_distances_to_nothing(to: Any, expected: str) -> None:
+    with pytest.raises(InputError, match=expected):
+        assemble(beams(2), outputs={"d": probes.Distance(B1, to)})
 
 
 def test_pictures_show_them_between_their_places() -> None:

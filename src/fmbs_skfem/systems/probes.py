@@ -20,7 +20,7 @@ from ..core.problems import Problem
 from ..core.records import dataclass
 from . import fields, resultants
 from .angles import angle_and_rates, continuous
-from .constraint_functions import AXES, arm, needs_axis, unit
+from .constraint_functions import AXES, arm, needs_axis, needs_other_side, unit
 from .own_symbols import norm, turned
 from .places import Draft
 from .surface_points import counts, recovered, surface_point
@@ -379,6 +379,50 @@ class Deflection(Probe):
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
         return 3 * dim, 1, 0
+
+
+@dataclass(frozen=True)
+class Distance(Probe):
+    """Distance [m] between two places, or a place and a fixed point, and its rate [m/s], in the columns NAME and NAME_rate.
+
+    At a distance of 0 it has no direction, and its rate is 0.
+
+    {type: distance, at: beam.right, to: [1 m, 0.3 m]}
+    """
+
+    at: fields.Place
+    to: fields.OtherEnd
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from needs_other_side(self.to)
+        if self.to == self.at:
+            yield "to", Problem("another place than `at`", "the same")
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        rows, offset = draft.layout.apart(f"output '{name}'", self.at, self.to)
+        first = draft.sensors.add(rows, offset - rows @ draft.layout.shift)  # sensors count from the origin of the scene
+        return Output(self.word, tuple(range(first, first + len(offset))), (name, f"{name}_rate"))
+
+    def variables(self, dim: int) -> Mapping[str, str]:
+        return {"": "m", "rate": "m/s"}
+
+    @staticmethod
+    def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
+        return [norm(y), y.dot(v) / norm(y)]
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
+        length = np.linalg.norm(sensed.values, axis=1)
+        along = sensed.values / np.maximum(length, np.finfo(float).tiny)[:, None]
+        return [length, np.sum(along * sensed.rates, axis=1)]
+
+    @classmethod
+    def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        return "m", "m/s"
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        return dim, 2, 0
 
 
 @dataclass(frozen=True)
