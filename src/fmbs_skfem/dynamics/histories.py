@@ -22,7 +22,9 @@ from .trajectory import Trajectory
 INSIDE = 4  #: instants inside of a step at which histories are looked at
 MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone, above which a warning is shown
 AT_ONCE = 10_000  #: steps
-LEAP = 1e-3, 10.0  #: what a drive changes in a step, of its range and of the change in the steps beside, above which it jumps
+#: what a drive changes in a step, of its range and of the change in the steps beside, above which it jumps; its rate alike
+LEAP = 1e-3, 10.0
+CORNER = 5  #: steps of which the rates are compared
 TILT = 0.1  #: of the place of a torque out of the plane of its angle, above which a warning is shown [rad]
 ROWS_OF_ANGLES = {"torque": 2, "torsion_spring": 2, "torque in space": 9}  #: of coordinates and laws about axes in space
 
@@ -106,20 +108,23 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
 
 
 def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:
-    """A warning where a function of time that drives a joint jumps from one step [s] to the next: the force there is an impulse.
+    """A warning where a function of time that drives a joint, or its rate, jumps from one step [s] to the next: an impulse.
 
-    A joint that jumps by u moves a mass with m u / h^2, which no smaller step makes right.
+    A joint that jumps by u moves a mass with m u / h^2, and one whose rate jumps by w with m w / h, which no smaller step makes
+    right. A corner between two steps shows in the second differences of both.
     """
     times, driven = step * np.arange(steps + 1), {signal for _, signal in driving(plain.constraints)}
-    jumps = dict[str, float]()
-    for k in (k for k in driven if steps > 2 and not read_inputs(plain.signals[k])):
+    jumps = dict[str, tuple[str, float]]()
+    for k in (k for k in driven if steps > CORNER and not read_inputs(plain.signals[k])):
         values = plain.signals[k](times) + np.zeros(len(times))
-        changes = np.abs(np.diff(values))
-        beside = np.pad(changes, 1, mode="reflect")
-        limit = np.maximum(LEAP[0] * np.ptp(values), LEAP[1] * np.maximum(beside[:-2], beside[2:]))
-        jumps |= {signal_names(plain)[k]: times[s + 1] for s in np.flatnonzero(changes > limit)[:1]}
-    for name, t in jumps.items():
-        text = f"{name} is driven by a function that jumps within one step, at t = {t:.4g} s"
+        changes, bends = np.abs(np.diff(values)), np.abs(np.diff(values, 2))
+        for what, found, size, apart in (("", changes, np.ptp(values), 1), (" whose rate", bends, changes.max(), 2)):
+            beside = np.pad(found, apart, mode="reflect")
+            limit = np.maximum(LEAP[0] * size, LEAP[1] * np.maximum(beside[: -2 * apart], beside[2 * apart :]))
+            first = times[np.flatnonzero(found > limit)[:1] + 1]
+            jumps = {signal_names(plain)[k]: (what, t) for t in first} | jumps
+    for name, (what, t) in jumps.items():
+        text = f"{name} is driven by a function{what or ' that'} jumps within one step, at t = {t:.4g} s"
         notify(f"{text}: forces there are impulses that depend on the step; let it change over many steps")
 
 
