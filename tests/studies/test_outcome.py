@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.studies.result import ReportTable
 
 from ..cli.calls import scene
 
@@ -59,3 +60,12 @@ def test_modes_have_a_table_and_fields(tmp_path: Path) -> None:
     assert np.linalg.norm(found.view()["beam"]["mode_2"], axis=1).max() == pytest.approx(1.0)
     with pytest.raises(InputError, match="draw modes with fmbs render"):
         found.plot()
+
+
+def test_wide_tables_cut_no_digit() -> None:
+    values = [10.559591 + number for number in range(16)]
+    text = str(ReportTable("wide", ["row", *(f"frequency {number}" for number in range(16))], [["1", *values]]))
+    assert "…" not in text
+    folded = zip(*(line.ljust(200) for line in text.splitlines()[-2:]), strict=True)
+    digits = "".join("".join(pair) for pair in folded)
+    assert sum(map(str.isdigit, digits)) == 1 + sum(len(f"{value:.6g}") - 1 for value in values)

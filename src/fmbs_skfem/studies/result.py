@@ -52,7 +52,8 @@ class ReportTable:
         style: dict[str, Any] = {"box": box.SIMPLE_HEAD, "title_justify": "left", "title_style": "bold"}
         found = table.Table(title=escape(self.title), show_header=any(self.columns), **style)
         for number, column in enumerate(self.columns):
-            found.add_column(escape(column), justify="right" if number else "left", no_wrap=self.names and not number)
+            kept = self.names and not number  # other cells are folded where they do not fit, so that no digit is cut
+            found.add_column(escape(column), justify="right" if number else "left", no_wrap=kept, overflow="fold")
         for row in self.rows:
             found.add_row(*(escape(format_value(value)) for value in row))
         return found
