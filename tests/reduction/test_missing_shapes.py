@@ -15,7 +15,7 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import Body, Circular, Material, cable
 from fmbs_skfem.bodies.body import locate, probe
-from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.bodies.plate import Rim, plate
 from fmbs_skfem.bodies.values import changed
 from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.core.notices import Notice, Remark
@@ -254,6 +254,17 @@ def test_a_clamp_where_a_training_had_no_moments_is_told_before_the_run(tmp_path
         assert done.code == 0, done.err
         told = [one for one in done.json["notices"] if "had no moments" in one]
         assert [f"act on its direction at {place}, where" in one for one in told] == [True] * bool(place)
+
+
+def test_a_point_of_a_rim_is_not_told_for_the_axes_of_its_rim() -> None:
+    """Equations of a frame act on the directions of the points that it carries; a clamp at a point off all rims is told."""
+    rim = Rim(("left",), slopes=True)
+    full = plate("sheet", rectangle("ancf", 3, 2, 0.3, 0.1), 2e-3, Material(3e9, 1200.0, 0.3), dim=3, rims={"A": rim})
+    moved = excite(full, Excitation(runs=1, duration=0.02, samples=20, step=1e-3))
+    part = part_files.train(full, moved, 1e-6, None, None, alone={"moment": 0.1}).body
+    pin, clamp = joints.Pin("pin", At("sheet", "A")), joints.Clamp("clamp", At("sheet", "b"))
+    assert missing_shapes.unbent_places(assemble([part], [pin]), part) == []
+    assert missing_shapes.unbent_places(assemble([part], [clamp]), part) == ["b"]
 
 
 def test_a_part_of_which_nothing_can_be_said_is_named_with_the_reason() -> None:

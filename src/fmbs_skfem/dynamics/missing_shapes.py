@@ -234,7 +234,9 @@ def rows_that_act(points: ShapePoints, probes: np.ndarray, weight: np.ndarray) -
     across = left - np.outer(left @ weight, weight) / (weight @ weight)
     left = left[np.linalg.norm(across, axis=1) > ELSEWHERE * np.linalg.norm(left, axis=1)]
     found, turned = [np.zeros((0, len(missing.mass)))], set[int]()
-    for place in np.unique(missing.place):
+    places = np.unique(missing.place)
+    moved = places[np.argsort(np.isin(places, missing.unbent), kind="stable")]  # points of a rim move with its frame: that first
+    for place in moved:
         rows = missing.rows[missing.place == place]
         weights = np.linalg.lstsq(rows[:, :b].T, left.T, rcond=None)[0].T
         here = np.linalg.norm(left - weights @ rows[:, :b], axis=1) <= ELSEWHERE * np.linalg.norm(left, axis=1)
