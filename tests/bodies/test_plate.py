@@ -87,6 +87,11 @@ def test_area_of_a_cylinder_panel() -> None:
     assert body.constant @ body.mass @ body.constant == pytest.approx(MATERIAL.density * 0.1 * 2.0 * 1.0 * 3.0, rel=1e-9)
 
 
+def test_one_edge_is_a_name_or_a_tuple_of_one() -> None:
+    shape = rectangle("bfs", 3, 2)
+    np.testing.assert_array_equal(edge("test", shape, "left"), edge("test", shape, ("left",)))
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("kind", KINDS)
 def test_rims_are_rigid_and_the_rest_is_free(kind: str, dim: int) -> None:

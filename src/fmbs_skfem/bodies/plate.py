@@ -215,10 +215,10 @@ def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.nda
     return scatter_blocks(blocks, shape.nodes.astype(np.int32), shape.count)
 
 
-def edge(where: str, shape: Surface, names: Iterable[str]) -> np.ndarray:
-    """Cells and sides (i, 2) of named edges; ones that were joined to others without having been asked to are refused."""
+def edge(where: str, shape: Surface, names: str | Iterable[str]) -> np.ndarray:
+    """Cells and sides (i, 2) of a named edge or several; ones that were joined to others unasked are refused."""
     sides = []
-    for name in names:
+    for name in (names,) if isinstance(names, str) else names:
         if name not in shape.edges:
             expected = f"one of its edges ({listed(sorted(shape.edges), name, 'none')})"
             raise InputError(say(where, expected, f"'{name}'") + closest(name, shape.edges))
