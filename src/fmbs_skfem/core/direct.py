@@ -120,10 +120,11 @@ def _eliminate(front: np.ndarray, width: int, least: np.ndarray) -> int:
     m = front.shape[0]
     for begin in range(0, width, PANEL):
         end = min(begin + PANEL, width)
-        bad = _eliminate_panel(front, begin, end, m if m <= SMALL else end, least)
+        stop = m if m <= SMALL else end
+        bad = _eliminate_panel(front, begin, end, stop, least)
         if bad >= 0:
             return bad
-        if m > SMALL and end < m:
+        if stop < m:
             _update_rest(front, begin, end)
     return -1
 
@@ -155,10 +156,7 @@ def _load(
 
     `place` is the row of an unknown in the front, GONE for one eliminated before and ABSENT for one that has none.
     """
-    for j in range(front.shape[0]):
-        column = front[j]
-        for i in range(column.size):
-            column[i] = 0.0
+    front[:] = 0.0
     for j in range(unknowns.size):
         for k in range(indptr[unknowns[j]], indptr[unknowns[j] + 1]):
             i = place[indices[k]]

@@ -24,7 +24,6 @@ MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone,
 AT_ONCE = 10_000  #: steps
 #: what a drive changes in a step, of its range and of the change in the steps beside, above which it jumps; its rate alike
 LEAP = 1e-3, 10.0
-CORNER = 5  #: steps of which the rates are compared
 TILT = 0.1  #: of the place of a torque out of the plane of its angle, above which a warning is shown [rad]
 ROWS_OF_ANGLES = {"torque": 2, "torsion_spring": 2, "torque in space": 9}  #: of coordinates and laws about axes in space
 
@@ -115,16 +114,16 @@ def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:
     """
     times, driven = step * np.arange(steps + 1), {signal for _, signal in driving(plain.constraints)}
     jumps = dict[str, tuple[str, float]]()
-    for k in (k for k in driven if steps > CORNER and not read_inputs(plain.signals[k])):
+    for k in (k for k in driven if steps > 2 and not read_inputs(plain.signals[k])):
         values = plain.signals[k](times) + np.zeros(len(times))
         changes, bends = np.abs(np.diff(values)), np.abs(np.diff(values, 2))
-        for what, found, size, apart in (("", changes, np.ptp(values), 1), (" whose rate", bends, changes.max(), 2)):
+        for what, found, size, apart in ((" that", changes, np.ptp(values), 1), (" whose rate", bends, changes.max(), 2)):
             beside = np.pad(found, apart, mode="reflect")
             limit = np.maximum(LEAP[0] * size, LEAP[1] * np.maximum(beside[: -2 * apart], beside[2 * apart :]))
-            first = times[np.flatnonzero(found > limit)[:1] + 1]
-            jumps = {signal_names(plain)[k]: (what, t) for t in first} | jumps
+            for at in np.flatnonzero(found > limit)[:1]:
+                jumps.setdefault(signal_names(plain)[k], (what, times[at + 1]))
     for name, (what, t) in jumps.items():
-        text = f"{name} is driven by a function{what or ' that'} jumps within one step, at t = {t:.4g} s"
+        text = f"{name} is driven by a function{what} jumps within one step, at t = {t:.4g} s"
         notify(f"{text}: forces there are impulses that depend on the step; let it change over many steps")
 
 
