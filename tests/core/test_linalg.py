@@ -16,6 +16,13 @@ def test_dense_arrays_are_not_copied() -> None:
     assert [linalg.is_sparse(b) for b in (a, csr_array(a), csr_matrix(a))] == [False, True, True]
 
 
+@pytest.mark.parametrize("values", [[], [3], [[5, -1, 5], [0, -1, 7]], [2.5, -0.5, 2.5]])
+def test_distinct_numbers_are_those_of_numpy(values: list[object]) -> None:
+    found, expected = linalg.distinct(values), np.unique(values)
+    np.testing.assert_array_equal(found, expected)
+    assert found.dtype == expected.dtype
+
+
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_alike_is_the_product_with_the_identity(count: int) -> None:
     a = csr_array(np.array([[0.0, 2.0, 0.0], [0.0, 0.0, 0.0], [3.0, -1.0, 4.0], [0.0, 0.0, 5.0]]))

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..core.linalg import distinct
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
 from .plate import NOISE, dependent, trace
@@ -49,7 +50,7 @@ def halves(whole: csr_array) -> tuple[csr_array, csr_array]:
 
 def read(rows: csr_array) -> np.ndarray:
     """Sorted functions (i,) that some rows read."""
-    return np.unique(rows.indices[rows.data != 0.0])
+    return distinct(rows.indices[rows.data != 0.0])
 
 
 def pairs(shape: Surface, sides: np.ndarray) -> np.ndarray:

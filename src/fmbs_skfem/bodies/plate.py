@@ -25,6 +25,7 @@ from scipy.sparse.linalg import splu
 from ..core import ranks
 from ..core.errors import InputError, closest, listed, say
 from ..core.fields import Names, Position
+from ..core.linalg import distinct
 from ..core.notices import notify
 from ..core.records import dataclass
 from ..shapes import ancf_plate, interfaces, nurbs, smoothing
@@ -274,7 +275,7 @@ def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
 
 def seen(rows: csr_array, shape: Surface, sides: np.ndarray) -> csr_array:
     """Rows (x, n) of functions beside sides without what is round-off of these."""
-    cells, corners = np.unique(sides[:, 0]), surfaces.VERTICES[shape.parent]
+    cells, corners = distinct(sides[:, 0]), surfaces.VERTICES[shape.parent]
     places = np.concatenate([0.5 * (corners + corners.mean(axis=0)), corners.mean(axis=0)[None]])
     values = np.abs(surfaces.basis_in_cells(shape.space, cells, places)[:, :, 0]).max(axis=1)
     sizes = np.zeros(shape.count)
@@ -290,7 +291,7 @@ def dependent(A: csr_array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     Most traces have independent columns, which the pivots of their sparse normal equations show; the others take a dense QR.
     """
-    used = np.unique(A.indices[A.data != 0.0])
+    used = distinct(A.indices[A.data != 0.0])
     columns = csr_array(A[:, used])
     size = np.asarray(abs(columns).max(axis=0).todense()).ravel()
     if regular(csr_array(columns @ diags_array(1.0 / size))):

@@ -30,7 +30,7 @@ from scipy.sparse import csr_array, diags_array
 
 from ..bodies.laws import Law
 from ..core import direct, krylov, machine_memory, pardiso, supernodes
-from ..core.linalg import is_identity
+from ..core.linalg import distinct, is_identity
 from ..core.records import dataclass
 from ..core.rotations import nearest
 from ..core.structs import Callback
@@ -165,9 +165,9 @@ def interface(model: Compiled, whole: bool) -> np.ndarray:
     system = model.system
     rows = {int(k) for k in reads(system.constraints, len(system.probes.offset)).indices}
     rows |= {int(k) for k in model.pairs.ravel()} | {int(k) for force in model.forces if force.low.terms for k in force.alone}
-    touched = np.unique(csr_array(system.probes.matrix)[sorted(rows)].indices)
+    touched = distinct(csr_array(system.probes.matrix)[sorted(rows)].indices)
     if whole:
-        first = np.unique(touched // system.dim) * system.dim
+        first = distinct(touched // system.dim) * system.dim
         touched = (first[:, None] + np.arange(system.dim)).ravel()
     return touched.astype(np.int64)
 

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
+from ..core.linalg import distinct
 from ..core.structs import Routine
 from ..systems import evaluation, work
 from ..systems.compiled import Compiled, compile_system, memories, signal_table
@@ -200,7 +201,7 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     r = residual_samples(model, trajectory.times, q, v, a, held, trajectory.memory)
     lost = np.array([k for k, row in enumerate(rows) if full.constraints.names[row] not in known], dtype=np.int64)
     rows, A = rows[lost], csr_array(A[lost])
-    used = np.unique(A.indices)
+    used = distinct(A.indices)
     found = -r[:, used] @ np.linalg.pinv(A[:, used].toarray())
     known |= {full.constraints.names[k]: -found[:, i] for i, k in enumerate(rows)}
     none = np.zeros(len(trajectory.times))

@@ -9,6 +9,7 @@ from scipy.sparse import csr_array
 
 from ..core import ranks
 from ..core.errors import InputError, say
+from ..core.linalg import distinct
 from ..systems.system import System, linear_part
 from . import pod
 
@@ -60,7 +61,7 @@ def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.
 def touched_outside(A: object, rows: np.ndarray) -> np.ndarray:
     """Numbers (k,) of the rows of A (m, n) with entries outside the given coordinates (j,)."""
     entries = A.tocoo()  # type: ignore[attr-defined]
-    return np.unique(entries.row[~np.isin(entries.col, rows)])
+    return distinct(entries.row[~np.isin(entries.col, rows)])
 
 
 def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:

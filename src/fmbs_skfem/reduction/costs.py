@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..core.linalg import distinct
 from ..core.records import dataclass
 from ..core.structs import Callback, Routine, address_of, invoke, opener, packed, routine
 from ..dynamics import factors
@@ -52,12 +53,12 @@ def _reads(full: System, elastic: Elastic) -> csr_array:
 def touched(full: System, kept: Mapping[str, np.ndarray]) -> dict[str, int]:
     """Coordinates touched by the kept cells (i,) of every body."""
     known = {elastic.name: elastic for elastic in full.elastic}
-    return {name: len(np.unique(_reads(full, known[name])[cells].indices)) * full.dim for name, cells in kept.items()}
+    return {name: len(distinct(_reads(full, known[name])[cells].indices)) * full.dim for name, cells in kept.items()}
 
 
 def kept_cells(reduced: System) -> dict[str, np.ndarray]:
     """Numbers (i,) of the cells with points in use, by body."""
-    found = {elastic.name: np.unique(terms.cells_of_points(elastic.gather)) for elastic in reduced.elastic}
+    found = {elastic.name: distinct(terms.cells_of_points(elastic.gather)) for elastic in reduced.elastic}
     return {name: cells for name, cells in found.items() if len(cells)}
 
 

@@ -27,7 +27,7 @@ from scipy.sparse import csr_array
 
 from ..core import ranks
 from ..core.errors import InputError, say
-from ..core.linalg import is_identity
+from ..core.linalg import distinct, is_identity
 from ..core.notices import notify
 from ..core.records import dataclass
 from ..dynamics.outputs import body_coordinates, distances, lifted, positions, residual_samples
@@ -181,7 +181,7 @@ def mask(full: System, reduced: System) -> np.ndarray:
 
 def touched(full: System, rows: np.ndarray) -> np.ndarray:
     """Whether the constraints `rows` depend on the unknowns, in any position (n,)."""
-    read = np.unique(reads(full.constraints, len(full.probes.offset))[rows].indices)
+    read = distinct(reads(full.constraints, len(full.probes.offset))[rows].indices)
     entries = csr_array(full.probes.matrix)[read]
     return np.asarray(abs(entries).sum(axis=0)).ravel() > 0.0
 

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 
 from ..core.container import storable
 from ..core.errors import InputError, closest, say
+from ..core.linalg import distinct
 from ..core.records import dataclass
 from . import groups, plate_audit
 from . import surface as surfaces
@@ -231,12 +232,12 @@ def arcs_of(points: ArrayLike, edge_groups: Groups, names: Iterable[str] | None 
             raise InputError(say("ancf_plate.arcs_of", "a group of edges", repr(name), remedy))
         edges = groups.ids(f"edge group {name!r}", edge_groups[name], len(places), columns=2)
         try:
-            center, radius = circle_through(places[np.unique(edges)])
+            center, radius = circle_through(places[distinct(edges)])
         except InputError as error:
             if names is None:
                 continue
             raise InputError(f"edge group {name!r}: {error}") from None
-        if names is not None or _is_round(places[edges] - center, len(np.unique(edges))):
+        if names is not None or _is_round(places[edges] - center, len(distinct(edges))):
             arcs.append(Arc(center, radius, edges))
     return arcs
 

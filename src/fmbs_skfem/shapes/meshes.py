@@ -22,6 +22,7 @@ import numpy as np
 from scipy.sparse import coo_array, csgraph, csr_array
 
 from ..core import errors
+from ..core.linalg import distinct
 from ..core.notices import notify
 from ..core.records import dataclass
 from . import foreign, msh, vtu
@@ -241,7 +242,7 @@ def tell_unused(raw: Raw, cells: Ints, where: str) -> None:
 
 def points_of(raw: Raw, used: Ints, where: str) -> dict[str, Ints]:
     """Point groups as places in the sorted rows of points that are `used`."""
-    found = {name: np.unique(rows(raw, ids, where, f"point group '{name}'")) for name, ids in raw.point_groups.items()}
+    found = {name: distinct(rows(raw, ids, where, f"point group '{name}'")) for name, ids in raw.point_groups.items()}
     return {name: np.searchsorted(used, ids[np.isin(ids, used)]) for name, ids in found.items()}
 
 
@@ -322,16 +323,16 @@ def once(raw: Raw, part: MshCells, cells: Ints, where: str) -> tuple[Ints, dict[
     lonely = np.bincount(same)[same[free]] > 1
     doubled = [free[lonely]]
     for members in part.groups.values():
-        members = np.unique(members)
+        members = distinct(members)
         doubled.append(members[np.bincount(same[members], minlength=len(first))[same[members]] > 1])
-    bad = np.unique(np.concatenate(doubled))
+    bad = distinct(np.concatenate(doubled))
     if len(bad):
         found = [f"cell {part.numbers[i]} at {position(raw.points[cells[i]].mean(axis=0))}" for i in bad[:4]]
         got = f"repeated {several(found, len(bad))}"
         raise errors.InputError(errors.say(where, "each cell once", got, "remove duplicate cells"))
     order = np.argsort(first)
     place = np.argsort(order)
-    return first[order], {name: np.unique(place[same[members]]) for name, members in part.groups.items()}
+    return first[order], {name: distinct(place[same[members]]) for name, members in part.groups.items()}
 
 
 def group(mesh: LineMesh, name: str) -> Ints:

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import errors
+from ..core.linalg import distinct
 from ..core.problems import printable
 from ..core.records import dataclass
 
@@ -287,7 +288,7 @@ def _element(cursor: _Cursor, code: int) -> int:
 
 def _tagged(tags: Ints) -> dict[int, Ints]:
     """Rows by physical tag; 0 means none."""
-    return {int(tag): np.flatnonzero(np.abs(tags) == tag) for tag in np.unique(np.abs(tags)) if tag}
+    return {int(tag): np.flatnonzero(np.abs(tags) == tag) for tag in distinct(np.abs(tags)) if tag}
 
 
 def _elements_2(cursor: _Cursor) -> list[_Block]:

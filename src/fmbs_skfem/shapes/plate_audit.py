@@ -14,6 +14,7 @@ import numpy as np
 from scipy.sparse import coo_array, csgraph
 
 from ..core import errors
+from ..core.linalg import distinct
 from ..core.notices import notify
 from ..core.records import dataclass
 from . import surface
@@ -166,7 +167,7 @@ def _check_manifold(mesh: Subject) -> None:
         remedy = "make it two bodies joined there, or remove cells"
         raise mesh.bad("at most two cells at a side", f"{got}: {mesh.listed(owner[at])}{more}", remedy)
     _, again, number = np.unique(pairs @ [len(mesh.points), 1], return_inverse=True, return_counts=True)
-    against = np.unique(owner[number[again] > 1])
+    against = distinct(owner[number[again] > 1])
     if len(against):
         remedy = "reverse the node order of one part; in a planar mesh, remove cells that overlap"
         raise mesh.bad("neighbours that turn the same way", f"a side run twice in one direction by {mesh.listed(against)}", remedy)
@@ -191,7 +192,7 @@ def _check_hanging(mesh: Subject) -> None:
     from scipy.spatial import cKDTree
 
     pairs, owner = border(mesh.cells, len(mesh.points))
-    nodes = np.unique(pairs)
+    nodes = distinct(pairs)
     start, end = mesh.points[pairs[:, 0]], mesh.points[pairs[:, 1]]
     length = np.linalg.norm(end - start, axis=1)
     near = cKDTree(mesh.points[nodes]).query_ball_point(0.5 * (start + end), 0.5 * length)

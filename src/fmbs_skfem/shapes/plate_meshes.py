@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..core import errors
+from ..core.linalg import distinct
 from ..core.records import dataclass
 from . import meshes, plate_audit, splitting
 from .msh import Floats, Ints, MshCells, Raw
@@ -177,7 +178,7 @@ def _edges(raw: Raw, where: str, used: Ints, cells: Ints, strict: bool) -> dict[
     wanted = plate_audit.side_keys(local, len(used))
     at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
     good = np.all(used[local] == pairs, axis=1) & (keys[at] == wanted)
-    grouped = np.unique(np.concatenate([np.zeros(0, np.int64), *raw.lines.groups.values()]))
+    grouped = distinct(np.concatenate([np.zeros(0, np.int64), *raw.lines.groups.values()]))
     bad = grouped[~good[grouped]]
     if strict and len(bad):
         ends = [(meshes.list_ids(raw, pairs[i, :1]), meshes.list_ids(raw, pairs[i, 1:])) for i in bad[:3]]

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import coo_array, csgraph
 
+from ..core.linalg import distinct
 from ..core.notices import notify
 from .msh import Ints, MshCells, Raw
 
@@ -22,7 +23,7 @@ def merge_points(raw: Raw, where: str) -> Raw:
 
     finite = np.flatnonzero(np.isfinite(raw.points).all(axis=1))
     points = raw.points[finite]
-    if len(np.unique(raw.numbers)) < len(raw.numbers) or len(points) < 2:
+    if len(distinct(raw.numbers)) < len(raw.numbers) or len(points) < 2:
         return raw
     with np.errstate(over="ignore"):
         extent = float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -45,7 +46,7 @@ def merge_points(raw: Raw, where: str) -> Raw:
         raw,
         points=raw.points[stays == raw.numbers],
         numbers=raw.numbers[stays == raw.numbers],
-        point_groups={name: np.unique(renamed(ids)) for name, ids in raw.point_groups.items()},
+        point_groups={name: distinct(renamed(ids)) for name, ids in raw.point_groups.items()},
         lines=_without_collapsed(raw.lines, renamed(raw.lines.nodes), where),
         triangles=_without_collapsed(raw.triangles, renamed(raw.triangles.nodes), where),
         quads=_without_collapsed(raw.quads, renamed(raw.quads.nodes), where),

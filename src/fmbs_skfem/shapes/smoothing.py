@@ -20,6 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..core.linalg import distinct
 from . import line, nurbs
 from .nurbs import Nurbs, Patch
 from .surface import Surface
@@ -31,7 +32,7 @@ SAME = 1e-9  #: relative differences below which factors along a line, and slope
 def tie_slopes(shape: Surface) -> Surface:
     """The surface with the functions left out that follow from their neighbours; itself where there are none."""
     space: Nurbs = shape.space
-    uses = np.concatenate([np.unique(array) for array in space.numbers.values()])
+    uses = np.concatenate([distinct(array) for array in space.numbers.values()])
     alone = np.bincount(uses, minlength=shape.count) == 1
     ties = {
         name: tuple(_ties(patch, shape.reference[space.numbers[name]], space.numbers[name], alone, axis) for axis in (0, 1))

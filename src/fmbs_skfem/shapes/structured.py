@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError, say
+from ..core.linalg import distinct
 from ..core.records import dataclass
 from . import groups, meshes, nurbs, plate_audit
 from .plate_meshes import PlateMesh
@@ -87,7 +88,7 @@ def _interpolated(u: Floats, values: Floats, closed: bool) -> Floats:
 def _estimate(points: Floats, axis: int, closed: bool) -> float:
     """Distance [m] of the spline from the surface meant: that of every second node from the spline through the others, over 15."""
     values, u = np.moveaxis(points, axis, 0), _chords(points, axis)
-    coarse = np.unique(np.append(np.arange(0, len(u), 2), len(u) - 1))
+    coarse = distinct(np.append(np.arange(0, len(u), 2), len(u) - 1))
     if len(coarse) < (4 if closed else 3):
         return 0.0
     distance = np.linalg.norm(_spline(u[coarse], values[coarse], closed)(u) - values, axis=2)
@@ -140,8 +141,8 @@ def grid(mesh: PlateMesh) -> NodeGrid:
     cells, turns = (
         np.array([[place[k] for place in row] for row in rows]) if len(lengths) == 1 else np.zeros((1, 1), int) for k in (0, 1)
     )
-    if len(np.unique(cells)) != len(mesh.cells):
-        got = f"{len(np.unique(cells))} cells in rows and columns"
+    if len(distinct(cells)) != len(mesh.cells):
+        got = f"{len(distinct(cells))} cells in rows and columns"
         raise InputError(say(where, f"rows and columns of {len(mesh.cells)} quads", got, REMEDY))
     corners = mesh.cells[cells[..., None], (turns[..., None] + np.arange(4)) % 4]
     nodes = np.empty((cells.shape[0] + 1, cells.shape[1] + 1), np.int64)
@@ -183,7 +184,7 @@ def _first(mesh: PlateMesh) -> tuple[int, int]:
     times = np.bincount(mesh.cells.ravel(), minlength=len(mesh.points))
     pairs, owner = plate_audit.border(mesh.cells, len(mesh.points))
     ends = np.flatnonzero(times == 1)
-    known = ends if len(ends) else np.unique(pairs) if len(pairs) else np.arange(len(mesh.points))
+    known = ends if len(ends) else distinct(pairs) if len(pairs) else np.arange(len(mesh.points))
     size = TIE * float(np.ptp(mesh.points, axis=0).max())
 
     def least(points: Floats) -> int:

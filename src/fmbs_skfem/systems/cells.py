@@ -18,7 +18,7 @@ from ..bodies import laws
 from ..bodies.body import Cells
 from ..core.entries import view
 from ..core.jit import jit
-from ..core.linalg import is_sparse, support
+from ..core.linalg import distinct, is_sparse, support
 from ..core.structs import Cube, IntegerMatrix, Integers, Tensor, opener
 from . import terms
 from .kernels import clear, clear_rows
@@ -201,7 +201,7 @@ def carry(cells: Cells, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Ce
     if is_sparse(lift.matrix):
         return cells
     vectors, points, functions, count = cells.shape
-    used = np.unique(cells.nodes) if cells.spread is None else np.unique(csr_array(cells.spread[np.unique(cells.nodes)]).indices)
+    used = distinct(cells.nodes) if cells.spread is None else distinct(csr_array(cells.spread[distinct(cells.nodes)]).indices)
     modes, gradients = support(lift.matrix[used]), vectors * cells.dim * points * count
     few = (modes.stop - modes.start) * (gradients - cells.dim * len(used)) < FEW * functions * gradients
     return multiply_out(cells, lift) if few else cells

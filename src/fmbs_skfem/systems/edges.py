@@ -20,7 +20,7 @@ from ..bodies import edge_slopes
 from ..bodies.body import Body, own
 from ..bodies.plate import dependent, edge, local_first, trace
 from ..core.errors import InputError, listed, say
-from ..core.linalg import evenly
+from ..core.linalg import distinct, evenly
 from ..core.problems import Problem
 from ..core.records import dataclass
 from ..shapes import surface
@@ -227,4 +227,4 @@ def chosen(name: str, shape: Surface, faces: Iterable[str]) -> np.ndarray:
     unknown = [face for face in names if face not in shape.faces]
     if unknown:
         raise InputError(say(name, f"one of its faces ({listed(sorted(shape.faces), unknown[0], 'none')})", f"'{unknown[0]}'"))
-    return np.unique(np.concatenate([shape.faces[face] for face in names])) if names else np.arange(len(shape.nodes))
+    return distinct(np.concatenate([shape.faces[face] for face in names])) if names else np.arange(len(shape.nodes))

@@ -20,7 +20,7 @@ from scipy.sparse import coo_array, csr_array, diags_array, eye_array, triu
 from scipy.sparse.linalg import splu
 
 from ..core import supernodes
-from ..core.linalg import as_dense, is_sparse, mirrored
+from ..core.linalg import as_dense, distinct, is_sparse, mirrored
 from ..core.records import dataclass
 from ..core.supernodes import Tree
 from . import terms
@@ -181,8 +181,8 @@ def coupling(system: System, parts: Pieces, pairs: np.ndarray) -> csr_array:
 def massless(system: System, parts: Pieces) -> bool:
     """Whether unknowns have neither mass nor elastic energy, as axes of thin rigid parts: only joints determine them."""
     rows = [terms.couplings(one).ravel() for one in parts.storages]
-    used = coo_array(parts.matrix[np.unique(np.concatenate(rows))]) if rows else coo_array((0, system.size))
-    held = np.unique(used.col[used.data != 0.0])
+    used = coo_array(parts.matrix[distinct(np.concatenate(rows))]) if rows else coo_array((0, system.size))
+    held = distinct(used.col[used.data != 0.0])
     free = np.setdiff1d(np.arange(system.size), held)
     sizes = diags_array(1.0 / np.sqrt(system.metric.diagonal()[free]))  # of positions and axes alike
     try:

@@ -24,7 +24,7 @@ from scipy.sparse.linalg import splu
 
 from ..core import ranks
 from ..core.errors import Reason, SolverError
-from ..core.linalg import Array, as_dense, is_sparse, scaled
+from ..core.linalg import Array, as_dense, distinct, is_sparse, scaled
 from ..core.notices import notify
 from ..core.records import dataclass
 from . import constraint_laws, echelon, kernels
@@ -103,11 +103,11 @@ class StartRows:
 def rows_of(system: System) -> tuple[StartRows, np.ndarray]:
     """The constraints of a system, and the values (u,) at the start of the coordinates that they read."""
     terms = system.constraints
-    read = np.unique(reads(terms, len(system.probes.offset)).indices)
+    read = distinct(reads(terms, len(system.probes.offset)).indices)
     place = np.full(len(system.probes.offset), -1)
     place[read] = np.arange(len(read))
     matrix = csr_array(system.probes.matrix[read])
-    used = np.unique(matrix.indices)
+    used = distinct(matrix.indices)
     few = len(read) * len(used) <= FEW
     i, j = (np.where(part >= 0, place[part], -1) for part in (terms.i, terms.j))
     flat = kernels.Terms(terms.row, terms.coefficient, terms.signal, i, j, np.full(len(i), -1))

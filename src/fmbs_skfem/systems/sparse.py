@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from ..core.linalg import is_identity, mirrored
+from ..core.linalg import distinct, is_identity, mirrored
 from ..core.records import dataclass
 from .system import System
 from .terms import Targets, functions_read
@@ -43,7 +43,7 @@ class Pattern:
 
 def pattern(n: int, locals_: Sequence[np.ndarray], T: csr_array | None = None) -> Pattern:
     """Pattern of cells with the coordinates (l, e) of n, several of them."""
-    keys = np.unique(np.concatenate([np.zeros(0, np.int64), *(np.unique(entries(local, n)) for local in locals_)]))
+    keys = distinct(np.concatenate([np.zeros(0, np.int64), *(distinct(entries(local, n)) for local in locals_)]))
     return Pattern(keys, keys % n, np.searchsorted(keys, np.arange(n + 1) * n), None if T is None or is_identity(T) else T)
 
 
