@@ -14,11 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmbs_skfem import dynamics, scenes, systems
+from fmbs_skfem import dynamics, scenes, studies, systems
 from fmbs_skfem.bodies import laws
-from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core import container
+from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.notices import Remark
-from fmbs_skfem.reduction import files
+from fmbs_skfem.reduction import files, parametric_model
 from fmbs_skfem.scenes import build, extensions, schema
 from fmbs_skfem.scenes.analyses import Analysis
 from fmbs_skfem.scenes.bodies import SceneBody
@@ -41,6 +42,7 @@ def _apart(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     for family in (systems.joints.Joint, systems.loads.Load, probes.Probe, SceneBody, Analysis):
         monkeypatch.setattr(family, "known", dict(family.known))
     monkeypatch.setattr(laws, "KNOWN", dict(laws.KNOWN))
+    monkeypatch.setattr(container, "TYPES", dict(container.TYPES))
     for kind in (ConstraintLaw, ForceLaw):
         monkeypatch.setattr(kind, "makers", dict(kind.makers))
     monkeypatch.setattr(extensions, "RUN", {})
@@ -70,7 +72,7 @@ def quiet(path: Path) -> schema.Scene:
 
 
 def test_every_recipe_is_short() -> None:
-    whole = {"my_rod.py", "my_periods.py", "my_wind.py"}  # a scene of their own, or none
+    whole = {"my_rod.py", "my_periods.py", "my_wind.py", "my_hht.py"}  # a scene of their own, or none
     assert set(FILES) - whole == {"my_joint.py", "my_track.py", "my_load.py", "my_force.py", "my_output.py", "my_law.py"}
     assert whole < set(FILES)
     assert all(block.count("\n") < 60 for block in BLOCKS)
@@ -125,6 +127,75 @@ def test_a_body_and_an_analysis(project: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"whole.yaml:6: bodies.rod.mass: expected a mass \[kg\], got '3 m'"):
         quiet(path)
     assert {"Rod", "Periods"} <= set(scenes.json_schema()["$defs"])
+
+
+ARM = """\
+schema: 1
+name: arm
+dimension: 2
+extensions: [my_hht.py]
+parameters: {c: {value: 0.2 ms, range: [0.1 ms, 0.3 ms]}}
+bodies:
+  beam: {type: cable, mesh: ../meshes/beam_20.msh, section: {shape: given, EA: 200 N, EI: 20 N mm^2, rhoA: 0.1 kg/m}}
+joints: {pin: {type: pin, at: beam.left}}
+loads: {weight: {type: gravity, acceleration: [0, -9.81 m/s^2]}}
+damping: {stiffness: c}
+analysis: {type: hht_motion, duration: 0.2 s, step: 2 ms, alpha: 0.3}
+outputs: {tip: {type: position, at: beam.right}}
+reduction: {snapshots: 4 ms, tolerance: 1e-10}
+training: {candidates: 4, samples: 2, iterations: 1, holdout: 1}
+"""
+
+
+def test_a_scheme_is_kept_in_saved_models(project: Path, tmp_path: Path) -> None:
+    """A saved model runs by the scheme that it was trained with, to the same digits, and is refused where that is not known."""
+    path = project.parent / "arm.yaml"
+    path.write_text(ARM)
+    done = fmbs("reduce", path, "--out", tmp_path / "arm.h5", "--json")
+    assert done.code == 0, done.err
+    saved = files.read(tmp_path / "arm.h5")
+    case, _ = files.case_of(saved)
+    assert type(case.scheme).__name__ == "Hht"
+    assert case.scheme.coefficients == (0.0, 0.3, 0.8, 1.3**2 / 4)
+    found = studies.reduce(quiet(path)).reduced
+    again = files.run(saved, every=np.round(found.times / 2e-3).astype(int))
+    assert np.array_equal(again.x, found.x)
+    done = fmbs("train", path, "--out", tmp_path / "box", "--no-plots", "--json")
+    assert done.code == 0, done.err
+    box = parametric_model.load(tmp_path / "box" / "model.h5")
+    assert box.model.nominal.scheme == case.scheme
+    del container.TYPES["Hht"]
+    with pytest.raises(CorruptFile, match=r"notes\.scheme: .* unknown type Hht; import the Python file that declares it first"):
+        files.read(tmp_path / "arm.h5")
+
+
+def test_a_motion_that_solves_by_itself_is_not_reduced(project: Path) -> None:
+    """What reduced models and families would leave out is refused."""
+    heading = "def solve(self, system, advance=None, watch=None, resume=None)"
+    own = f"\n    {heading}:\n        return super().solve(system, advance, watch, resume)\n"
+    (project.parent / "my_own.py").write_text(FILES["my_hht.py"].replace("Hht", "Own") + own)
+    path = project.parent / "arm.yaml"
+    path.write_text(ARM.replace("my_hht.py", "my_own.py").replace("hht_motion", "own_motion"))
+    for command in (["reduce"], ["train"], ["sweep", "--samples", 2], ["compare"]):
+        done = fmbs(command[0], path, *command[1:])
+        assert done.code == 3
+        assert "arm.yaml:11: analysis: expected a motion by the steps of its scheme, got own_motion" in done.err
+
+
+def test_a_scheme_needs_a_name_of_its_own() -> None:
+    with pytest.raises(InputError, match="class System: expected a name of its own, got System, as fmbs_skfem"):
+        type("System", (dynamics.GeneralizedAlpha,), {})
+
+
+def test_tables_are_written_as_they_are(project: Path, tmp_path: Path) -> None:
+    """Also the first column of an analysis of one's own."""
+    periods = FILES["my_periods.py"].replace('"mode": np.arange(1, len(periods) + 1)', '"angle": np.array([0.785])')
+    (project.parent / "my_periods.py").write_text(periods)
+    path = project.parent / "whole.yaml"
+    path.write_text(OWN)
+    done = fmbs("run", path, "--out", tmp_path / "out", "--json")
+    assert done.code == 0, done.err
+    assert (tmp_path / "out" / "periods.csv").read_text().startswith("angle,period_s\n0.785,")
 
 
 def test_the_keys_are_checked(project: Path) -> None:

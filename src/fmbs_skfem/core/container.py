@@ -249,6 +249,10 @@ def storable(kind: type[T], **older: Callable[[Tree], Any]) -> type[T]:
     if issubclass(kind, Enum):
         ENUMS[kind.__name__] = kind
     else:
+        other = TYPES.get(kind.__name__, (kind,))[0]
+        if (other.__module__, other.__qualname__) != (kind.__module__, kind.__qualname__):
+            known = f"{kind.__name__}, as {other.__module__}.{other.__qualname__} is called in files"
+            raise InputError(say(f"class {kind.__qualname__}", "a name of its own", known, "give it another one"))
         TYPES[kind.__name__] = kind, older
     return kind
 
@@ -337,7 +341,8 @@ def sparse(parts: Sequence[np.ndarray], shape: tuple[int, ...], where: str) -> c
 def struct(name: str, values: Tree, where: str) -> Any:
     """A storable dataclass of exactly its own fields."""
     if name not in TYPES:
-        raise ValueError(f"the unknown type {name} at {where}")
+        remedy = "import the Python file that declares it first, or name it: fmbs --extension FILE ..."
+        raise Misfit(where, "types of this package, or of Python files that were imported", f"the unknown type {name}", remedy)
     kind, older = TYPES[name]
     if name in MENDS:
         MENDS[name](values)

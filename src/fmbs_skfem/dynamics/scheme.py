@@ -5,7 +5,7 @@ Source: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -34,12 +34,19 @@ Start: TypeAlias = Literal["reference", "equilibrium"]  #: where a motion does s
 class GeneralizedAlpha:
     """Step h [s], and spectral radius rho_inf at infinite frequency, 0 (asymptotic annihilation) to 1 (no damping).
 
+    A scheme of one's own is a frozen dataclass with this base and its own `coefficients`, all that a step reads of it.
+
     Motions start in the reference, or in the equilibrium of the loads at t = 0, see `rest`.
     """
 
     step: float
     rho_inf: float = 0.8
     start: Start = "reference"
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        """Files hold schemes of one's own, too: whoever loads one imports its class first."""
+        super().__init_subclass__(**more)
+        storable(cls)
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.step) and self.step > 0):

@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import Any, TypeVar, cast, get_args
 
 import numpy as np
 
@@ -20,12 +20,14 @@ from ..core.container import FileKind
 from ..core.errors import CorruptFile, InputError, say
 from ..core.problems import shown
 from ..core.records import dataclass
-from ..dynamics.scheme import GeneralizedAlpha, Start
+from ..core.validation import check
+from ..dynamics.scheme import GeneralizedAlpha, Newton, Start
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
 from . import cases, earlier, validation  # noqa: F401  (rules of what is read)
 from .cases import Case
 
+T = TypeVar("T")
 VERSION = 2
 ANEW = "train and save the model anew"
 KIND = FileKind("fmbs_skfem reduced model", "a reduced model", VERSION, f"copy the file again, or {ANEW}", ANEW)
@@ -47,6 +49,11 @@ def save(system: System, path: str | Path, **notes: Any) -> Path:
     return container.write(path, KIND, system=replace(system, full=None), notes=notes)
 
 
+def require_savable(system: System) -> None:
+    """InputError where no file can hold what a reduced model has of a full system, as functions of Python: before its runs."""
+    container.encode(replace(system, full=None), [], "system")
+
+
 def case_of(
     saved: Saved, duration: float | None = None, step: float | None = None, where: str = "reduced model"
 ) -> tuple[Case, list[str]]:
@@ -60,8 +67,10 @@ def case_of(
     if missing:
         raise InputError(say(where, "a duration and a step", f"no {' and no '.join(missing)}", "give both in seconds"))
     end, h = duration or times["duration"], step or times["step"]
-    scheme = GeneralizedAlpha(times.get("step", h), times.get("rho_inf", 0.8), read_start(saved.notes, where))
-    return cases.at_times(Case(saved.system, scheme, times.get("duration", end)), duration, step, where)
+    earlier_one = GeneralizedAlpha(times.get("step", h), times.get("rho_inf", 0.8), read_start(saved.notes, where))
+    scheme = read_note(saved.notes, "scheme", earlier_one, where)
+    case = Case(saved.system, scheme, times.get("duration", end), read_note(saved.notes, "newton", Newton(), where))
+    return cases.at_times(case, duration, step, where)
 
 
 def run(saved: Saved, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None) -> Trajectory:
@@ -81,6 +90,16 @@ def read_times(notes: Mapping[str, Any], where: str) -> dict[str, float]:
     if wrong:
         raise CorruptFile(say(f"{where}: notes.report.{wrong[0]}", "a number", shown(found[wrong[0]]), KIND.remedy))
     return {key: float(value) for key, value in found.items()}
+
+
+def read_note(notes: Mapping[str, Any], name: str, default: T, where: str) -> T:
+    """What the notes of a file have under a name, of the kind of the default, which stands for it in earlier files."""
+    found = notes.get(name, default)
+    if not isinstance(found, type(default)):
+        raise CorruptFile(say(f"{where}: notes.{name}", f"a {type(default).__name__}", shown(found), KIND.remedy))
+    with container.reading(Path(where), KIND):
+        check(found, f"notes.{name}")
+    return found
 
 
 def read_start(notes: Mapping[str, Any], where: str) -> Start:

@@ -138,6 +138,18 @@ def dynamic(scene: Scene) -> Dynamic:
     return cast("Dynamic", scene.analysis)
 
 
+def stepped(scene: Scene) -> Dynamic:
+    """The analysis of a scene whose motion its scheme alone makes, as that of families and reduced models."""
+    from .dynamic import Dynamic
+
+    analysis = dynamic(scene)
+    if type(analysis).solve is not Dynamic.solve:
+        got = f"{analysis.word}, whose class has a 'solve' of its own"
+        remedy = "families, sweeps and reduced models run without it: give the class a 'scheme' instead, or use fmbs run"
+        raise InputError(say(where(scene, "analysis"), "a motion by the steps of its scheme", got, remedy))
+    return analysis
+
+
 def history(scene: Scene) -> History:
     """The analysis of a scene that finds states over time or over the load factor."""
     if not isinstance(scene.analysis, History):

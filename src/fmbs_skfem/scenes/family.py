@@ -54,7 +54,7 @@ def member(
     from . import build
 
     found = with_values(scene, values)
-    analysis = build.dynamic(found)
+    analysis = build.stepped(found)
     end = analysis.duration if duration is None else duration
     return Case(build.system(found, cells, allow_outside), analysis.scheme, end, analysis.newton)
 

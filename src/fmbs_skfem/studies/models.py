@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from ..reduction.parametric_model import ParametricModel
 
 INFO = "info.json"
+OWN = "training", "provenance", "scheme", "newton"  #: notes of a model at one set of parameters that are not listed as they are
 SHORT = 12  #: entries of a list that a table shows
 
 
@@ -134,7 +135,7 @@ def describe_point(path: Path) -> dict[str, Any]:
         "components": system.modes,
         "constraints": len(system.constraints.names),
         "outputs": list(system.outputs),
-        "notes": {key: value for key, value in saved.notes.items() if key not in ("training", "provenance")},
+        "notes": {key: value for key, value in saved.notes.items() if key not in OWN},
     }
 
 

@@ -63,7 +63,7 @@ def solve_states(
         figures = figures_of(found, jobs.title(scene))
         if out is not None:
             with segments.room(out):
-                reports.write_csv(out / analysis.table, columns, ["%d", *["%.15g"] * (len(columns) - 1)])
+                reports.write_csv(out / analysis.table, columns)
                 spaces = [found.linear.save(out / name) for name in analysis.files] if found.linear else []
                 report["files"] = [out / analysis.table, *spaces, out / reports.REPORT, *(figures.save(out) if plots else [])]
                 reports.write_report(out, report)

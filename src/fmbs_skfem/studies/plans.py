@@ -7,7 +7,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ..core.errors import InputError, say
-from ..dynamics import Newton
 from ..reduction import NONE, Elements, hyper_reduction
 from ..reduction.cases import Case
 from ..reduction.comparison import ComparisonOptions
@@ -31,7 +30,7 @@ def sections(scene: Scene) -> tuple[Dynamic, Reduction]:
     if scene.reduction is None or not scene.analysis.moves:
         got = f"analysis {scene.analysis.word}" if scene.reduction else "none"
         raise InputError(say(f"{scene.path or 'scene'}", "a dynamic analysis and a section 'reduction'", got, "add them"))
-    return build.dynamic(scene), scene.reduction
+    return build.stepped(scene), scene.reduction
 
 
 def interval(scene: Scene) -> float | np.ndarray:
@@ -87,8 +86,8 @@ def plan_with(
 
 def task(scene: Scene, raw: System, plan: Plan) -> TrainingTask:
     """The reduction of one system of a scene, with all multipliers, by a plan."""
-    analysis = build.dynamic(scene)
-    case = Case(raw, analysis.scheme, analysis.duration, Newton(tolerance=analysis.tolerance))
+    analysis = build.stepped(scene)
+    case = Case(raw, analysis.scheme, analysis.duration, analysis.newton)
     return task_of(case, plan, interval(scene), partial(build.chosen_form, scene))
 
 

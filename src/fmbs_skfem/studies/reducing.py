@@ -19,6 +19,7 @@ from .result import ReportTable, Result, format_value
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
+    from ..reduction.cases import Case
     from ..reduction.plan import Plan
     from ..scenes import Scene
     from ..systems import System
@@ -31,12 +32,16 @@ class ReductionResult(Result):
     system: System
     full: Trajectory
     reduced: Trajectory
+    case: Case  #: of the reduced motion
 
 
 def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> ReductionResult:
     """A reduced model of a scene by a plan, saved in a file."""
+    raw = build.system(scene, allow_outside=job.allow_outside)
+    if path is not None:
+        files.require_savable(raw)
     compiling.announce(job, reduces=True)
-    found = train(job, scene, plan)
+    found = train(job, scene, raw, plan)
     report = found.report
     origin = reports.plain(reports.provenance(scene))
     facts = [(key, format_value(value)) for key, value in report.items() if key != "output_errors"]
@@ -44,22 +49,23 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> Reduc
     view += tables.output_errors(report["output_errors"])
     if path is not None:
         training, plain = dict(scene.parameters), reports.plain(report)
-        files.save(found.system, path, scene=report["scene"], training=training, report=plain, provenance=origin)
+        how = {"scheme": found.case.scheme, "newton": found.case.newton}
+        files.save(found.system, path, scene=report["scene"], training=training, report=plain, provenance=origin, **how)
         view.append(f"written: {path}")
     more = {"file": path, "provenance": origin, "notices": job.notices}
     return replace(found, report={**report, **more}, lines=view)
 
 
-def train(job: Job, scene: Scene, plan: Plan) -> ReductionResult:
-    """The reduced system, and its sizes, cost and errors against the full model over the training time."""
-    raw = build.system(scene, allow_outside=job.allow_outside)
+def train(job: Job, scene: Scene, raw: System, plan: Plan) -> ReductionResult:
+    """The reduced system of a full one, and its sizes, cost and errors against it over the training time."""
     task = plans.task(scene, raw, plan)
     own = task.family({})
     kept = kept_steps(own, task.interval)
     sharp = replace(own, system=task.form(raw), newton=newton_for(own.newton, plan.tolerance))
     full = job.trajectory = cases.run(sharp, kept, job.progress("full model"))
     model = reduction.train(task, motion=full).model
-    motion = cases.run(model.cases({}), kept, job.progress("reduced model"))
+    case = model.cases({})
+    motion = cases.run(case, kept, job.progress("reduced model"))
     errors = reduction.compare(full, motion)
     report = {
         "status": "ok",
@@ -77,10 +83,11 @@ def train(job: Job, scene: Scene, plan: Plan) -> ReductionResult:
         "cpu_s": motion.statistics.cpu_s,
         "training_s": model.training_s,
         "snnls_s": {selection.component: selection.snnls_s for selection in model.selections},
+        "scheme": repr(own.scheme),
         "step": own.scheme.step,
         "rho_inf": own.scheme.rho_inf,
         "start": own.scheme.start,
         "duration": own.duration,
     }
     about = f"{report['scene']}: {model.system.size} coordinates for {raw.size}, largest relative error {errors.maximum:.1e}"
-    return ReductionResult(about=about, report=report, system=model.system, full=full, reduced=motion)
+    return ReductionResult(about=about, report=report, system=model.system, full=full, reduced=motion, case=case)

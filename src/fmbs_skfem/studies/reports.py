@@ -9,7 +9,7 @@ import math
 import os
 import platform
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,12 +54,12 @@ def write_json(path: Path, report: Mapping[str, Any]) -> Path:
     return path
 
 
-def write_csv(path: Path, columns: Mapping[str, np.ndarray], form: str | Sequence[str] = "%.15g") -> Path:
+def write_csv(path: Path, columns: Mapping[str, np.ndarray]) -> Path:
     """Columns (s,) with their names, complete or not at all."""
     import numpy as np
 
     with durable.place(path) as part:
-        np.savetxt(part, np.column_stack([*columns.values()]), delimiter=",", header=",".join(columns), comments="", fmt=form)
+        np.savetxt(part, np.column_stack([*columns.values()]), delimiter=",", header=",".join(columns), comments="", fmt="%.15g")
     return path
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from .. import scenes
 from ..core.errors import InputError, NoModel, say
 from ..core.records import dataclass
-from ..reduction import comparators, greedy, parameters, parametric_model, prediction
+from ..reduction import comparators, files, greedy, parameters, parametric_model, prediction
 from ..reduction import training as trainings
 from ..reduction import training_store as store
 from ..reduction.full_runs import OutputMeasure, TrainingTask
@@ -70,6 +70,8 @@ class TrainingResult(Result):
 
 def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool, plots: bool) -> TrainingResult:
     """The training, its hold-out points, figures and report; without a model the error that says why."""
+    if out is not None:
+        files.require_savable(order.task.family({}).system)
     if compiling.announce(job, reduces=True):
         comparators.compile_training(order.task)
     made = {"fingerprint": reports.fingerprint(order.scene), "provenance": reports.provenance(order.scene), "notices": job.notices}
