@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import pytest
 from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, integration, run
 from fmbs_skfem.reduction import Elements, HyperReduction, Plan, Points, TrainingTask, comparison, costs, files, plan, runs, task_of
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.comparison import Comparison, ComparisonOptions, ModelRecord
@@ -20,6 +21,7 @@ from fmbs_skfem.reduction.full_runs import FullRun
 from fmbs_skfem.reduction.reduced_models import ReducedModel, make_model
 from fmbs_skfem.systems import At, System, assemble, joints, loads
 from tests import models
+from tests.clocks import PRICES, set_prices, wind
 from tests.reduction.conftest import Full, error
 
 SCHEME = GeneralizedAlpha(5e-4)
@@ -38,7 +40,7 @@ def trained(full: Full, plan: Plan) -> ReducedModel:
 
 
 @pytest.fixture(scope="module")
-def small() -> Comparison:
+def small() -> Iterator[Comparison]:
     """Example 2 with 24 cells a beam over 0.8 s."""
     task = task_for(models.double_pendulum(24, all_multipliers=True), 0.8, Plan(COMPONENTS, 1e-9, hyper=Elements(1e-3)))
     options = ComparisonOptions(
@@ -49,7 +51,10 @@ def small() -> Comparison:
         repeat=1,
     )
     coarse = {cells: models.double_pendulum(cells, all_multipliers=True) for cells in (4, 8)}
-    return comparison.run(task, options, coarse)
+    with pytest.MonkeyPatch.context() as patch:
+        set_prices(patch)
+        wind(patch, integration, run)
+        yield comparison.run(task, options, coarse)
 
 
 def test_every_model_is_there_once_and_done(small: Comparison) -> None:
@@ -59,6 +64,22 @@ def test_every_model_is_there_once_and_done(small: Comparison) -> None:
     assert "component+ecsw-points 1e-6/1e-2" in names
     assert {record.status for record in small.records} == {"done"}
     assert all(record.cpu_s > 0 and record.wall_s > 0 and record.iterations > 0 for record in small.records)
+
+
+def test_parts_of_the_time_are_calls_times_the_time_of_one(small: Comparison) -> None:
+    """An iteration takes a force and a solution, a factorisation has a tangent inside; products are told apart from both."""
+    for record in small.records:
+        if record.name == "ffrf":  # no elastic terms
+            continue
+        calls, factored = record.iterations, record.factorisations
+        assert record.force_s + record.product_s == calls * PRICES["force"] + factored * PRICES["tangent"]
+        assert record.solve_s == calls * PRICES["solution"] + factored * (PRICES["factor"] - PRICES["tangent"])
+        assert record.kr_us == 1e6 * PRICES["tangent"]
+    for level, terms in (("system", 1), ("component", 2)):  # each with a gather, a scatter, and U^T D U
+        record = small[level]
+        products = record.iterations * 2 + record.factorisations * (0.5 * 2 + 1)
+        assert record.product_s == terms * products * PRICES["product"]
+    assert small["full"].product_s == 0.0
 
 
 def test_the_reference_has_no_error_and_all_coordinates(small: Comparison) -> None:
