@@ -36,6 +36,14 @@ def ended(number: int) -> int:
     return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
 
 
+def alive(number: int) -> bool:
+    """Whether a process runs, and is not only waiting for its parent to take notice of its end."""
+    try:
+        return "Z" not in Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+
+
 def check_damage_is_found(path: Path, load: Callable[[Path], Any]) -> None:
     """`load` names every flipped bit and every cut of a file of `core.container` as damage; half of the file stays."""
     data = path.read_bytes()

@@ -10,6 +10,9 @@ from typing import Any
 
 import pytest
 
+from fmbs_skfem.dynamics import integration, run
+
+from .clocks import wind
 from .shortened import shorten_examples
 
 FOLDER = Path(__file__).resolve().parents[1] / "benchmarks"
@@ -32,6 +35,7 @@ def script(name: str, results: Path, monkeypatch: pytest.MonkeyPatch, **smaller:
 
 
 def test_full_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wind(monkeypatch, integration, run)
     rows = script("full_models", tmp_path, monkeypatch, STEPS=1700, FINER=2).main(1)
     assert {row.example for row in rows} == {"spin_up", "double_pendulum"}
     assert all(row.cpu_s > 0.0 for row in rows)

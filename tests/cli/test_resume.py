@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -126,12 +125,19 @@ def ended_with(done: Call) -> int:
 
 
 def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """While it is there, though it stands still, its folder is taken."""
-    path, out = scene(tmp_path, LONG, HISTORY), tmp_path / "out"
-    number, begin = child(lambda: ended_with(run(path, out, "--checkpoint", "0"))), time.monotonic()
-    while not segments.exists(out) and time.monotonic() - begin < 60.0:
-        time.sleep(1e-3)
-    os.kill(number, signal.SIGSTOP)
+    """While it is there, though it stands still, its folder is taken; it stands still from its first segment on."""
+    path, out, write = scene(tmp_path, LONG, HISTORY), tmp_path / "out", Recorder.write
+
+    def stopped_run() -> int:
+        def stop(self: Recorder, moment: RunState) -> None:
+            write(self, moment)
+            os.kill(os.getpid(), signal.SIGSTOP)
+
+        monkeypatch.setattr(Recorder, "write", stop)
+        return ended_with(run(path, out, "--checkpoint", "0"))
+
+    number = child(stopped_run)
+    assert os.WIFSTOPPED(os.waitpid(number, os.WUNTRACED)[1])
     busy = fmbs("resume", out)
     os.kill(number, signal.SIGKILL)
     assert ended(number) == -signal.SIGKILL

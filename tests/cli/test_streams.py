@@ -26,7 +26,7 @@ def shell(command: str, path: Path) -> subprocess.CompletedProcess[str]:
     variables = {**os.environ, "SCENE": str(path), "OUT": str(path.parent / "out")}
     variables.pop("PYTHONUNBUFFERED", None)  # streams as users have them
     text = command.replace("$FMBS", " ".join(f"'{part}'" for part in FMBS))
-    return subprocess.run(["bash", "-c", text], env=variables, cwd=path.parent, capture_output=True, text=True, timeout=300)
+    return subprocess.run(["bash", "-c", text], env=variables, cwd=path.parent, capture_output=True, text=True, timeout=900)
 
 
 @pytest.mark.parametrize(

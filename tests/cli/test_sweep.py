@@ -9,11 +9,11 @@ import functools
 import json
 import logging
 import os
-import platform
 import shutil
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -31,6 +31,7 @@ from fmbs_skfem.reduction.parametric_model import ParametricModel
 from fmbs_skfem.results import sweep_files
 from fmbs_skfem.studies import sweeping
 
+from ..hard_cases import alive
 from .calls import EXAMPLES, ROOT, fmbs
 from .test_examples import script
 
@@ -103,15 +104,21 @@ def test_the_batch_script_for_slurm(tmp_path: Path) -> None:
     job = tmp_path / "job.sh"
     job.write_text(page.split("```sh\n#!/bin/bash", 1)[1].split("```")[0].join(["#!/bin/bash", ""]))
     assert subprocess.run(["bash", "-n", job], check=False).returncode == 0
-    for name in ("dask", "srun", "fmbs"):
-        wait = "sleep 0.3" if name == "fmbs" else "exec sleep 20"
-        (tmp_path / name).write_text(f'#!/bin/bash\necho "{name} $*" >> said\n{wait}\n')
+    both = "until grep -q dask said && grep -q srun said; do sleep 0.01; done"
+    waits = {"dask": "exec sleep 3600", "srun": "exec sleep 3600", "fmbs": both}
+    for name, wait in {**waits, "hostname": ""}.items():
+        saying = "echo node7" if name == "hostname" else f'echo $$ > {name}.number; echo "{name} $*" >> said'
+        (tmp_path / name).write_text(f"#!/bin/bash\n{saying}\n{wait}\n")
         (tmp_path / name).chmod(0o755)
-    done = subprocess.run(["bash", job], cwd=tmp_path, env=os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"}, timeout=15)
-    assert done.returncode == 0
+    environment = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}", "TMPDIR": str(tmp_path)}
+    assert subprocess.run(["bash", job], cwd=tmp_path, env=environment, check=False).returncode == 0
     said = (tmp_path / "said").read_text()
+    assert "dask scheduler --port 8786 --scheduler-file scheduler.json" in said
     assert "srun dask worker --scheduler-file scheduler.json" in said
-    assert f"--scheduler tcp://{platform.node()}:8786" in said
+    assert "--scheduler tcp://node7:8786" in said
+    for name in ("dask", "srun"):  # the job ends what it began
+        while alive(int((tmp_path / f"{name}.number").read_text())):
+            time.sleep(0.01)
 
 
 def test_jobs_of_slurm_are_those_that_the_page_shows() -> None:

@@ -14,14 +14,17 @@ import pytest
 
 from fmbs_skfem.core import jit
 from fmbs_skfem.studies import Job, Listener, compiling
+from tests.hard_cases import alive
 
 BEGIN = """
-import time
+import signal
 from fmbs_skfem.studies import Job, compiling
 compiling.announce(Job())
 print(compiling._BESIDE[0].pid, flush=True)
-time.sleep(60.0)
+signal.pause()
 """
+
+PATIENT = 600.0  #: after which what hangs is given up; nothing waits for it that goes well [s]
 
 
 def test_one_compiles_and_the_others_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -36,11 +39,11 @@ def test_one_compiles_and_the_others_wait(tmp_path: Path, monkeypatch: pytest.Mo
     with jit.alone("stepping.advance"):
         other = threading.Thread(target=second)
         other.start()
-        assert begun.wait(10.0)
+        assert begun.wait(PATIENT)
         with jit.alone("settling.settle"):  # another function waits for nobody
             other.join(0.2)
         events.append("first")
-    other.join(10.0)
+    other.join(PATIENT)
     assert events == ["first", "second"]
 
 
@@ -57,7 +60,7 @@ def test_functions_that_python_calls_are_compiled_by_one_as_well(tmp_path: Path,
         other.start()
         other.join(0.5)
         events.append("compiled elsewhere")
-    other.join(60.0)
+    other.join(PATIENT)
     assert events == ["compiled elsewhere", "3.0"]
 
 
@@ -82,15 +85,7 @@ def test_the_process_beside_a_run_ends_with_it(tmp_path: Path) -> None:
         beside = int(run.stdout.readline())
         assert alive(beside)
         run.send_signal(signal.SIGKILL)
-    end = time.monotonic() + 60.0
+    end = time.monotonic() + PATIENT
     while alive(beside) and time.monotonic() < end:
         time.sleep(0.05)
     assert not alive(beside)
-
-
-def alive(number: int) -> bool:
-    """Whether a process runs, and is not only waiting for its parent to take notice of its end."""
-    try:
-        return "Z" not in Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return False

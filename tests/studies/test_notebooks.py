@@ -39,7 +39,7 @@ def test_a_notebook_shows_one_line_that_changes_and_goes() -> None:
             return super().process_message(message, *more)
 
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(CELL)])
-    Watched(book, timeout=300, kernel_name="python3").execute()
+    Watched(book, timeout=900, kernel_name="python3").execute()
     kinds, places, texts = zip(*shown, strict=True)
     assert kinds == ("display_data", *["update_display_data"] * (len(kinds) - 1))
     assert len(set(places)) == 1
