@@ -346,7 +346,7 @@ def arm(dim: int, cells: int = 4) -> System:
             "hinge": probes.Reaction("hinge"),
             "latch": probes.Reaction("latch"),
         },
-        events={"fly": event("tip.y + 0.2", release=("hinge",)), "catch": event("tip.y + 0.6", lock=("latch",))},
+        events={"fly": event("tip.y + 0.2", release=("hinge",)), "catch": event("tip.y < -0.6", lock=("latch",))},
     )
 
 

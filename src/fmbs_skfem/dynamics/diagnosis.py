@@ -81,13 +81,22 @@ class Diagnosis:
 def explain(error: SolverError) -> Diagnosis:
     """The diagnosis of a failed time step, static solution or start."""
     found = Diagnosis(error.reason, str(error), float(error.time), residuals=error.worst)
-    stop = stopped.stop_of(error)
+    stop, known = stopped.stop_of(error), self_explained(error)
     if stop is None:
-        return replace(found, causes=(at_start(found),))
+        return replace(found, causes=known or (at_start(found),))
     with np.errstate(all="ignore"):
         found = measure(stop, error, found)
-        causes = tuple(cause for rule in RULES if (cause := rule(stop, found)))
+        causes = known or tuple(cause for rule in RULES if (cause := rule(stop, found)))
     return replace(found, causes=causes or (long_way(stop, found) or UNKNOWN,))
+
+
+def self_explained(error: SolverError) -> tuple[Cause, ...]:
+    """The cause that an error names itself: what an event or a controller reads, or an unstable loop; all else follows from it."""
+    what, _, remedy = str(error).rpartition("; ")
+    if error.reason is Reason.GROWING:
+        return (Cause("unstable loop", what, remedy),)
+    read = [name for name, value in error.worst if name.startswith(("event ", "controller ")) and not np.isfinite(value)]
+    return (Cause("signal", what, remedy),) if read else ()
 
 
 def measure(stop: StoppedSolve, error: SolverError, found: Diagnosis) -> Diagnosis:

@@ -4,12 +4,12 @@ r"""Events in a run: found by the sign of their values after every step, located
     lock         x+ = x-,        M (v+ - v-) + Phi_q^T p = 0,  Phi_q v+ + Phi_t = 0      loses  v-^T M v- / 2 - v+^T M v+ / 2
     release                      v+ = v-
 
-Accelerations and reactions start anew behind an event, as at the start of a run, so that all stays of second order. Pieces below
-TINY of a step are too short for the method, whose reactions are noise there: they follow x + h v + h^2 q'' / 2. A value that is
-zero at the start counts as crossing zero there where it leaves in the direction of its event. A value that is on
-the same side at both ends of a step may have been beyond zero between them (`dips`). An event that has happened is on
-guard again once its value is clearly not zero: neither its own action nor round-off make it happen twice at one instant.
-One that is to happen once is not.
+Accelerations and reactions start anew behind an event, as at the start of a run, so that all stays of second order. Very short
+pieces of a step are too short for the method, whose reactions are noise there: they follow x + h v + h^2 q'' / 2. A value that is
+at rest at zero, from the start on or later, crosses it where it leaves it (`crossings`). A value that is on the same side at both
+ends of a step may have been at zero or beyond it between them (`dips`). An event that has happened is on guard again once its value
+is clearly not zero: neither its own action nor round-off make it happen twice at one instant. One that is to happen once is not.
+A value that is no number ends the run, at the last instant at which it is one; what crosses zero up to there happens.
 
 Source (events by the sign of functions, and starts after them): Hairer, Norsett, Wanner, Solving ordinary differential equations I,
 2nd ed., Springer 1993, section II.6; impulses on constraints: Brogliato, Nonsmooth Mechanics, 3rd ed., Springer 2016, section 4.2.
@@ -17,7 +17,7 @@ Source (events by the sign of functions, and starts after them): Hairer, Norsett
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,8 +33,10 @@ from ..systems.system import loose_rows
 from . import checkpoint as checkpoints
 from . import dips, stepping
 from .checkpoint import Checkpoint
-from .dividing import divided, put, restart
+from .crossings import Crossings, noise_of
+from .dividing import put, restart
 from .initial import Instant, consistent_start, first_state
+from .pieces import EXACT, TINY, Unreached, last_place, take_piece
 from .step import STEPS
 from .trajectory import Gap, Happening
 from .vanishing import empty, lengths, rows_of_locks
@@ -43,24 +45,16 @@ if TYPE_CHECKING:
     from .feed import Feed
     from .run import OpenRun
 
-TINY = 0.01  #: of a step, below which a piece of it is taken by the Taylor series
 LATE = 1e-6  #: of a step after its begin where inputs of the step count
-EXACT = 1e-12  #: of a step, to which events are located
 TOGETHER = 1e-8  #: of a step, within which events happen at once
-NOISY = 3.0  #: on the change of a value by a change of all unknowns with arbitrary signs
-NOISE = 1e-10  #: change of unknowns, over changes that count as large, which values do not show
+HUGE = 1e100  #: values beyond it, and infinite ones, count as this: what is located is their sign
+NONE = np.zeros(0, np.int64)  #: no events
 STILL = 1e-6  #: of a value in its step, below which it is zero where it has just crossed zero
 MANY = 100  #: events in one step
 FAR = 0.02  #: distance of places that a latch locks, over the size of the mechanism, which is not meant to stay
-GAPS, NOT_KNOWN = "event gaps", (np.nan, np.nan)  #: distances and angles in checkpoints, which those of earlier versions lack
-
-
-class Unreached(Exception):
-    """A piece of a step that cannot be taken, with its status."""
-
-    def __init__(self, status: int) -> None:
-        super().__init__(status)
-        self.status = status
+#: in checkpoints, which those of earlier versions lack: distances and angles, what rests at zero, values of the last two steps
+GAPS, RESTS, TRAIL = "event gaps", "events at rest", "event values"
+NOT_KNOWN = np.nan, np.nan
 
 
 class Watch:
@@ -71,28 +65,27 @@ class Watch:
         self.triggers, self.locks = system.triggers, {one.joint: one for one in system.locks}
         self.joints = np.array([joint for joint, _ in system.constraints.names], dtype=object)
         self.closed = ~rows_of_locks(system)  #: rows that are to hold, whether or not others make them hold already
-        self.sides = np.zeros(len(self.triggers), np.int64)  #: signs of values; 0 where an event is not on guard
-        self.numbers = [one.value for one in self.triggers]
-        self.noise = self.noise_of(run)  #: values (t,) below which they are zero
+        #: of values, and of the margins of those that are conditions behind them
+        self.margins = [k for k, one in enumerate(self.triggers) if one.margin is not None and one.margin >= 0]
+        self.numbers = [one.value for one in self.triggers] + [int(self.triggers[k].margin or 0) for k in self.margins]
+        self.noise = noise_of(run, self.numbers)
+        self.crossings = Crossings(self.triggers, self.noise[: len(self.triggers)])
         self.size = np.zeros(len(self.triggers))  #: of the values in the last step with an event
+        self.jumps = np.zeros(len(self.triggers), dtype=bool)  #: which values jumped where they happened last
         self.happened: list[Happening] = []
+        self.lately = set[int]()  #: events that have happened in the present step
         self.idle = set[str]()  #: remarks on what changes nothing, each made once
-        self.trail = (np.full(len(self.triggers), np.nan),) * 2  #: values (t,) of the last two steps
+        self.trail = (np.full(len(self.numbers), np.nan),) * 2  #: values and margins (t + b,) of the last two steps
+        self.require_numbers(self.read(run, 0.0), 0.0)
 
-    def noise_of(self, run: OpenRun) -> np.ndarray:
-        """Values (t,) that are zero: what round-off of unknowns changes, and of columns of outputs that are read, of their size."""
-        system, random = run.model.system, np.random.default_rng(0)
-        d = NOISE * scale_of(system) * random.choice([-1.0, 1.0], system.size)
-        states = ((system.x0, system.v0), (system.x0 + d, system.v0 + d / run.scheme.step))
-        first, last = (compilation.accepted(run.model, *state) for state in states)
-        self.values(run, 0.0)
-        kept = [NOISE * run.reader.size if k < 0 else last[run.kept_values[k]] - first[run.kept_values[k]] for k in self.numbers]
-        return NOISY * np.abs(np.array(kept))
+    def read(self, run: OpenRun, place: float) -> np.ndarray:
+        """All values and margins (t + b,) in the present state, at a place in the step; NaN where one is no number."""
+        time = run.scheme.step * (run.done + place)
+        return np.clip(run.reader.read(run, self.numbers, time, within=0.0 < place < 1.0), -HUGE, HUGE)
 
     def values(self, run: OpenRun, place: float) -> np.ndarray:
-        """The values of all events (t,) in the present state, at a place in the step."""
-        time = run.scheme.step * (run.done + place)
-        return np.array(run.reader.read(run, self.numbers, time, within=0.0 < place < 1.0))
+        """The values of all events (t,)."""
+        return self.read(run, place)[: len(self.triggers)]
 
     @property
     def ended(self) -> float | None:
@@ -101,30 +94,24 @@ class Watch:
 
     def look(self, run: OpenRun, before: Sequence[np.ndarray]) -> int:
         """Let happen what happens in the step that was taken from the state `before`; the status of a piece that failed."""
-        due = np.zeros(0, np.int64)
+        self.lately = set()
         if run.done == 1:
-            after = [part.copy() for part in run.step.state]
-            put(run.step.state, before)
-            then = self.values(run, -1.0)
-            run.reader.keep()
-            put(run.step.state, after)
-            self.guard(then)
-            self.trail = then, then
-        now = self.values(run, 0.0)
-        if run.done == 1:
-            change = now - then
-            due = np.flatnonzero((self.sides == 0) & (self.signs(change) != 0) & self.fits(np.sign(change)))
-        dip = 1.0 if len(due) or self.crossed(now).any() else self.dip(run, before, now)
-        self.trail = self.trail[1], now
-        if not len(due) and not self.crossed(now).any() and dip == 1.0:
-            self.guard(now)
+            self.begin(run, before)
+        read = self.read(run, 0.0)
+        now, dip, touched = read[: len(self.triggers)], 1.0, NONE
+        begun = bool(self.crossings.crossed(now).any() or self.broken(read).any())
+        if not begun:
+            dip, touched = self.dip(run, before, read)
+        self.trail = self.trail[1], read
+        if not begun and dip == 1.0:
+            self.remember(now)
             run.reader.keep()
             return stepping.DONE
         put(run.step.state, before)
         run.done -= 1
         steps = int(run.step.job.counters[STEPS])
         try:
-            self.take_in_pieces(run, due, dip)
+            self.take_in_pieces(run, dip, touched)
         except Unreached as failed:
             return failed.status
         run.step.job.counters[STEPS] = steps
@@ -135,57 +122,71 @@ class Watch:
         run.store()
         return stepping.DONE
 
-    def signs(self, values: np.ndarray) -> np.ndarray:
-        """Signs of values (t,), 0 for those that are noise."""
-        return np.asarray(np.where(np.abs(values) > self.noise, np.sign(values), 0.0).astype(np.int64))
-
-    def fits(self, change: np.ndarray) -> np.ndarray:
-        """Whether changes (t,) of values have the direction of their events."""
-        return np.array([one.direction in (0, int(sign)) for one, sign in zip(self.triggers, change, strict=True)], dtype=bool)
-
-    def crossed(self, values: np.ndarray) -> np.ndarray:
-        """Which events have happened where their values are these (t,)."""
-        return np.asarray((self.sides != 0) & (self.sides * values <= 0.0) & self.fits(-self.sides))
-
-    def guard(self, values: np.ndarray, but: Sequence[int] = ()) -> None:
-        """Remember the signs of values (t,) that are clearly not zero, `but` those of some events."""
-        found, names = self.signs(values), {one.name for one in self.happened}
-        found[[*but, *(k for k, one in enumerate(self.triggers) if one.once and one.name in names)]] = 0
-        self.sides = np.where(found != 0, found, self.sides)
-
-    def dip(self, run: OpenRun, before: Sequence[np.ndarray], now: np.ndarray) -> float:
-        """Where in the step that was taken from the state `before` a value is beyond zero that is not so at its end; 1 for none."""
-        last, h = self.trail[1], run.scheme.step
-        some = np.flatnonzero((self.sides != 0) & dips.near(self.trail[0], last, now))
-        if not len(some):
-            return 1.0
-        after, late = [part.copy() for part in run.step.state], dips.rates(run, self.numbers, h * run.done)
+    def begin(self, run: OpenRun, before: Sequence[np.ndarray]) -> None:
+        """Take the values of the start, the state `before` the first step."""
+        after = [part.copy() for part in run.step.state]
         put(run.step.state, before)
-        early, found = dips.rates(run, self.numbers, h * (run.done - 1)), 1.0
-        for k in some.tolist():
-            s = self.sides[k]
-            if not (s * early[k] < 0.0 < s * late[k]):
-                continue
-            place, value = dips.deepest((s * last[k], s * now[k]), (s * early[k], s * late[k]))
-            if value <= self.noise[k]:
-                put(run.step.state, before)
-                run.done -= 1
-                take_piece(run, 0.0, place)
-                found = min(found, place) if s * self.values(run, place)[k] <= 0.0 else found
-                run.done += 1
+        then = self.read(run, -1.0)
+        run.reader.keep()
         put(run.step.state, after)
+        self.crossings.begin(then[: len(self.triggers)])
+        self.trail = then, then
+
+    def broken(self, read: np.ndarray) -> np.ndarray:
+        """Which events (t,) read no number, of all values and margins (t + b,); one that is over reads nothing."""
+        found = np.isnan(read[: len(self.triggers)])
+        for k, margin in zip(self.margins, read[len(self.triggers) :], strict=True):
+            found[k] |= np.isnan(margin) & self.triggers[k].alone
+        found[self.over] = False
         return found
 
-    def take_in_pieces(self, run: OpenRun, due: np.ndarray, dip: float = 1.0) -> None:
-        """Take a step from event to event, those that are due at its begin first, to its end or to that of the run.
+    def require_numbers(self, read: np.ndarray, time: float) -> np.ndarray:
+        """Values (t,) of what was read (t + b,) at this time [s]; SolverError where one is no number."""
+        for one in (self.triggers[k] for k in np.flatnonzero(self.broken(read))):
+            text = f"event '{one.name}': 'when' is no number (nan) at t = {time:.6g} s"
+            raise SolverError(f"{text}; guard it with where(...)", Reason.NOT_FINITE, time, ((f"event {one.name}", np.nan),))
+        return read[: len(self.triggers)]
 
-        Up to a `dip` values are looked at by themselves.
+    @property
+    def over(self) -> list[int]:
+        """Events that happen once and have."""
+        names = {one.name for one in self.happened}
+        return [k for k, one in enumerate(self.triggers) if one.once and one.name in names]
+
+    def dip(self, run: OpenRun, before: Sequence[np.ndarray], read: np.ndarray) -> tuple[float, np.ndarray]:
+        """Where in the step that was taken from the state `before` a value is beyond zero that is not so at its end; 1 for none.
+
+        With numbers of events whose values touch zero there and go back.
+        """
+        count, sides, trail = len(self.triggers), self.crossings.sides, (*self.trail, read)
+        signs = np.concatenate([sides, np.nan_to_num(np.sign(self.trail[1][count:])).astype(np.int64)])
+        found = list(dips.search(run, self.numbers, before, trail, signs, self.noise))
+        touching = [one.number < count and one.value > 0.0 for one in found]
+        fits = self.crossings.fits(-sides)
+        kept = [
+            (one, touches)
+            for one, touches in zip(found, touching, strict=True)
+            if one.value <= 0.0 or (touches and fits[one.number])
+        ]
+        first = min((one.place for one, _ in kept), default=1.0)
+        return first, np.array([one.number for one, touches in kept if touches and one.place == first], np.int64)
+
+    def remember(self, values: np.ndarray, but: Sequence[int] = ()) -> None:
+        """Remember on which side of zero values (t,) are, `but` those of some events, and of those that are over."""
+        self.crossings.remember(values, [*but, *self.over], self.lately)
+
+    def take_in_pieces(self, run: OpenRun, dip: float, touched: np.ndarray) -> None:
+        """Take a step from event to event, to its end or to that of the run.
+
+        Up to a `dip` values are looked at by themselves; some have `touched` zero there.
         """
         place, acted, count = 0.0, set[int](), 0
+        due = NONE
         while self.ended is None:
             if not len(due):
                 end = dip if place < dip else 1.0
                 reached, due = self.go_on(run, place, end)
+                due = np.union1d(due, touched if reached == dip else NONE)
                 if not len(due):
                     if end == 1.0:
                         return
@@ -197,42 +198,61 @@ class Watch:
             if count > MANY:
                 raise endless([self.triggers[k].name for k in due], run.scheme.step * (run.done + place))
             self.act(run, due, place)
-            acted |= set(due.tolist())
-            now = self.values(run, place)
-            due = np.setdiff1d(np.flatnonzero(self.crossed(now)), list(acted))
-            self.guard(now, [*due, *(k for k in acted if abs(now[k]) <= STILL * self.size[k])])
+            acted, touched = acted | set(due.tolist()), NONE
+            now = self.require_numbers(self.read(run, place), run.scheme.step * (run.done + place))
+            due = np.setdiff1d(np.flatnonzero(self.crossings.crossed(now)), list(acted))
+            self.remember(now, [*due, *(k for k in acted if abs(now[k]) <= STILL * self.size[k])])
 
     def go_on(self, run: OpenRun, place: float, end: float) -> tuple[float, np.ndarray]:
-        """Go from a place in the step, a part of it, to the next event or to the `end`: the place there, and the events."""
-        before, first = [part.copy() for part in run.step.state], self.values(run, place)
+        """Go from a place in the step, a part of it, to the next event or to the `end`: the place there, and the events.
+
+        Where a value is no number at the end, as log(x) beyond its root, it goes to the last instant at which all are numbers.
+        """
+        before, count, known = [part.copy() for part in run.step.state], len(self.triggers), {place: self.read(run, place)}
 
         def move(to: float) -> np.ndarray:
             put(run.step.state, before)
             take_piece(run, place, to)
-            return self.values(run, to)
+            known[to] = self.read(run, to)
+            return known[to]
 
-        last = move(end) if place < end else first
-        self.size = np.maximum(np.abs(first), np.abs(last))
-        due = np.flatnonzero(self.crossed(last))
+        last, beyond = move(end) if place < end else known[place], end
+        if self.broken(last).any():
+            end, beyond = last_place(lambda to: bool(self.broken(move(to)).any()), place, end)
+            last = move(end)
+        self.size = np.maximum(np.abs(known[place][:count]), np.abs(last[:count]))
+        due = np.flatnonzero(self.crossings.crossed(last[:count]))
         if not len(due):
-            self.guard(last)
+            self.require_numbers(known[beyond], run.scheme.step * (run.done + beyond))
+            self.remember(last[:count])
             return end, due
+        found = self.locate(due, (place, end), lambda to, k: float((known[to] if to in known else move(to))[k]))
+        reached, due = float(found.min()), due[found - found.min() < TOGETHER]
+        self.remember(move(reached)[:count], due.tolist())
+        return reached, due
+
+    def locate(self, due: np.ndarray, span: tuple[float, float], value: Callable[[float, int], float]) -> np.ndarray:
+        """Places (d,) in a span of the step where events `due` happen, of their values at a place."""
         from scipy.optimize import brentq  # which imports all of scipy.optimize: here alone
 
-        known = {place: first, end: last}
+        place, end = span
+        ends = {k: (value(place, k), value(end, k)) for k in due.tolist()}
 
-        def value(to: float, k: int) -> float:
-            if to not in known:
-                known[to] = move(to)
-            return float(known[to][k])
+        def gap(to: float, k: int) -> float:
+            return self.crossings.gap(k, *ends[k], value(to, k))
 
-        found = np.array([brentq(value, place, end, args=(k,), xtol=EXACT) for k in due])
-        for number, k in enumerate(due.tolist()):  # jumps stand behind
-            early = self.sides[k] * value(found[number], k) > STILL * self.size[k]
-            found[number] = min(found[number] + 4 * EXACT * early, end)
-        reached, due = float(found.min()), due[found - found.min() < TOGETHER]
-        self.guard(move(reached), due.tolist())
-        return reached, due
+        def is_early(to: float, k: int) -> bool:
+            return gap(to, k) > STILL * self.size[k]
+
+        found = np.array([brentq(gap, place, end, args=(k,), xtol=EXACT) for k in ends])
+        at_rest = self.crossings.sides[due] == 0
+        each = list(zip(found.tolist(), ends, strict=True))
+        self.jumps[due] = [is_early(max(to - 4 * EXACT, place), k) for to, k in each]
+        early = np.array([is_early(to, k) for to, k in each]) | at_rest
+        apart = found - place
+        found = np.minimum(found + 4 * EXACT * early, end)  # jumps stand behind
+        # the Taylor series of the shortest pieces does not know what begins at their begin
+        return np.where(at_rest & ((apart < LATE) | (np.abs(apart - TINY) < TOGETHER)), place, found)
 
     def act(self, run: OpenRun, due: np.ndarray, place: float) -> None:
         """Do what events ask for at a place in the step, and start anew from there."""
@@ -254,7 +274,8 @@ class Watch:
         put(state, first_state(model, start, run.step.method.c, kept, late))
         state.speed[:], state.parts[:], state.work[:] = held
         restart(state, run.step.work)
-        self.sides[due] = 0
+        self.crossings.happen(due, self.jumps[due])
+        self.lately |= set(due.tolist())
         loss = 0.5 * float(v @ (system.mass @ v) - start.v @ (system.mass @ start.v))
         for one, gap in zip((self.triggers[k] for k in due), gaps, strict=True):
             self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss if one.lock else 0.0, gap))
@@ -315,16 +336,26 @@ class Watch:
         """What is to be kept of it, by name."""
         numbers = {one.name: k for k, one in enumerate(self.triggers)}
         rows = [(numbers[one.name], one.time, one.loss) for one in self.happened]
-        found = {"events on guard": self.sides, "rows closed": self.closed, "rows off": run.step.space.off}
+        found: dict[str, np.ndarray] = {
+            "events on guard": self.crossings.sides,
+            "rows closed": self.closed,
+            "rows off": run.step.space.off,
+        }
         gaps = [(gap.distance, gap.angle) for one in self.happened for gap in one.gaps]
-        told = {"events": np.array(rows, dtype=float).reshape(-1, 3), GAPS: np.array(gaps, dtype=float).reshape(-1, 2)}
-        return {name: array.copy() for name, array in found.items()} | told
+        told: dict[str, np.ndarray] = {
+            "events": np.array(rows, dtype=float).reshape(-1, 3),
+            GAPS: np.array(gaps, dtype=float).reshape(-1, 2),
+        }
+        told |= {RESTS: self.crossings.rests, TRAIL: np.array(self.trail)}
+        return {name: array.copy() for name, array in (found | told).items()}
 
     def put(self, run: OpenRun, held: Checkpoint) -> None:
         """Put back what was kept."""
-        self.sides, self.closed, run.step.space.off[:] = (
+        self.crossings.sides, self.closed, run.step.space.off[:] = (
             checkpoints.fitting(held.arrays, name, array).copy() for name, array in list(self.arrays(run).items())[:3]
         )
+        self.crossings.rests = held.arrays.get(RESTS, self.crossings.rests).copy()
+        self.trail = (*held.arrays.get(TRAIL, self.trail),)
         gaps = iter(held.arrays.get(GAPS, ()))
         self.happened = []
         for number, time, loss in held.arrays["events"].tolist():
@@ -352,26 +383,6 @@ def follows(model: Compiled, x: np.ndarray, time: float, closed: np.ndarray) -> 
     rest = rows[ranks.part(J[rows], ranks.CLOSED, ~loose[rows])[1]]
     found[rest] = True
     return np.asarray(loose & closed & (found | noise))
-
-
-def take_piece(run: OpenRun, place: float, to: float) -> None:
-    """Go from a place in the present step to another one, both parts of it."""
-    h, state = run.scheme.step, run.step.state
-    begin, span = h * (run.done + place), h * (to - place)
-    if span >= TINY * h:
-        status, _ = divided(run, stepping.DONE, begin, span, -1, 0)
-        if status != stepping.DONE:
-            raise Unreached(status)
-        return
-    way = span * state.v + 0.5 * span**2 * state.acceleration
-    state.x[:] += way
-    state.v[:] += span * state.acceleration
-    back = np.argsort(run.model.order)
-    state.memory[:] = compilation.accepted(run.model, state.x[back], state.v[back], state.memory.copy(), begin + span)
-    push, gradients = compilation.working(run.model, state.x[back], state.v[back], begin + span, state.memory)
-    state.work[0] += 0.5 * (state.push + push) @ way
-    state.push[:], state.gradients[:] = push, gradients
-    restart(state, run.step.work)
 
 
 def endless(names: Sequence[str], time: float) -> SolverError:

@@ -137,7 +137,8 @@ def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> bool:
     for source, force, held in model.remembering:
         if not isinstance(source, LawForces) or not force.turns.any():
             continue
-        jumps = np.abs(np.diff(motion.memory[:, held], axis=0)) * force.turns * near[:, None]
+        with np.errstate(invalid="ignore"):  # values of events may be infinite beside
+            jumps = np.where(force.turns * near[:, None] > 0.0, np.abs(np.diff(motion.memory[:, held], axis=0)), 0.0)
         s, k = np.unravel_index(int(jumps.argmax()), jumps.shape)
         if jumps[s, k] > DOUBT:
             name = pushed_body(motion.system, int(source.rows[k * len(source) // len(force.memory), 0]))

@@ -99,10 +99,15 @@ class Reader(Meter):
                     readings.require_known(one, found)
                 self.checked = True
 
-        def kept(number: int) -> float:
-            return float(memory[run.kept_values[number]])
+        return [self.value(run, k, memory, found) for k in numbers]
 
-        return [kept(k) if k >= 0 else readings.evaluate(self.readings[-1 - k], kept, found) for k in numbers]
+    def value(self, run: OpenRun, number: int, memory: np.ndarray, columns: Mapping[str, float]) -> float:
+        """A value of what forces keep (l,), and of columns of outputs by name."""
+
+        def kept(k: int) -> float:
+            return float(memory[run.kept_values[k]])
+
+        return kept(number) if number >= 0 else readings.evaluate(self.readings[-1 - number], kept, columns)
 
     @property
     def size(self) -> float:

@@ -140,6 +140,8 @@ def restore(run: OpenRun, held: Checkpoint) -> None:
     if run.watch:
         run.watch.put(run, held)
     run.done = held.done
+    if run.watch and run.watch.ended is not None:
+        run.end(run.watch.ended)
 
 
 def count_stored(run: OpenRun) -> int:

@@ -22,6 +22,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..core import conditions
 from ..core.errors import InputError, closest, listed, say
 from ..core.fields import NAMED
 from ..core.inputs import Held
@@ -44,7 +45,7 @@ class Event:
     """What happens where `when`, an expression of outputs, crosses zero: in one direction, or in both.
 
     The run stops there, joints named in `release` hold no longer, and the two places of joints named in `lock` move as one. It
-    happens every time that `when` crosses zero, or the first time alone: `once: true`.
+    happens every time that `when` crosses zero, or the first time alone: `once: true`. A comparison rises where it becomes true.
     """
 
     when: Annotated[OfState, fields.response("")]
@@ -58,6 +59,8 @@ class Event:
         """What is wrong with it by itself: names of fields, and problems."""
         if not (self.stop or self.release or self.lock):
             yield "", Problem("something that happens", "nothing", "say 'stop: true', or which joints to release or to lock")
+        if not (self.when.outputs or self.when.clocked):
+            yield "when", Problem("an expression of outputs or t, which crosses zero", f"'{self.when.text}', which never changes")
         for name in self.release:
             if name in self.lock:
                 yield "lock", Problem("a joint to be released or to be locked", f"'{name}' for both", "locking releases it first")
@@ -103,20 +106,23 @@ class Holding:
 
 
 def watched(events: Mapping[str, Event]) -> Iterator[tuple[str, OfState]]:
-    """Expressions that cross zero, each with the place that messages name."""
+    """Expressions that cross zero, behind each that is a condition its margin, each with the place that messages name."""
     for name, event in events.items():
         if not isinstance(event, Event):
             raise InputError(say(f"event '{name}'", "an event", type(event).__name__))
         yield f"event '{name}'", event.when
+        if (margin := conditions.margin_of(event.when)) is not None:
+            yield f"event '{name}'", margin
 
 
 def attend(
     draft: Draft, events: Mapping[str, Event], joints: Sequence[Joint], numbers: Sequence[int], read: Read
 ) -> tuple[tuple[Trigger, ...], tuple[Lock, ...], tuple[str, ...]]:
     """Triggers, locks and the joints that are let loose of some events, whose values have these numbers."""
-    known, triggers = {joint.name: joint for joint in joints}, list[Trigger]()
-    for number, (name, event) in zip(numbers, events.items(), strict=True):
-        place = f"event '{name}'"
+    known, triggers, told = {joint.name: joint for joint in joints}, list[Trigger](), iter(numbers)
+    for name, event in events.items():
+        place, number = f"event '{name}'", next(told)
+        margin = next(told) if conditions.margin_of(event.when) is not None else None
         for key, problem in event.problems():
             raise InputError(problem.at(f"{place}.{key}" if key else place))
         for key, names in (("release", event.release), ("lock", event.lock)):
@@ -125,7 +131,10 @@ def attend(
                     raise InputError(
                         say(f"{place}.{key}", f"one of the joints {listed(known, one)}", f"'{one}'") + closest(one, known)
                     )
-        triggers.append(Trigger(name, number, DIRECTIONS[event.direction], event.stop, event.release, event.lock, event.once))
+        acts = event.stop, event.release, event.lock, event.once
+        triggers.append(
+            Trigger(name, number, DIRECTIONS[event.direction], *acts, margin, event.when.program[-1] in conditions.COMPARISONS)
+        )
     locked = dict.fromkeys(name for one in triggers for name in one.lock)
     for joint in joints:
         if events and isinstance(joint, Latch) and joint.name not in locked:

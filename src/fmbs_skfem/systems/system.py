@@ -102,9 +102,11 @@ class Trigger:
     release: tuple[str, ...]  #: joints
     lock: tuple[str, ...]
     once: bool = False  #: whether it happens the first time alone
+    margin: int | None = None  #: number of the value that is positive where a condition holds, see `core.conditions`
+    alone: bool = False  #: whether that condition is one comparison, which nothing guards where it is no number
 
 
-storable(Trigger, once=lambda values: False)
+storable(Trigger, once=lambda values: False, margin=lambda values: None, alone=lambda values: False)
 
 
 @storable
