@@ -149,6 +149,55 @@ def test_heights_follow_a_parabola() -> None:
         assert_allclose(n, expected, rtol=1e-12)
 
 
+@pytest.mark.parametrize("x", [0.0, 0.03, 0.13, 0.5, 0.97, 1.0 - 1e-12])
+@pytest.mark.parametrize("count", [2, 3, 4, 11])
+def test_heights_follow_lines_and_parabolas_up_to_their_border(count: int, x: float) -> None:
+    """Along x and y alike: f = 1 - 0.4 x + 0.3 y + b (x^2 + x y - y^2) with b = 0 where only two heights are known."""
+    grid, n, bend = np.linspace(0.0, 1.0, count), np.zeros(3), 0.2 * (count > 2)
+    for y in (0.01, 0.6, 0.99):
+        heights = np.array([[1 - 0.4 * i + 0.3 * j + bend * (i * i + i * j - j * j) for j in grid] for i in grid])
+        slopes = -0.4 + bend * (2 * x + y), 0.3 + bend * (x - 2 * y)
+        place = np.array([x, y, 1 - 0.4 * x + 0.3 * y + bend * (x * x + x * y - y * y)])
+        step = np.full(2, grid[1])
+        assert measure(4, step, heights, 3, place, n) == pytest.approx(0.0, abs=1e-14)
+        assert_allclose(n, np.array([-slopes[0], -slopes[1], 1.0]) / np.hypot(1.0, np.hypot(*slopes)), atol=1e-13)
+        profile = heights[:, [0]]
+        measure(4, step[:1], profile, 2, np.array([x, np.interp(x, grid, profile[:, 0])]), n)
+        along = -0.4 + 2 * bend * x
+        assert_allclose(n[:2], np.array([-along, 1.0]) / np.hypot(1.0, along), atol=2e-2 * bend)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("number", range(12))
+def test_nothing_but_a_potential_acts_without_friction_and_damping(dim: int, number: int) -> None:
+    """What is stored takes all forces out of those that work, in any state: also such as turn what carries a shape."""
+    bare = replace(every_contact(dim)[number], friction=0.0, damping=0.0, dissipation=0.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        system = replace(assemble(parts(dim), loads=[bare]), elastic=())
+    model, random, met = compiled.compile_system(system), np.random.default_rng(3), 0.0
+    for _ in range(20):
+        x = system.x0 + 0.1 * random.normal(size=system.size)
+        largest = np.abs(compiled.forces(model, x, 0.0 * x)).max()
+        assert np.abs(compiled.working(model, x, 0.0 * x)[0]).max() <= 1e-12 * largest
+        met = max(met, largest)
+    assert met > 0.0
+
+
+@pytest.mark.parametrize("count", [3, 9])
+def test_sticking_damping_is_by_default_that_of_the_points_together(count: int) -> None:
+    """ct = sqrt(kt m / t) in every one of t points of a beam of m = 2 kg that lies on a floor and is pushed along it by 1 um/s."""
+    beam = cable("beam", models.straight(4), sections.Given(EA=1e6, EI=1.0, rhoA=2.0, radius=0.01), dim=2)
+    law: dict[str, Any] = {"stiffness": 50.0, "friction": 0.3, "points": count, "radius": 0.0}
+    rests = ContactPlane("floor", body="beam", point=(0.0, 1e-2), normal=(0.0, 1.0), **law)
+    with pytest.warns(Notice, match="points overlap"):
+        system = replace(assemble([beam], loads=[rests]), elastic=())
+    model, v = compiled.compile_system(system), 1e-6 * np.tile([1.0, 0.0], system.size // 2) * np.repeat(beam.constant, 2)
+    memory = compiled.accepted(model, system.x0)
+    pulled = compiled.forces(model, system.x0, v, 0.0, memory).reshape(-1, 2).T @ beam.constant
+    assert pulled[0] == pytest.approx(count * np.sqrt(50.0 * 2.0 / count) * 1e-6, rel=1e-9)
+
+
 def test_round_off_is_no_overlap() -> None:
     """A point that stands on a slope of a valley, in a scene without another size."""
     heights = [0.2 * x * x for x in np.linspace(-1.0, 1.0, 41)]

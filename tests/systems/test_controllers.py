@@ -252,6 +252,20 @@ def test_scenes() -> None:
         y = np.array([y[0] + 0.01 * y[1] + u / 2 * 0.01**2 / 2, y[1] + u / 2 * 0.01])
 
 
+def test_state_feedback_stays_within_both_limits() -> None:
+    """What starts at 50 N and brakes with - 9 N s/m, cut to 12 N and - 2 N: the linear sampled system in between."""
+    limited = SCENE.replace("gains: [50 N/m, 9 N s/m]}", "gains: [50 N/m, 9 N s/m], limits: [-2 N, 12 N]}")
+    found = outputs(integrate(build.system(reading.loads(limited)), GeneralizedAlpha(1e-3), 1.0, TIGHT))
+    y, met = np.zeros(2), set()
+    for k in range(100):
+        assert found["tip_y"][10 * k] == pytest.approx(y[0], abs=1e-9)
+        wanted = -50 * (y[0] - 1) - 9 * y[1]
+        u = min(max(wanted, -2.0), 12.0)
+        met.add(float(np.sign(wanted - u)))
+        y = np.array([y[0] + 0.01 * y[1] + u / 2 * 0.01**2 / 2, y[1] + u / 2 * 0.01])
+    assert met == {-1.0, 0.0, 1.0}
+
+
 @pytest.mark.parametrize(
     "old, new, message",
     [

@@ -2,7 +2,8 @@ r"""Contact as forces on probe rows: points with a radius against a shape, with 
 
     d = r - o,    z_k = d . E_k,    g = g(z) - R,    n = sum_k dg/dz_k E_k,    s = - g        o, E_k: place and axes of the shape
     v = r' + sum_j s_j a_j' - o' - sum_k w_k E_k',    s_j = - R n . a_j / |a_j|^2,    w_k = z_k - R dg/dz_k    (material points)
-    N of s and s' = - n . v,    T of N, v_T and b = (b0 + change of the material points since the last accepted state), across n
+    N of s and s' = - n . v,    T of N, v_T and b = (b0 + change of the material points since the last accepted state), across n,
+    (r1 - r0) + sum_j <s_j> (a_j1 - a_j0) - (o1 - o0) - sum_k <w_k> (E_k1 - E_k0),    <s> = (s_0 + 4 s_1/2 + s_1) / 6  (Simpson)
 
 on r: N n + T, on the axes a_j of the place that carries the point: s_j T, on o: - N n - T, on E_k: - w_k (N n + T). The law is
 that of `contact_law`; derivatives are those of a complex step, exact to round-off. The memory of a point is its last normal force,
@@ -23,7 +24,8 @@ from ..core.structs import IntegerMatrix, Integers, Matrix, Vector, opener, rout
 from ..core.validation import Indices, Number, Reals, Sizes, also, require
 from . import forces, kernels
 from .contact_law import BEFORE, MU, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, require_law, resist, stored
-from .contact_shapes import HEIGHTS, NUMBERS, clearance, measure
+from .contact_shapes import HEIGHTS, NUMBERS, clearance
+from .contact_slip import WORK, component, place, recall, slip, weigh
 from .evaluation import evaluation
 from .forces import Force, ForceRoutines, Place
 from .one_sided import ramp
@@ -93,70 +95,25 @@ opened = opener(ContactRecord)
 
 
 @jit
-def component(F: Any, y: np.ndarray, i: int, c: int) -> Scalar:
-    """The component c of the axis i of the shape, or of its origin for i = -1."""
-    own, dim = F.rows.shape[1], F.placed.shape[1]
-    if (i + 1) * dim < len(F.frame):
-        return y[own + dim * (i + 1) + c]
-    return F.placed[i + 1, c] + 0.0 * y[0]
-
-
-@jit
-def place(F: Any, k: int, y: np.ndarray, w: np.ndarray) -> Scalar:
-    """The gap of a point with the rows y (r + f,); w[0] becomes its place and w[1] the normal, both in the axes of the shape."""
-    dim = F.placed.shape[1]
-    for i in range(dim):
-        w[0, i] = 0.0 * y[0]
-        for c in range(dim):
-            w[0, i] += (y[c] - component(F, y, -1, c)) * component(F, y, i, c)
-    return measure(F.shape, F.sizes, F.heights, dim, w[0], w[1]) - F.radius[k]
-
-
-@jit
-def meet(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.ndarray) -> Scalar:
-    """The gap of the point k with the rows y and rates v.
-
-    w[2] becomes the normal, w[7] by how much each place and axis moves the point, w[3] the speed of the material points that meet,
-    w[6] their change since the last accepted state.
-    """
-    dim, arms, blocks = F.placed.shape[1], F.rows.shape[1] // F.placed.shape[1], len(y) // F.placed.shape[1]
-    gap, known = place(F, k, y, w), 1.0 if last[0] >= 0.0 else 0.0
-    for c in range(dim):
-        w[2, c] = w[3, c] = w[6, c] = 0.0 * y[0]
-        for i in range(dim):
-            w[2, c] += w[1, i] * component(F, y, i, c)
-    for b in range(blocks):
-        along, square = 0.0 * y[0], 0.0 * y[0]
-        for c in range(dim):
-            along += w[2, c] * y[dim * b + c]
-            square += y[dim * b + c] * y[dim * b + c]
-        w[7, b] = 0.0 * y[0] + (1.0 if b == 0 else -1.0)
-        if 0 < b < arms:
-            w[7, b] = -F.radius[k] * along / square
-        elif b > arms:
-            w[7, b] = F.radius[k] * w[1, b - arms - 1] - w[0, b - arms - 1]
-        for c in range(dim):
-            w[3, c] += w[7, b] * v[dim * b + c]
-            w[6, c] += known * w[7, b] * (y[dim * b + c] - last[2 + dim + dim * b + c])
-    return gap
-
-
-@jit
 def press(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.ndarray, out: np.ndarray) -> Scalar:
     """out (r + f,) = forces of the point k on its rows y with the rates v; the normal force.
 
-    `last` is its memory. w (8, r + f) is room: w[5] becomes the bristle in the axes of the shape, w[3] the speed of sliding.
+    `last` is its memory, which w (WORK, r + f) has to `recall`: w[5] becomes the bristle in the axes of the shape, w[3] the speed
+    of sliding.
     """
     dim, arms = F.placed.shape[1], F.rows.shape[1] // F.placed.shape[1]
-    gap, rate = meet(F, k, y, v, last, w), 0.0 * y[0]
+    gap, rate = weigh(F, k, y, w), 0.0 * y[0]
+    for c in range(dim):
+        w[3, c] = w[4, c] = w[5, c] = 0.0 * y[0]
+    for j in range(len(y)):
+        w[3, j % dim] += w[7, j // dim] * v[j]
     for c in range(dim):
         rate -= w[2, c] * w[3, c]
     N = normal_force(F.law, -gap, rate) if gap.real < 0.0 else 0.0 * gap
     for c in range(dim):
         w[3, c] += w[2, c] * rate
-        w[4, c] = w[5, c] = 0.0 * y[0]
     if N.real > 0.0 and F.law[MU] > 0.0:
-        stick(F, y, N, last, w)
+        stick(F, k, y, N, last, w)
     for b in range(len(y) // dim):
         for c in range(dim):
             out[dim * b + c] = F.weights[k] * w[7, b] * (w[4, c] if 0 < b < arms else w[4, c] + N * w[2, c])
@@ -164,13 +121,17 @@ def press(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.
 
 
 @jit
-def stick(F: Any, y: np.ndarray, N: Scalar, last: np.ndarray, w: np.ndarray) -> None:
-    """w[4] = T of the normal force N, the change w[6] of material points and their speed w[3]; w[5] becomes the bristle."""
+def stick(F: Any, k: int, y: np.ndarray, N: Scalar, last: np.ndarray, w: np.ndarray) -> None:
+    """w[4] = T of the normal force N and the speed w[3] of material points; w[5] becomes the bristle."""
     dim, law, along = F.placed.shape[1], F.law, 0.0 * y[0]
+    if last[0] >= 0.0:
+        slip(F, k, y, last, w)
+    else:
+        for c in range(dim):
+            w[6, c] = BEFORE * w[3, c]
     for c in range(dim):
         for i in range(dim):
             w[6, c] += last[2 + i] * component(F, y, i, c)
-        w[6, c] += BEFORE * w[3, c] if last[0] < 0.0 else 0.0 * y[0]
         along += w[2, c] * w[6, c]
     for c in range(dim):
         w[6, c] -= along * w[2, c]
@@ -262,12 +223,14 @@ def push(table: Any, record: Any) -> int:
     """g += F."""
     s, F = evaluation(table).space, opened(record)
     many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
-    y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((8, many))
+    y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many))
     moved = carry(s, F)
     for k in range(len(F.rows)):
         if not asleep(s, F, k, moved) and near(table, F, k, y, v, w):
             first = F.memory + k * (2 + dim + many)
-            press(F, k, y, v, s.memory[first : first + 2 + dim + many], w, out)
+            last = s.memory[first : first + 2 + dim + many]
+            recall(F, k, last, w)
+            press(F, k, y, v, last, w, out)
             for j in range(many):
                 s.g[F.rows[k, j] if j < own else F.frame[j - own]] += out[j]
     return 0
@@ -278,17 +241,19 @@ def slopes(table: Any, record: Any) -> int:
     """H += - c (dF/dy + gh dF/dy') by complex steps along y_j + gh y_j'."""
     s, F = evaluation(table).space, opened(record)
     many, dim, c, gh = F.rows.shape[1] + len(F.frame), F.placed.shape[1], s.c[0], s.gh[0]
-    y, v, real = np.empty(many), np.empty(many), np.empty((8, many))
+    y, v, real = np.empty(many), np.empty(many), np.empty((WORK, many))
     yc, vc, out = (np.empty(many, np.complex128), np.empty(many, np.complex128), np.empty(many, np.complex128))
-    w, moved = np.empty((8, many), np.complex128), carry(s, F)
+    w, moved = np.empty((WORK, many), np.complex128), carry(s, F)
     for k in range(len(F.rows)):
         if not asleep(s, F, k, moved) and near(table, F, k, y, v, real):
             first = F.memory + k * (2 + dim + many)
+            last = s.memory[first : first + 2 + dim + many]
+            recall(F, k, last, w)
             for j in range(many):
                 yc[j], vc[j] = y[j], v[j]
             for j in range(many):
                 yc[j], vc[j] = complex(y[j], STEP), complex(v[j], STEP * gh)
-                press(F, k, yc, vc, s.memory[first : first + 2 + dim + many], w, out)
+                press(F, k, yc, vc, last, w, out)
                 yc[j], vc[j] = y[j], v[j]
                 for i in range(many):
                     s.H[F.pair + (k * many + i) * many + j] -= c * out[i].imag / STEP
@@ -300,7 +265,7 @@ def accept(table: Any, record: Any) -> int:
     """The memory of all points, and the room: who cannot have come near is not looked at, and has come nearer by all that moved."""
     s, F = evaluation(table).space, opened(record)
     many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
-    y, v, out, w, moved = np.empty(many), np.empty(many), np.empty(many), np.empty((8, many)), carry(s, F)
+    y, v, out, w, moved = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many)), carry(s, F)
     for k in range(len(F.rows)):
         first, seen, N = F.memory + k * (2 + dim + many), F.room + SEEN * k, 0.0
         last, sleeps = s.memory[first : first + 2 + dim + many], asleep(s, F, k, moved)
@@ -314,6 +279,7 @@ def accept(table: Any, record: Any) -> int:
             read(table, F, k, y)
         else:
             if near(table, F, k, y, v, w):
+                recall(F, k, last, w)
                 N = press(F, k, y, v, last, w, out)
             look_around(table, F, k, y, w)
         for i in range(dim):
@@ -335,7 +301,7 @@ def judge(table: Any, record: Any) -> int:
     """
     s, F = evaluation(table).space, opened(record)
     many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
-    y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((8, many))
+    y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many))
     moved = carry(s, F)
     for k in range(len(F.rows)):
         first = F.memory + k * (2 + dim + many)
@@ -344,7 +310,10 @@ def judge(table: Any, record: Any) -> int:
         if touches and last[0] > 0.0 and turned(F, k, last[2 + dim :], y, w) < 0.0:
             s.jolt[0] = np.inf
         elif last[1] > 0.0 and (touches or last[0] > 0.0):
-            N = press(F, k, y, v, last, w, out) if touches else 0.0
+            N = 0.0
+            if touches:
+                recall(F, k, last, w)
+                N = press(F, k, y, v, last, w, out)
             s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
         elif not touches and last[0] == 0.0 and not asleep(s, F, k, moved) and passed(F, k, last[2 + dim :], y, w):
             s.jolt[0] = np.inf
@@ -403,7 +372,7 @@ def store(table: Any, record: Any) -> int:
     """energy += what is stored, and the elastic forces out of g."""
     s, F = evaluation(table).space, opened(record)
     many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
-    y, w, moved = np.empty(many), np.empty((8, many)), carry(s, F)
+    y, w, moved = np.empty(many), np.empty((WORK, many)), carry(s, F)
     for k in range(len(F.rows)):
         if asleep(s, F, k, moved):
             continue

@@ -28,7 +28,6 @@ from .contact_pairs import (
     record_of,
     row_of,
     share_out,
-    since,
     wakes,
     weigh,
 )
@@ -48,9 +47,14 @@ def push(table: Any, record: Any) -> int:
     way, many, dim = ahead(s, F), len(F.rows), F.dim
     if not wakes(s, F, way):
         return 0
-    y, v, z, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
+    y, v, out, w, before = (
+        np.empty(many),
+        np.empty(many),
+        np.empty(8 * dim),
+        np.empty((ROOM, 3)),
+        s.memory[F.memory : F.memory + many],
+    )
     read(table, F, y)
-    since(F, s, y, z)
     within = extents(F, y)
     for k in range(len(F.spans) + 1):
         if s.room[F.room + k] > way:
@@ -59,8 +63,8 @@ def push(table: Any, record: Any) -> int:
         if gap < 0.0:
             places, first = pieces(F, p, q), F.memory + many + NODE * k
             read_rates(table, F, places, v)
-            follow(F, v, z, p, q, w)
-            press(F, k, s.memory[first : first + NODE], p, q, w, out)
+            follow(F, v, before, p, q, w)
+            press(F, k, before, s.memory[first : first + NODE], p, q, w, out)
             for j in range(8 * dim):
                 s.g[F.rows[row_of(j, places, dim)]] += out[j]
     return 0
@@ -76,11 +80,10 @@ def slopes(table: Any, record: Any) -> int:
     way, many, dim, second = ahead(s, F), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1)
     if not wakes(s, F, way):
         return 0
-    y, v, z, w = np.empty(many), np.empty(many), np.empty(many), np.empty((ROOM, 3))
+    y, v, w, before = np.empty(many), np.empty(many), np.empty((ROOM, 3)), s.memory[F.memory : F.memory + many]
     out, wc = np.empty(8 * dim, np.complex128), np.empty((ROOM, 3), np.complex128)
     read(table, F, y)
-    since(F, s, y, z)
-    within, before = extents(F, y), (-1.0, -1.0)
+    within, latest = extents(F, y), (-1.0, -1.0)
     for k in range(len(F.spans) + 1):
         if s.room[F.room + k] > way:
             continue
@@ -89,9 +92,9 @@ def slopes(table: Any, record: Any) -> int:
             continue
         places, first = pieces(F, p, q), F.memory + many + NODE * k
         read_rates(table, F, places, v)
-        if abs(p - before[0]) > SAME or abs(q - before[1]) > SAME or places != pieces(F, before[0], before[1]):
+        if abs(p - latest[0]) > SAME or abs(q - latest[1]) > SAME or places != pieces(F, latest[0], latest[1]):
             begin_term(s.low, F, places, p, q)
-            before = p, q
+            latest = p, q
         left = s.low.left[s.low.used[0] - 1]
         for f in range(3 * dim):
             trace(y, 0, F.spans, complex(p, 0.0), 3, dim, wc, 0)
@@ -101,11 +104,10 @@ def slopes(table: Any, record: Any) -> int:
             pc, qc = complex(p, dp.imag), complex(q, dq.imag)
             trace(y, 0, F.spans, pc, 2, dim, wc, 0)
             trace(y, second, F.others, qc, 2, dim, wc, 3)
-            follow(F, v, z, pc, qc, wc)
+            follow(F, v, before, pc, qc, wc)
             wc[(0, 1, 4)[f // dim], f % dim] += complex(0.0, STEP)
             wc[(14, 15, 17)[f // dim], f % dim] += complex(0.0, STEP * s.gh[0])
-            wc[(18, 19, 21)[f // dim], f % dim] += complex(0.0, STEP)
-            press(F, k, s.memory[first : first + NODE], pc, qc, wc, out)
+            press(F, k, before, s.memory[first : first + NODE], pc, qc, wc, out)
             for j in range(8 * dim):
                 left[f, j] -= s.c[0] * out[j].imag / STEP
     return 0
@@ -151,15 +153,20 @@ def accept(table: Any, record: Any) -> int:
     """The memory of rows and nodes, and the room: nodes that cannot have come near are not looked at."""
     s, F = evaluation(table).space, opened(record)
     way, many, dim, second, ways = ahead(s, F), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1), F.room + len(F.spans) + 1
-    y, v, z, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
+    y, v, out, w, before = (
+        np.empty(many),
+        np.empty(many),
+        np.empty(8 * dim),
+        np.empty((ROOM, 3)),
+        s.memory[F.memory : F.memory + many],
+    )
     read(table, F, y)
     if not s.room[ways] > 0.0:
         s.room[ways], s.room[ways + 1] = find_ways(table, F, 0, F.spans)
         s.room[ways + 2], s.room[ways + 3] = find_ways(table, F, second, F.others)
-    since(F, s, y, z)
     within = extents(F, y)
     for k in range(len(F.spans) + 1):
-        first, seen, N = F.memory + many + NODE * k, F.room + k, 0.0
+        first, seen, N, met = F.memory + many + NODE * k, F.room + k, 0.0, (-1.0, -1.0)
         last = s.memory[first : first + NODE]
         if s.room[seen] > way:
             s.room[seen] -= way
@@ -167,10 +174,13 @@ def accept(table: Any, record: Any) -> int:
             s.room[seen] = find_chord(y, 2 * dim * k, second, limits_of(F, k), within[0], dim)[0] - within[1]
         if not s.room[seen] > 0.0:
             gap, p, q, _ = find(F, k, y, within, w)
+            if gap < np.inf:
+                met = p, q
             if gap < 0.0:
                 read_rates(table, F, pieces(F, p, q), v)
-                follow(F, v, z, p, q, w)
-                N = press(F, k, last, p, q, w, out)
+                follow(F, v, before, p, q, w)
+                N = press(F, k, before, last, p, q, w, out)
+        last[4], last[5] = met
         for i in range(2):
             last[2 + i] = w[12, i] if N > 0.0 else 0.0
         last[0], last[1] = max(N, 0.0), 1.0 if N <= 0.0 else last[1]
@@ -184,7 +194,13 @@ def judge(table: Any, record: Any) -> int:
     """jolt += as of contact with shapes; infinite where beams passed through one another."""
     s, F = evaluation(table).space, opened(record)
     way, many, dim = ahead(s, F), len(F.rows), F.dim
-    y, v, z, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
+    y, v, out, w, before = (
+        np.empty(many),
+        np.empty(many),
+        np.empty(8 * dim),
+        np.empty((ROOM, 3)),
+        s.memory[F.memory : F.memory + many],
+    )
     read_now, within = False, (0.0, 0.0)
     for k in range(len(F.spans) + 1):
         first, N = F.memory + many + NODE * k, 0.0
@@ -193,19 +209,18 @@ def judge(table: Any, record: Any) -> int:
             continue
         if not read_now:
             read(table, F, y)
-            since(F, s, y, z)
             far, reach = extents(F, y)
             within, read_now = (far, reach + way), True
         gap, p, q, held = find(F, k, y, within, w)
         if not (gap + F.radii[0] + F.radii[1] >= way or loose(F, held)):  # in the first step the way is not a number
-            if crossed(F, k, w, s.memory[F.memory : F.memory + many]):
+            if crossed(F, k, w, before):
                 s.jolt[0] = np.inf
                 return 0
             find(F, k, y, within, w)
         if gap < 0.0:
             read_rates(table, F, pieces(F, p, q), v)
-            follow(F, v, z, p, q, w)
-            N = press(F, k, last, p, q, w, out)
+            follow(F, v, before, p, q, w)
+            N = press(F, k, before, last, p, q, w, out)
         if last[1] > 0.0:
             s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
     return 0

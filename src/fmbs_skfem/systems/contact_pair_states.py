@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.structs import Cube, Matrix, opener, routine
 from .contact_curves import longest
-from .contact_law import size
+from .contact_law import UNKNOWN, size
 from .contact_pairs import ROOM, BeamContacts, PairsRecord, away, find, follow, press, record_of
 from .forces import Place
 
@@ -18,7 +18,7 @@ def measure(table: Any, _: Any) -> int:
     """out (s, t, 3 + c) = gap, normal force, speed of sliding, normal of all nodes for samples of y and y' (s, f)."""
     S = samples_of(table)
     F, dim = S.record, S.record.dim
-    z, w, forces_there = np.zeros(len(F.rows)), np.zeros((ROOM, 3)), np.empty(8 * dim)
+    new, w, forces_there = np.array([UNKNOWN, 1.0, 0.0, 0.0, -1.0, -1.0]), np.zeros((ROOM, 3)), np.empty(8 * dim)
     for i in range(len(S.y)):
         far = longest(S.y[i], 2 * dim * (len(F.spans) + 1), len(F.others), dim)
         for k in range(len(F.spans) + 1):
@@ -26,8 +26,8 @@ def measure(table: Any, _: Any) -> int:
             gap, p, q, _ = find(F, k, S.y[i], (far, np.inf), w)
             S.out[i, k, 0] = away(F, w) if F.itself else gap
             if gap < 0.0:
-                follow(F, S.v[i], z, p, q, w)
-                S.out[i, k, 1] = press(F, k, z, p, q, w, forces_there)
+                follow(F, S.v[i], S.y[i], p, q, w)
+                S.out[i, k, 1] = press(F, k, S.y[i], new, p, q, w, forces_there)
                 S.out[i, k, 2] = size(w[8], dim)
                 for c in range(dim):
                     S.out[i, k, 3 + c] = w[6, c]

@@ -15,10 +15,10 @@ axis, so that friction along the circumference finds no resistance in it, and th
 Every node of A meets B at one place, the nearest one. Where B is the same beam, it is the nearest one between `limits`, beyond the
 node, so that every pair of places meets once; where that is a limit which is no end of the beam, nothing meets.
 
-The memory holds the rows, and of a node the last normal force, whether it was ever free, and the bristle along n x t_B x n and n
-x t_B. Where no node can have come near since the last accepted state, no row is read. Derivatives are those of a complex step
-through one correction of the closest points, exact to round-off. Forces depend on the rows by d, A_p and B_q alone: their
-derivatives are of rank 3 c, on the rows of two pieces.
+The memory holds the rows, and of a node the last normal force, whether it was ever free, the bristle along n x t_B x n and n x
+t_B, and where it met. Where no node can have come near since the last accepted state, no row is read. Derivatives are those of a
+complex step through one correction of the closest points, exact to round-off. Forces depend on the rows by d, A_p and B_q alone:
+their derivatives are of rank 3 c, on the rows of two pieces.
 
 Sources: Wriggers and Zavarise, Commun. Numer. Methods Eng. 13 (1997) 429-438,
 doi 10.1002/(SICI)1099-0887(199706)13:6<429::AID-CNM70>3.0.CO;2-X (closest points of beams); Zavarise and Wriggers, Int. J. Numer.
@@ -43,8 +43,8 @@ from .contact_law import BEFORE, MU, Scalar, normal_force, require_law, resist, 
 from .evaluation import evaluation
 from .forces import Place
 
-NODE = 4  #: numbers of a node in the memory: normal force, whether it was ever free, bristle
-ROOM = 22  #: vectors of work
+NODE = 6  #: numbers of a node in the memory: normal force, whether it was ever free, bristle, p and q
+ROOM = 29  #: vectors of work
 
 
 @dataclass(frozen=True)
@@ -221,25 +221,25 @@ def weigh(F: Any, k: int, p: Scalar) -> Scalar:
 
 
 @jit
-def turn(w: np.ndarray, slope: int, change: int, out: int, factor: Scalar, dim: int) -> None:
-    """w[out] += factor turn(t, t') of the slope t in w[slope] and its change t' in w[change], about the normal w[6]."""
-    along, turned, square = 0.0 * w[6, 0], 0.0 * w[6, 0], 0.0 * w[6, 0]
+def turn(w: np.ndarray, n: int, slope: int, change: int, out: int, factor: Scalar, dim: int) -> None:
+    """w[out] += factor turn(t, t') of the slope t in w[slope] and its change t' in w[change], about the normal w[n]."""
+    along, turned, square = 0.0 * w[n, 0], 0.0 * w[n, 0], 0.0 * w[n, 0]
     for c in range(dim):
-        along += w[6, c] * w[slope, c]
-        turned += w[6, c] * w[change, c]
+        along += w[n, c] * w[slope, c]
+        turned += w[n, c] * w[change, c]
         square += w[slope, c] * w[slope, c]
     for c in range(dim):
         w[out, c] += factor * (w[slope, c] * turned - along * w[change, c]) / square
 
 
 @jit
-def follow(F: Any, v: np.ndarray, z: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray) -> None:
-    """w[14:18] = A, A_p, B, B_q of the rates v (f,) of the rows, w[18:22] of their change z (f,)."""
+def follow(F: Any, v: np.ndarray, before: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray) -> None:
+    """w[14:18] = A, A_p, B, B_q of the rates v (f,) of the rows, w[18:22] of the rows `before` (f,)."""
     second = 2 * F.dim * (len(F.spans) + 1)
     trace(v, 0, F.spans, p, 2, F.dim, w, 14)
     trace(v, second, F.others, q, 2, F.dim, w, 16)
-    trace(z, 0, F.spans, p, 2, F.dim, w, 18)
-    trace(z, second, F.others, q, 2, F.dim, w, 20)
+    trace(before, 0, F.spans, p, 2, F.dim, w, 18)
+    trace(before, second, F.others, q, 2, F.dim, w, 20)
 
 
 @jit
@@ -247,8 +247,52 @@ def change(w: np.ndarray, first: int, arms: tuple[Scalar, Scalar], out: int, dim
     """w[out] = change of the material points that meet, with A, A_p, B, B_q of it from w[first] on."""
     for c in range(dim):
         w[out, c] = w[first, c] - w[first + 2, c]
-    turn(w, 1, first + 1, out, arms[0], dim)
-    turn(w, 4, first + 3, out, arms[1], dim)
+    turn(w, 6, 1, first + 1, out, arms[0], dim)
+    turn(w, 6, 4, first + 3, out, arms[1], dim)
+
+
+@jit
+def slip(F: Any, before: np.ndarray, p: Scalar, q: Scalar, last: np.ndarray, arms: tuple[Scalar, Scalar], w: np.ndarray) -> None:
+    """w[13] = change of the material points that meet since the last accepted state with the rows `before` (f,).
+
+        d1 - d0 - (A_p0 + A_p1) (p1 - p0) / 2 + (B_q0 + B_q1) (q1 - q0) / 2 + a <turn(A_p)> A_p' + b <turn(B_q)> B_q'
+
+    in which <turn> is Simpson's rule of the turn in both states and half way between, where n, A_p and B_q are taken to be means.
+    Places that were others by a piece or more, or are not known, are taken to be those of now.
+    """
+    dim, second = F.dim, 2 * F.dim * (len(F.spans) + 1)
+    near = abs(last[4] - p.real) < 1.0 and abs(last[5] - q.real) < 1.0
+    p0, q0 = (last[4] + 0.0 * p, last[5] + 0.0 * q) if near else (p, q)
+    trace(before, 0, F.spans, p0, 2, dim, w, 22)
+    trace(before, second, F.others, q0, 2, dim, w, 24)
+    square = 0.0 * p
+    for c in range(dim):
+        w[26, c] = w[22, c] - w[24, c]
+        square += w[26, c] * w[26, c]
+    long = np.sqrt(square)
+    for c in range(dim):
+        w[13, c] = w[7, c] - w[26, c] - 0.5 * (w[1, c] + w[23, c]) * (p - p0) + 0.5 * (w[4, c] + w[25, c]) * (q - q0)
+        w[26, c] /= long
+        w[27, c], w[28, c] = w[1, c] - w[19, c], w[4, c] - w[21, c]
+    half = 0.5 * (long - F.radii[0] - F.radii[1])
+    turn_both(w, 6, (1, 4), 1.0 / 6.0, arms, dim)
+    turn_both(w, 26, (23, 25), 1.0 / 6.0, (F.radii[0] + half, F.radii[1] + half), dim)
+    square = 0.0 * p
+    for c in range(dim):
+        w[26, c] = 0.5 * (w[26, c] + w[6, c])
+        square += w[26, c] * w[26, c]
+        w[23, c], w[25, c] = 0.5 * (w[23, c] + w[1, c]), 0.5 * (w[25, c] + w[4, c])
+    for c in range(dim):
+        w[26, c] /= np.sqrt(square)
+    middle = 0.5 * (arms[0] + F.radii[0] + half), 0.5 * (arms[1] + F.radii[1] + half)
+    turn_both(w, 26, (23, 25), 4.0 / 6.0, middle, dim)
+
+
+@jit
+def turn_both(w: np.ndarray, n: int, slopes: tuple[int, int], share: float, arms: tuple[Scalar, Scalar], dim: int) -> None:
+    """w[13] += share of the turns of both slopes by their changes w[27] and w[28], about the normal w[n]."""
+    turn(w, n, slopes[0], 27, 13, share * arms[0], dim)
+    turn(w, n, slopes[1], 28, 13, share * arms[1], dim)
 
 
 @jit
@@ -285,11 +329,11 @@ def lay_axes(w: np.ndarray, dim: int) -> None:
 
 
 @jit
-def press(F: Any, k: int, last: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray, out: np.ndarray) -> Scalar:
+def press(F: Any, k: int, before: np.ndarray, last: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray, out: np.ndarray) -> Scalar:
     """out (8 c,) = forces of a node on the rows of the pieces where it meets; its normal force times its weight.
 
-    `last` is its memory. w[0:6] and, by `follow`, w[14:22] must be current, these with the change of the rows since; w[12, :2]
-    becomes the bristle, w[8] the speed of sliding.
+    `last` is its memory, `before` (f,) that of the rows. w[0:6] and, by `follow`, w[14:22] must be current; w[12, :2] becomes the
+    bristle, w[8] the speed of sliding.
     """
     dim = F.dim
     for c in range(dim):
@@ -308,7 +352,12 @@ def press(F: Any, k: int, last: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray,
         w[9, c] = 0.0 * long
     w[12, 0] = w[12, 1] = 0.0 * long
     if N.real > 0.0 and F.law[MU] > 0.0:
-        stick(F, N, last, arms, w)
+        if last[0] >= 0.0:
+            slip(F, before, p, q, last, arms, w)
+        else:
+            for c in range(dim):
+                w[13, c] = BEFORE * w[8, c]
+        stick(F, N, last, w)
     weight = weigh(F, k, p)
     share_out(F.spans, p, 1, weight, arms[0] * weight, N * weight, w, out[: 4 * dim], dim)
     share_out(F.others, q, 4, -weight, arms[1] * weight, -N * weight, w, out[4 * dim :], dim)
@@ -316,15 +365,11 @@ def press(F: Any, k: int, last: np.ndarray, p: Scalar, q: Scalar, w: np.ndarray,
 
 
 @jit
-def stick(F: Any, N: Scalar, last: np.ndarray, arms: tuple[Scalar, Scalar], w: np.ndarray) -> None:
-    """w[9] = T, w[12, :2] the bristle in the axes across the normal."""
+def stick(F: Any, N: Scalar, last: np.ndarray, w: np.ndarray) -> None:
+    """w[9] = T of the slip w[13], w[12, :2] the bristle in the axes across the normal."""
     dim, along = F.dim, 0.0 * N
     lay_axes(w, dim)
-    if last[0] >= 0.0:
-        change(w, 18, arms, 13, dim)
     for c in range(dim):
-        if last[0] < 0.0:
-            w[13, c] = BEFORE * w[8, c]
         w[13, c] += last[2] * w[10, c] + last[3] * w[11, c]
         along += w[6, c] * w[13, c]
     for c in range(dim):
@@ -358,13 +403,6 @@ def share_out(
 def row_of(k: int, places: tuple[int, int], dim: int) -> int:
     """The row of the force k of a node."""
     return places[0] + k if k < 4 * dim else places[1] + k - 4 * dim
-
-
-@jit
-def since(F: Any, s: Any, y: np.ndarray, z: np.ndarray) -> None:
-    """z (f,) = change of the rows since the last accepted state."""
-    for j in range(len(y)):
-        z[j] = y[j] - s.memory[F.memory + j]
 
 
 def record_of(found: BeamContacts, place: Place) -> PairsRecord:

@@ -5,7 +5,8 @@ r"""Shapes that contact meets: signed distances g(z) with their normals n = dg/d
     cylinder       g = |z - z_d e_d| - R,                      about the last axis; from outside one with ends is a box in
                                                                (|z - z_d e_d|, z_d), from inside a tube that ends
     box            g = |max(|z| - h, 0)|, in it max(|z| - h),  h its half sides: edges and corners are round from outside
-    heights        g = n . (z - p),  p the nearest point,      of f, a smooth cubic through heights on a grid
+    heights        g = n . (z - p),  p the nearest point,      of f, a smooth cubic through heights on a grid, in the cells at its
+                                                               border a parabola
 
 In the plane a sphere is a circle, and so is a cylinder; a height field is a profile. Beyond the ends of a tube and the edges of a
 height field nothing is touched. All numbers may be complex, which is how contact finds its derivatives.
@@ -147,6 +148,23 @@ def bends(u: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar]:
 
 
 @jit
+def fold(a: tuple[Scalar, Scalar, Scalar, Scalar], i: int, count: int) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    """Of shares of the heights i - 1 to i + 2 out of so many, those beyond the ends put onto the ones inside.
+
+    Beyond an end the parabola through the last three heights goes on, the line through two, so that the cubic holds parabolas and
+    lines up to its border. A single height has all shares.
+    """
+    b, c, d, e = a
+    if count == 2:
+        return 0.0 * b, c + 2.0 * b - e, d + 2.0 * e - b, 0.0 * e
+    if i == 0 and count > 2:
+        b, c, d, e = 0.0 * b, c + 3.0 * b, d - 3.0 * b, e + b
+    if i == count - 2 and count > 2:
+        b, c, d, e = b + e, c - 3.0 * e, d + 3.0 * e, 0.0 * e
+    return b, c, d, e
+
+
+@jit
 def height(sizes: np.ndarray, heights: np.ndarray, x: Scalar, y: Scalar) -> tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]:
     """f, f,x, f,y, f,xx, f,xy, f,yy of heights (i, j) at steps of sizes (d,) from 0; the last cells go on beyond the edges.
 
@@ -156,7 +174,8 @@ def height(sizes: np.ndarray, heights: np.ndarray, x: Scalar, y: Scalar) -> tupl
     i = min(max(int(np.floor(x.real / sizes[0])), 0), many - 2)
     j = min(max(int(np.floor(y.real / sizes[-1])), 0), across - 2)
     wide, deep, u, v = sizes[0], sizes[-1], x / sizes[0] - i, y / sizes[-1] - j
-    a, da, dda, b, db, ddb = shares(u), slopes(u), bends(u), shares(v), slopes(v), bends(v)
+    a, da, dda = fold(shares(u), i, many), fold(slopes(u), i, many), fold(bends(u), i, many)
+    b, db, ddb = fold(shares(v), j, across), fold(slopes(v), j, across), fold(bends(v), j, across)
     f, fx, fy, fxx, fxy, fyy = 0.0 * u, 0.0 * u, 0.0 * u, 0.0 * u, 0.0 * u, 0.0 * u
     for k in range(4):
         for l in range(4):
