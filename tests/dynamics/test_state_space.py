@@ -240,3 +240,27 @@ def test_reactions_at_rest_are_those_of_equilibria_nearby() -> None:
     ]
     for name, value in zip(space.outputs, gain, strict=True):
         assert value == pytest.approx((sides[0][name][-1] - sides[1][name][-1]) / 0.1, rel=1e-4)
+
+
+def test_reactions_hold_those_of_the_equilibrium_which_turn_with_the_body() -> None:
+    """J a'' + k a + m g l sin a = u, hinge m l (a'' cos a - a'^2 sin a), m (g + l (a'' sin a + a'^2 cos a)), about a = 0.3."""
+    m, moment, l, k, g, a = 2.0, 0.3, 0.7, 8.0, 9.81, 0.3
+    scene = scenes.loads(f"""
+schema: 1
+dimension: 2
+inputs: {{u: {{unit: N m, start: {m * g * l * np.sin(a) + k * a} N m}}}}
+bodies: {{bob: {{type: rigid, mass: {m}, inertia: {moment}, center: [0, {-l}], points: {{top: [0, 0]}}}}}}
+joints: {{hinge: {{type: revolute, at: bob.top}}}}
+loads:
+  weight: {{type: gravity, acceleration: [0, {-g}]}}
+  drive: {{type: control_torque, at: bob.frame, torque: u}}
+  spring: {{type: torsion_spring, at: bob.frame, stiffness: {k}}}
+analysis: {{type: linearise}}
+outputs: {{hinge: {{type: reaction, joint: hinge}}}}
+""")
+    assert isinstance(scene.analysis, scenes.linearisation.Linearise)
+    space, omega = scene.analysis.find(scene).linear, np.array([0.0, 2.0, 30.0])
+    assert space is not None
+    turned = -(omega**2) / (m * g * l * np.cos(a) + k - (moment + m * l**2) * omega**2)  # a'' of a unit torque
+    exact = m * l * turned[:, None] * np.array([np.cos(a), np.sin(a)])
+    np.testing.assert_allclose(space.transfer(omega)[:, :, 0], exact, rtol=1e-6, atol=1e-7)

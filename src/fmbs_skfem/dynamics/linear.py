@@ -90,6 +90,7 @@ class Linear:
     stiffness: csr_array  #: (n, n)
     rows: np.ndarray  #: (m, n) independent rows of Phi_x
     large: np.ndarray | float = 1.0  #: (n,) changes of the unknowns that count as large
+    multipliers: np.ndarray | float = 0.0  #: (m,) of the equilibrium
 
 
 def linearise(
@@ -115,7 +116,7 @@ def linearise(
         C = (compiled.tangent(model, x, multipliers, t, factor, memory) - K) / factor
     large = scale_of(system)
     independent = J[ranks.independent_rows(J, units=large)]
-    return Linear(x, csr_array(system.mass), csr_array(C), csr_array(K), independent, large)
+    return Linear(x, csr_array(system.mass), csr_array(C), csr_array(K), independent, large, multipliers)
 
 
 def is_symmetric(linear: Linear) -> bool:

@@ -124,7 +124,7 @@ def state_space(
     B = np.concatenate([np.zeros((r, j)), V.T @ push])
     rest = residual_flexibility(linear, V, push) if static and r < possible else np.zeros_like(push)
     motion = admitted(system, linear, time, V, np.concatenate([A, B], axis=1), push, rest)
-    found = differentiate(system, linear.x, time, motion, {name: known[name].start for name in chosen})
+    found = differentiate(system, linear, time, motion, {name: known[name].start for name in chosen})
     columns = names_of("outputs", outputs, tuple(found))
     CD = np.array([found[name] for name in columns]).reshape(len(columns), 2 * r + j)
     units = {name: known[name].unit for name in chosen} | dict(probes.column_units(system.outputs))
@@ -176,11 +176,11 @@ def admitted(
 
 
 def differentiate(
-    system: System, x: np.ndarray, time: float, motion: tuple[np.ndarray, ...], inputs: Mapping[str, float]
+    system: System, linear: Linear, time: float, motion: tuple[np.ndarray, ...], inputs: Mapping[str, float]
 ) -> dict[str, np.ndarray]:
-    """Derivatives (k + j,) of all output columns along states and inputs, by central differences about x (n,), at rest.
+    """Derivatives (k + j,) of all output columns along states and inputs, by central differences about the equilibrium.
 
-    Multipliers count from zero: what depends on them is linear in them.
+    Reactions hold the multipliers of the equilibrium as well, whose directions change with x.
     """
     j, starts = len(inputs), np.array(list(inputs.values()))
     states = motion[0].shape[1] - j
@@ -190,7 +190,7 @@ def differentiate(
     sides = []
     for sign in (1.0, -1.0):
         moved = [sign * h * part for part in motion]
-        moved[0] = x[:, None] + moved[0]
+        moved[0], moved[3] = linear.x[:, None] + moved[0], np.reshape(linear.multipliers, (-1, 1)) + moved[3]
         parts = [readings(system, time, [part[:, :states] for part in moved])]
         for k, (name, start) in enumerate(inputs.items(), start=states):
             parts.append(readings(nudged(system, name, start + sign * h[k]), time, [part[:, [k]] for part in moved]))
