@@ -57,7 +57,7 @@ def grid(nx: int, ny: int, space: Bilinear | None = None) -> Surface:
 @pytest.mark.parametrize("order", [1, 2, 3, 5])
 def test_quadrature_is_exact(parent: Parent, order: int) -> None:
     """int x^i y^j = 1/((i+1)(j+1)) on the square, i! j!/(i+j+2)! on the triangle, where the collapsed vertex costs a degree."""
-    xi, weights = surface.quadrature(parent, order)
+    xi, weights = surface.quadrature(None, parent, order)
     factorial = np.cumprod([1.0, *range(1, 13)])
     for i in range(2 * order):
         for j in range(2 * order):

@@ -173,7 +173,7 @@ def cells(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, 
     `reference` (j, c) are the coordinates of the functions of the surface [m], `thickness` is that of all cells or of every one
     (e,) [m].
     """
-    dim, points = reference.shape[1], len(surfaces.quadrature(shape.parent, shape.order)[1])
+    dim, points = reference.shape[1], len(surfaces.quadrature(shape.space, shape.parent, shape.order)[1])
     numbers = partial(numbers_of, shape, reference, thickness, material)
     return Cells.later(Law.MEMBRANE if dim == 2 else Law.SHELL, np.ascontiguousarray(shape.nodes.T * dim), dim, points, numbers)
 
@@ -182,7 +182,11 @@ def numbers_of(
     shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, material: Material
 ) -> tuple[np.ndarray, np.ndarray]:
     """Table (k, p, b, e) and section (i, p, e) of the cells of a plate or shell."""
-    (count, basis), dim, points = shape.nodes.shape, reference.shape[1], len(surfaces.quadrature(shape.parent, shape.order)[1])
+    (count, basis), dim, points = (
+        shape.nodes.shape,
+        reference.shape[1],
+        len(surfaces.quadrature(shape.space, shape.parent, shape.order)[1]),
+    )
     table = np.empty((2 if dim == 2 else 5, points, basis, count))
     area, curved = np.empty((points, count)), np.empty((3, points, count))
     for part in surfaces.parts(shape):

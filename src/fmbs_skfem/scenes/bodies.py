@@ -242,8 +242,8 @@ class ThinBody(SceneBody, ABC):
     flat: ClassVar[bool] = False
 
     @abstractmethod
-    def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
-        """The surface of its file, whose path is relative to `folder`; `repair` merges nodes that are at one place."""
+    def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False, dim: int = 3) -> Surface:
+        """The surface of its file, whose path is relative to `folder`, in `dim` dimensions; `repair` merges nodes at one place."""
 
     def misplaced(self, place: At) -> Problem | None:
         measured = not isinstance(place.place, str)
@@ -257,8 +257,9 @@ class ThinBody(SceneBody, ABC):
         return figures.of_plate(part, self.material, gravity, self.flat)
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
-        shape = self.surface(scene.folder, allow_outside, scene.repair)
-        thickness, dim = surfaces.thickness(self.thickness, shape), scene.dimension
+        dim = scene.dimension
+        shape = self.surface(scene.folder, allow_outside, scene.repair, dim)
+        thickness = surfaces.thickness(self.thickness, shape)
         return plates.plate(self.name, shape, thickness, self.material, dim=dim, rims=self.rims, **placed(self))
 
 
@@ -266,9 +267,10 @@ class ThinBody(SceneBody, ABC):
 class Plate(ThinBody):
     """A thin plate over a mesh file, in the plane a membrane.
 
-    `arcs` are edges that are circular arcs, for ancf; `rims` makes rigid frames of named edges, with centres in the frame of the
-    scene; in space the plate is clamped to those with `slopes: true`, and hinged to others. `order` is the number of Gauss points a
-    direction.
+    Without an `interpolation` it is `ancf` in the plane and on even grids of quads, where that converges (four cells at every inner
+    node, lines that turn alike from node to node), else `fvs`, which converges on any quads or triangles. `arcs` are edges that are
+    circular arcs, for these two; `rims` makes rigid frames of named edges, with centres in the frame of the scene; in space the
+    plate is clamped to those with `slopes: true`, and hinged to others. `order` is the number of Gauss points a direction.
 
     {type: plate, mesh: lug.msh, thickness: 5 mm, material: {young_modulus: 70 GPa, density: 2700}, rims: {hole: hole}}
     """
@@ -277,7 +279,7 @@ class Plate(ThinBody):
     mesh: MeshFile
     unit: FileUnit = 1.0
     face: Annotated[str | None, "a named group of cells; without it the whole mesh"] = None
-    interpolation: Annotated[str, word(surfaces.INTERPOLATIONS)] = "ancf"
+    interpolation: Annotated[str | None, word(surfaces.INTERPOLATIONS)] = None
     arcs: Annotated[list[str] | None, "a list of edges; without it arcs are found"] = None
     thickness: fields.Thickness
     material: Material
@@ -290,24 +292,26 @@ class Plate(ThinBody):
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         yield from planar_slopes(self.rims, dim)
-        if self.arcs is not None and not surfaces.INTERPOLATIONS[self.interpolation].arcs:
+        if self.arcs is not None and self.interpolation and not surfaces.INTERPOLATIONS[self.interpolation].arcs:
             got = f"arcs with {self.interpolation}, whose sides are straight"
-            yield "arcs", Problem("arcs with ancf only", got, "delete them")
+            yield "arcs", Problem("arcs with ancf or fvs only", got, "delete them")
 
-    def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
-        chosen = surfaces.INTERPOLATIONS[self.interpolation]
+    def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False, dim: int = 3) -> Surface:
+        corners = surfaces.INTERPOLATIONS[self.interpolation].corners if self.interpolation else ((4,) if dim == 2 else (3, 4))
         path = meshes.path(self.mesh, folder, allow_outside)
-        mesh = plate_meshes.read(path, True, self.face, repair, self.unit, chosen.corners)
+        mesh = plate_meshes.read(path, True, self.face, repair, self.unit, corners[0])
         height = float(np.abs(mesh.points[:, 2]).max())
         if height > surfaces.FLAT * float(np.ptp(mesh.points, axis=0).max()):
             raise InputError(
                 say(f"mesh {mesh.path}", "a plate in the plane z = 0", f"z = {height:.6g} m", "place it with 'origin'")
             )
-        if mesh.cells.shape[1] != chosen.corners:
-            wanted = f"{'triangles' if chosen.corners == 3 else 'quads'} for {self.interpolation}"
-            got, remedy = ("quads", "ancf or bfs") if chosen.corners == 3 else ("triangles", "argyris")
-            raise InputError(say(f"mesh {mesh.path}", wanted, got, f"mesh it again, or take the interpolation {remedy}"))
-        return surfaces.set_order(chosen.make(mesh, self.arcs), self.order)
+        chosen = self.interpolation or surfaces.choose(mesh, dim)
+        if mesh.cells.shape[1] not in surfaces.INTERPOLATIONS[chosen].corners:
+            wanted, got = ("quads", "triangles") if mesh.cells.shape[1] == 3 else ("triangles", "quads")
+            other = "argyris" if mesh.cells.shape[1] == 3 else "ancf or bfs"
+            remedy = f"take the interpolation fvs or {other}, or mesh it again"
+            raise InputError(say(f"mesh {mesh.path}", f"{wanted} for {chosen}", got, remedy))
+        return surfaces.set_order(surfaces.INTERPOLATIONS[chosen].make(mesh, self.arcs), self.order)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -357,7 +361,7 @@ class Shell(ThinBody):
         if self.nurbs is not None and self.face is not None:
             yield "face", "does nothing beside NURBS patches"
 
-    def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False) -> Surface:
+    def surface(self, folder: Path, allow_outside: bool = False, repair: bool = False, dim: int = 3) -> Surface:
         if self.mesh is None:
             path = meshes.path(self.nurbs or "", folder, allow_outside)
             found = nurbs_file.read(path, cells=self.cells, degree=self.degree, scale=self.unit, join=self.join)

@@ -104,13 +104,18 @@ def surface(
         ORDER,
         *groups.check_groups(cells, point_groups, edge_groups, face_groups),
     )
-    _check_folds(result, cells)
+    check_folds(result, cells)
     return result
 
 
 # ------------------------------------------------------------------------------------------------------------- tangents
 def _tangents(points: Floats, cells: Ints, arcs: Iterable[Arc]) -> Floats:
-    """Tangents (e, 4, 2, 2) in xi and eta at every vertex: of the chord, or of the arc that the edge lies on."""
+    """Tangents (e, 4, 2, 2) in xi and eta at every vertex."""
+    return TANGENT_SIGN[..., None] * side_tangents(points, cells, arcs)[:, TANGENT_SIDE, TANGENT_END]
+
+
+def side_tangents(points: Floats, cells: Ints, arcs: Iterable[Arc]) -> Floats:
+    """Tangents (e, side, 2 ends, 2) along the sides of cells: of the chord, or of the arc that the side lies on."""
     ends = plate_audit.sides(cells)
     chords = points[ends[:, :, 1]] - points[ends[:, :, 0]]
     along = np.stack([chords, chords], axis=2)
@@ -121,7 +126,7 @@ def _tangents(points: Floats, cells: Ints, arcs: Iterable[Arc]) -> Floats:
         groups.require_sides("ancf_plate.Arc.edges", edges, np.isin(wanted, keys))
         found = np.isin(keys, wanted)
         along[found] = _arc_tangents(points, ends[found], arc)
-    return TANGENT_SIGN[..., None] * along[:, TANGENT_SIDE, TANGENT_END]
+    return along
 
 
 def _angles(radii: Floats) -> Floats:
@@ -180,18 +185,18 @@ def _check_corners(points: Floats, cells: Ints, tangents: Floats) -> None:
     raise InputError(say("ancf_plate.surface: cells", "convex anticlockwise cells", got, remedy))
 
 
-def _check_folds(result: Surface, cells: Ints) -> None:
+def check_folds(result: Surface, cells: Ints) -> None:
     """The area element is positive at every quadrature point."""
     for start in range(0, len(cells), BLOCK):
         part = np.arange(start, min(start + BLOCK, len(cells)))
-        xi, _ = surfaces.quadrature(Parent.SQUARE, ORDER)
+        xi, _ = surfaces.quadrature(result.space, result.parent, ORDER)
         rows = surfaces.basis(result.space, np.repeat(part, len(xi)), np.tile(xi, (len(part), 1)))[:, 1:3]
         nodal = result.reference[result.nodes[part]].repeat(len(xi), axis=0)
         folded = (np.linalg.det(rows @ nodal) <= 0.0).reshape(len(part), -1).any(axis=1)
         if folded.any():
             cell = part[np.argmax(folded)]
             got = f"the folded cell {cell} with the nodes {groups.list_numbers(cells[cell])}"
-            raise InputError(say("ancf_plate.arcs", "arcs that leave every cell its area", got, "refine the mesh there"))
+            raise InputError(say("arcs", "arcs that leave every cell its area", got, "refine the mesh there"))
 
 
 # -------------------------------------------------------------------------------------------------------------- circles

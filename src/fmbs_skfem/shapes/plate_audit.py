@@ -68,6 +68,12 @@ def check(mesh: Subject, planar: bool) -> Ints:
     return cells
 
 
+def check_flat(where: str, points: Floats, cells: Ints) -> Ints:
+    """The cells of a plate of points (n, 2) that has nothing wrong, anticlockwise; else InputError."""
+    flat = np.column_stack([points, np.zeros(len(points))])
+    return check(Subject(where, flat, cells, np.arange(len(points)), np.arange(len(cells))), planar=True)
+
+
 def sides(cells: Ints) -> Ints:
     """Node pairs (e, b, 2) of the sides of cells; side i runs from vertex i to vertex i + 1."""
     return np.stack([cells, np.roll(cells, -1, axis=1)], axis=2)
@@ -237,7 +243,7 @@ def check_regular(where: str, shape: Surface) -> None:
     largest = float(np.abs(shape.reference).max())
     if not largest <= LARGEST:
         raise errors.InputError(errors.say(where, "coordinates in metres", f"{largest:.3g}", "check the unit of the export"))
-    xi, _ = surface.quadrature(shape.parent, shape.order + 1)
+    xi, _ = surface.quadrature(shape.space, shape.parent, shape.order + 1)
     for start in range(0, len(shape.nodes), BLOCK):
         part = np.arange(start, min(start + BLOCK, len(shape.nodes)))
         rows = surface.basis(shape.space, np.repeat(part, len(xi)), np.tile(xi, (len(part), 1)))[:, :3]

@@ -189,9 +189,7 @@ def _normals(points: Floats, cells: Ints) -> Floats:
 def _audited(where: str, points: ArrayLike, cells: ArrayLike, parent: Parent) -> tuple[Floats, Ints]:
     """Points (n, 2) and cells (e, 3 or 4), anticlockwise, that make one plate."""
     places, numbers = groups.flat_mesh(where, points, cells, parent)
-    flat = np.column_stack([places, np.zeros(len(places))])
-    subject = plate_audit.Subject(where, flat, numbers, np.arange(len(places)), np.arange(len(numbers)))
-    return places, plate_audit.check(subject, planar=True)
+    return places, plate_audit.check_flat(where, places, numbers)
 
 
 def _axes(points: Floats, quads: Ints) -> Floats:

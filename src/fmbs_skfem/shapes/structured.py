@@ -210,3 +210,40 @@ def _walk(beside: Ints, cell: int, turn: int, direction: int) -> tuple[list[tupl
         if place[0] == cell or len(found) > len(beside):
             return found, place == (cell, turn)
         found.append(place)
+
+
+def unevenness(points: Floats, cells: Ints) -> float:
+    """Largest change of the turns of grid lines and of their rungs [deg] from one to the next, of quads (e, 4) on points (n, c).
+
+    A line ..u, v, w, z.. turns at v by the angle from u v to v w; a row of cells turns in each of them by the angle from a side to
+    the one across. On images of a grid under a smooth map turns change by O(h^2) from one to the next, whatever the angles of the
+    cells; on free meshes they do not fall. Infinite where an inner node has other than four cells.
+    """
+    count = len(points)
+    start, end = plate_audit.sides(cells).reshape(-1, 2).T
+    keys, against = start * np.int64(count) + end, end * np.int64(count) + start
+    order = np.argsort(keys)
+    at = np.minimum(np.searchsorted(keys[order], against), len(keys) - 1)
+    twin = np.where(keys[order][at] == against, order[at], -1)
+    times, inner = np.bincount(start, minlength=count), np.ones(count, dtype=bool)
+    inner[start[twin < 0]] = inner[end[twin < 0]] = False
+    if (times[inner & (times > 0)] != 4).any():
+        return np.inf
+    sides = np.arange(len(keys))
+    along, opposite = points[end] - points[start], sides - sides % 4 + (sides + 2) % 4
+    shared = np.flatnonzero(twin >= 0)
+    rungs = _turn(-along[opposite[shared]], along[shared]) - _turn(along[shared], along[opposite[twin[shared]]])
+    around = twin[sides - sides % 4 + (sides - 1) % 4]  # the next side that starts at the same node
+    chosen = np.flatnonzero(inner[start] & inner[end])
+    back, ahead = around[around[chosen]], around[around[twin[chosen]]]
+    lines = _turn(-along[back], along[chosen]) - _turn(along[chosen], along[ahead])
+    return float(np.degrees(np.linalg.norm(np.concatenate([rungs, lines]), axis=1).max(initial=0.0)))
+
+
+def _turn(one: Floats, two: Floats) -> Floats:
+    """Rotation vectors (x, 3) [rad] from the directions of vectors (x, c) to those of others."""
+    one, two = (np.pad(v / np.linalg.norm(v, axis=1, keepdims=True), ((0, 0), (0, 3 - v.shape[1]))) for v in (one, two))
+    axis = np.cross(one, two)
+    size = np.linalg.norm(axis, axis=1)
+    angle = np.arctan2(size, np.sum(one * two, axis=1))
+    return np.asarray(axis * (angle / np.maximum(size, np.finfo(float).tiny))[:, None])

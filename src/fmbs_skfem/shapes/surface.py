@@ -84,8 +84,12 @@ def basis_in_cells(space: Any, cells: Ints, xi: Floats) -> Floats:
     return values.reshape(len(cells), len(xi), DERIVATIVES, -1)
 
 
-def quadrature(parent: Parent, order: int) -> tuple[Floats, Floats]:
-    """Points (p, 2) and weights (p,) on a parent: Gauss points, on triangles collapsed to one vertex."""
+@singledispatch
+def quadrature(space: Any, parent: Parent, order: int) -> tuple[Floats, Floats]:
+    """Points (p, 2) and weights (p,) on the parent of an interpolation: Gauss points, on triangles collapsed to one vertex.
+
+    An interpolation that is a polynomial in parts of its cells only registers a rule of its own.
+    """
     x, w = np.polynomial.legendre.leggauss(order)
     x, w = 0.5 * (x + 1.0), 0.5 * w
     a, b = (part.ravel() for part in np.meshgrid(x, x, indexing="ij"))
@@ -118,7 +122,7 @@ def tabulate(surface: Surface, order: int | None = None, part: slice = slice(Non
 
     `part`: of these cells only; tables of all cells of a large surface, with all derivatives, are larger than what is made of them.
     """
-    xi, weights = quadrature(surface.parent, order or surface.order)
+    xi, weights = quadrature(surface.space, surface.parent, order or surface.order)
     numbers = np.arange(len(surface.nodes))[part]
     cells, points = len(numbers), len(xi)
     return Table(

@@ -21,7 +21,7 @@ from ..bodies import Body, Material
 from ..bodies.laws import Law
 from ..bodies.plate import local_table, plate
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate, outputs, solve_statics
-from ..shapes import ancf_plate, nurbs, skfem_surface
+from ..shapes import ancf_plate, fvs_plate, nurbs, skfem_surface
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
 from ..systems import At, Motion, System, assemble, eliminate, joints, probes
@@ -59,8 +59,8 @@ def rectangle(kind: str, n1: int, n2: int, length: float = 1.0, width: float = 1
         return replace(shape, edges=edges, points={name: shape.points[corner] for name, corner in CORNERS.items()})
     inside = np.setdiff1d(np.arange(len(points)), np.concatenate([pairs.ravel() for pairs in edges.values()]))
     points[inside] += skew * length / n1 * rng.uniform(-1, 1, (len(inside), 2))
-    if kind == "ancf":
-        return ancf_plate.surface(points, quads, (), corners, edges)
+    if kind in ("ancf", "fvs"):
+        return {"ancf": ancf_plate, "fvs": fvs_plate}[kind].surface(points, quads, (), corners, edges)
     if kind == "bfs":
         return skfem_surface.bfs(points, quads, corners, edges)
     return skfem_surface.argyris(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]), corners, edges)
