@@ -190,16 +190,21 @@ def differentiate(
     sides = []
     for sign in (1.0, -1.0):
         moved = [sign * h * part for part in motion]
-        moved[0], moved[3] = linear.x[:, None] + moved[0], np.reshape(linear.multipliers, (-1, 1)) + moved[3]
-        parts = [readings(system, time, [part[:, :states] for part in moved])]
+        parts = [readings(system, linear, time, [part[:, :states] for part in moved])]
         for k, (name, start) in enumerate(inputs.items(), start=states):
-            parts.append(readings(nudged(system, name, start + sign * h[k]), time, [part[:, [k]] for part in moved]))
+            parts.append(readings(nudged(system, name, start + sign * h[k]), linear, time, [part[:, [k]] for part in moved]))
         sides.append({name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
     return {name: (values - sides[1][name]) / (2.0 * h) for name, values in sides[0].items()}
 
 
-def readings(system: System, time: float, motion: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
-    """All output columns of states (n, s), with rates, accelerations and multipliers, at one time."""
-    x, v, a, multipliers = (np.ascontiguousarray(part.T) for part in motion)
+def readings(system: System, linear: Linear, time: float, changes: Sequence[np.ndarray]) -> dict[str, np.ndarray]:
+    """All output columns (s,) of states that differ by `changes` (n, s) of x, x', x'' and (m, s) of multipliers, at one time.
+
+    They follow the equilibrium, from which potential energies count; the balance of energies is unknown, as of equilibria.
+    """
+    rest = np.zeros_like(linear.x)
+    base = linear.x, rest, rest, np.broadcast_to(linear.multipliers, len(changes[3]))
+    x, v, a, multipliers = (np.vstack([one, one + part.T]) for one, part in zip(base, changes, strict=True))
     times = time + INSTANT * np.arange(len(x))
-    return read_outputs(Trajectory(system, times, x, v, a, multipliers))
+    found = read_outputs(Trajectory(system, times, x, v, a, multipliers, work=np.full(len(x), np.nan)))
+    return {name: values[1:] for name, values in found.items()}
