@@ -105,6 +105,8 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes
     J = compiled.gap(model, system.x0, 0.0)[1]
     J = J[ranks.independent_rows(J, units=scale_of(system))]
     K0, K1 = 0.5 * (sides[0] + sides[1]), (sides[0] - sides[1]) / (2.0 * probe)
+    if n - len(J) < 3:
+        raise InputError(say("buckling", "three motions at least that the joints leave", n - len(J), "release a joint"))
     if not 1 <= count <= n - len(J) - 2:
         raise InputError(say("buckling, count", f"1 to {n - len(J) - 2}", count))
     if (solved := saddle.constrained(K0, J)) is None:

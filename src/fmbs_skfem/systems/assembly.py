@@ -377,6 +377,8 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     if dropped:
         redundancy.notify_left_out(dropped)
     kept = np.setdiff1d(np.arange(system.size), found.dependent)
+    if not len(kept):
+        return without_motion(system, rows, found, A @ system.x0 + a)
     place = np.full(system.size, -1)
     place[kept] = np.arange(len(kept))
     S = found.solution.tocoo()
@@ -393,6 +395,15 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     rest = np.flatnonzero(~is_linear(system.constraints))
     free = change_coordinates(keep_constraints(system, rest), T, d)
     return replace(free, v0=admissible_velocity(system, T, free), full=system)
+
+
+def without_motion(system: System, rows: np.ndarray, found: echelon.Echelon, gap: np.ndarray) -> System:
+    """The system where linear constraints `rows` hold all unknowns: it keeps those that do, for their reactions."""
+    report_moved(system, rows, gap)
+    x0 = np.zeros(system.size)
+    x0[found.dependent] = found.fixed
+    held = keep_constraints(system, np.setdiff1d(np.arange(len(system.constraints.names)), rows[found.left]))
+    return replace(held, x0=x0, full=system)
 
 
 def report_moved(system: System, rows: np.ndarray, gap: np.ndarray) -> None:
