@@ -14,7 +14,7 @@ from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
-from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
+from fmbs_skfem.dynamics import GeneralizedAlpha, histories, integrate
 from fmbs_skfem.systems import At, Motion, assemble, joints, loads, probes
 from fmbs_skfem.systems.controllers import Pid
 from fmbs_skfem.systems.controls import ControlForce
@@ -128,3 +128,40 @@ def driven(history: str) -> None:
     """A mass that is driven along a function of time."""
     drive = joints.DrivenPosition("d", At("m"), (of_time(history), of_time("0")))
     integrate(assemble([point_mass("m", 1.0, np.zeros(2))], [drive]), GeneralizedAlpha(STEP, 1.0), 0.6)
+
+
+@PUSHES
+@pytest.mark.parametrize("history", ["sin(6 * t)**2", "t**6", "where(t < 0.97, 0, (t - 0.97)**2)"])
+@pytest.mark.parametrize("duration", [0.01, 0.02, 0.03, 1.0])
+def test_what_has_only_begun_is_not_missed(push: Push, history: str, duration: float) -> None:
+    """The ends of the first steps give t^2 by up to a half wrong, whatever the step is: its motion is as small then."""
+    system = assemble([point_mass("m", 1.0, np.zeros(2))], [], [push(history)])
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*inside of steps")
+        integrate(system, GeneralizedAlpha(STEP), duration)
+
+
+@pytest.mark.parametrize("history", ["where(t < 0.003, 0, where(t < 0.008, 200, 0))", "10 * sin(2 * pi * t / 0.01)**2"])
+def test_what_few_steps_do_not_see_is_warned_of(history: str) -> None:
+    with pytest.warns(Notice, match="a load on m changes inside of steps of 0.01 s"):
+        integrate(assemble([point_mass("m", 1.0, np.zeros(2))], [], [pushed(history)]), GeneralizedAlpha(STEP), 0.03)
+
+
+@pytest.mark.parametrize("turns", [0.3, 1.0, 7.3, 50.0])
+@pytest.mark.parametrize("end", [0.497, 0.5, 0.6])
+def test_angles_that_turn_smoothly_do_not_jump(turns: float, end: float) -> None:
+    """A start over 0.5 s, then a constant rate: second differences of the cosine vanish at every half turn, and at the end."""
+    wheel = rigid("wheel", 1.0, 0.1, (0.0, 0.0), dim=2)
+    angle = f"{turns} * where(t < 0.5, t**2 + 0.5 / (4 * pi**2) * (cos(4 * pi * t) - 1), 0.25 + (t - 0.5))"
+    system = assemble(
+        [wheel], [joints.Pin("hub", At("wheel", "center")), joints.DrivenAngle("d", At("wheel", "frame"), of_time(angle))]
+    )
+    for step in (1e-3, 1e-4):
+        assert not histories.drives_that_jump(system, step, round(end / step))
+
+
+@pytest.mark.parametrize("history", ["sin(9 * t)", "cos(9 * t)", "1000 + 1e-9 * t", "3 * t"])
+def test_drives_that_vanish_at_their_end_do_not_jump(history: str) -> None:
+    system = assemble([point_mass("m", 1.0, np.zeros(2))], [joints.DrivenPosition("d", At("m"), (of_time(history), of_time("0")))])
+    for steps in range(30, 80):
+        assert not histories.drives_that_jump(system, STEP, steps), steps

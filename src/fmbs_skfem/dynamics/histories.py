@@ -14,16 +14,21 @@ from ..systems import forces, responses
 from ..systems.angles import DOUBT
 from ..systems.compiled import Compiled, signal_table
 from ..systems.force_laws import ForceLaw, LawForces, evaluate
-from ..systems.signals import read_inputs
+from ..systems.signals import Cosine, Sine, read_inputs
 from ..systems.system import System, driven_rows, driving
 from .names import owners
 from .trajectory import Trajectory
 
 INSIDE = 4  #: instants inside of a step at which histories are looked at
 MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone, above which a warning is shown
+#: steps from where a history begins to the end of a run, up to which it may have only begun: after n steps t^2 is missed by
+#: 1 / (2 n^2), t^6 by 3.5 / n^2, however short the steps are; and how far it leaves the range of the ends of a step, of its size,
+#: where they do not see it
+BRIEF, UNSEEN = 10, 0.1
 AT_ONCE = 10_000  #: steps
 #: what a drive changes in a step, of its range and of the change in the steps beside, above which it jumps; its rate alike
 LEAP = 1e-3, 10.0
+ROUND_OFF = 8.0  #: in units of the last place of the largest value of a drive, which its differences have
 TILT = 0.1  #: of the place of a torque out of the plane of its angle, above which a warning is shown [rad]
 ROWS_OF_ANGLES = {"torque": 2, "torsion_spring": 2, "torque in space": 9}  #: of coordinates and laws about axes in space
 
@@ -107,24 +112,45 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
 
 
 def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:
-    """A warning where a function of time that drives a joint, or its rate, jumps from one step [s] to the next: an impulse.
+    """A warning where a function of time that drives a joint, or its rate, jumps from one step [s] to the next: an impulse."""
+    for name, (what, t) in drives_that_jump(plain, step, steps).items():
+        text = f"{name} is driven by a function{what} jumps within one step, at t = {t:.4g} s"
+        notify(f"{text}: forces there are impulses that depend on the step; let it change over many steps")
+
+
+def drives_that_jump(plain: System, step: float, steps: int) -> dict[str, tuple[str, float]]:
+    """What is driven by functions of time that jump, or whose rates do: which of both, and when [s].
 
     A joint that jumps by u moves a mass with m u / h^2, and one whose rate jumps by w with m w / h, which no smaller step makes
-    right. A corner between two steps shows in the second differences of both.
+    right. A corner between two steps shows in the second differences of both. Angles are looked at themselves, as second
+    differences of their cosines vanish at every half turn.
     """
     times, driven = step * np.arange(steps + 1), {signal for _, signal in driving(plain.constraints)}
     jumps = dict[str, tuple[str, float]]()
     for k in (k for k in driven if steps > 2 and not read_inputs(plain.signals[k])):
-        values = plain.signals[k](times) + np.zeros(len(times))
+        signal = plain.signals[k]
+        values = (signal.angle if isinstance(signal, Cosine | Sine) else signal)(times) + np.zeros(len(times))
+        noise = ROUND_OFF * np.finfo(float).eps * np.abs(values).max()
         changes, bends = np.abs(np.diff(values)), np.abs(np.diff(values, 2))
         for what, found, size, apart in ((" that", changes, np.ptp(values), 1), (" whose rate", bends, changes.max(), 2)):
-            beside = np.pad(found, apart, mode="reflect")
-            limit = np.maximum(LEAP[0] * size, LEAP[1] * np.maximum(beside[: -2 * apart], beside[2 * apart :]))
-            for at in np.flatnonzero(found > limit)[:1]:
+            limit = np.maximum(LEAP[0] * size, LEAP[1] * beside(found, apart))
+            for at in np.flatnonzero(found > limit + noise)[:1]:
                 jumps.setdefault(signal_names(plain)[k], (what, times[at + 1]))
-    for name, (what, t) in jumps.items():
-        text = f"{name} is driven by a function{what} jumps within one step, at t = {t:.4g} s"
-        notify(f"{text}: forces there are impulses that depend on the step; let it change over many steps")
+    return jumps
+
+
+def beside(found: np.ndarray, apart: int) -> np.ndarray:
+    """The larger one (s,) of the values `apart` before and behind every value (s,); near the ends the largest of three inside.
+
+    A smooth function may vanish at the one that there is.
+    """
+    before, behind = np.zeros(len(found)), np.zeros(len(found))
+    before[apart:], behind[:-apart] = found[:-apart], found[apart:]
+    largest = np.maximum(before, behind)
+    for k in range(min(apart, len(found))):
+        inside = found[k + apart : k + apart + 3], found[max(len(found) - k - apart - 3, 0) : max(len(found) - k - apart, 0)]
+        largest[k], largest[-1 - k] = (part.max(initial=0.0) for part in inside)
+    return largest
 
 
 def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> bool:
@@ -228,16 +254,26 @@ def pushes(
 
 
 def integrals(values: Callable[[np.ndarray], np.ndarray], step: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
-    """max |S| (k,) and max |S - S_h| (k,) of functions of times (s, i) in s steps, with values (s i, k)."""
+    """max |S| (k,) and max |S - S_h| (k,) of functions of times (s, i) in s steps, with values (s i, k).
+
+    Zero for the latter where a function has only BRIEF steps since it began, in which it stays between the ends of its steps.
+    """
     inside = np.array([0.0, *(np.arange(INSIDE) + 0.5) / INSIDE, 1.0])
-    carried, size, missed = np.zeros(1), np.zeros(1), np.zeros(1)
+    carried, size, missed, began = np.zeros(1), np.zeros(1), np.zeros(1), np.array([steps])
+    most, beyond = np.zeros(1), np.zeros(1)
     for first in range(0, steps, AT_ONCE):
-        times = step * (np.arange(first, min(first + AT_ONCE, steps))[:, None] + inside)
+        numbers = np.arange(first, min(first + AT_ONCE, steps))
+        times = step * (numbers[:, None] + inside)
         with np.errstate(all="ignore"):
             found = values(times).reshape(*times.shape, -1)
+            found = np.where(np.isfinite(found), found, 0.0)
             means = np.stack([found[:, 1:-1].mean(axis=1), 0.5 * (found[:, 0] + found[:, -1])])
-            sums = carried + np.cumsum(np.where(np.isfinite(means), means, 0.0), axis=1)
+            sums = carried + np.cumsum(means, axis=1)
         carried = sums[:, -1:]
         size = np.maximum(size, np.abs(sums).max(axis=(0, 1)))
         missed = np.maximum(missed, np.abs(sums[1] - sums[0]).max(axis=0))
-    return size, missed
+        began = np.minimum(began, np.where((found != 0.0).any(axis=1), numbers[:, None], steps).min(axis=0))
+        low, high = (choose(found[:, 0], found[:, -1])[:, None] for choose in (np.minimum, np.maximum))
+        most = np.maximum(most, np.abs(found).max(axis=(0, 1)))
+        beyond = np.maximum(beyond, np.maximum(low - found, found - high).max(axis=(0, 1)))
+    return size, np.where((steps - began <= BRIEF) & (beyond <= UNSEEN * most), 0.0, missed)

@@ -153,7 +153,8 @@ def energy_errors(trajectory: Trajectory) -> EnergyErrors:
     gives differently, so that few states feign none.
     """
     found = balance_of(trajectory)
-    change, scale, doubt = found.balance - found.balance[0], size_of(found.stored), float(found.doubt.max())
+    change, doubt = found.balance - found.balance[0], float(found.doubt.max())
+    scale = max(size_of(found.stored), float(np.abs(found.work).max()))  # what damping takes as it comes is stored nowhere
     drift = float(np.abs(change).max())
     if len(change) < FEW or scale <= found.rest:
         return EnergyErrors(drift, 0.0, 0.0)

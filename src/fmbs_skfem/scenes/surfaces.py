@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, closest, say
-from ..core.notices import notify
+from ..core.notices import notify, remark
 from ..core.records import dataclass
 from ..shapes import ancf_plate, fvs_plate, skfem_surface, structured
 from ..shapes.plate_meshes import PlateMesh
@@ -118,7 +118,10 @@ def thickness(value: float | Mapping[str, float], surface: Surface) -> float | n
 
 
 def tell_jumps(thickness: np.ndarray, surface: Surface) -> None:
-    """A notice of a thickness (e,) [m] that jumps between cells which share their slopes, so that strains cannot jump with it."""
+    """A remark on a thickness (e,) [m] that jumps between cells which share their slopes, so that strains cannot jump with it.
+
+    Curvatures can: what is bent alone is as exact as elsewhere, which is known of the solution only.
+    """
     functions = surface.nodes.shape[1]
     uses = csr_array((np.ones(surface.nodes.size), surface.nodes.ravel(), np.arange(0, surface.nodes.size + 1, functions)))
     shared = (uses @ uses.T).tocoo()
@@ -128,4 +131,6 @@ def tell_jumps(thickness: np.ndarray, surface: Surface) -> None:
     if ratio.min() < 1.0 - JUMP:
         low, high = pairs[:, np.argmin(ratio)]
         text = f"jumps from {high:g} m to {low:g} m inside a surface whose strains are continuous from cell to cell"
-        notify(f"thickness: {text}: errors fall in proportion to the cells near that line, so mesh it finely there")
+        remark(
+            f"thickness: {text}: where it is stretched, errors fall in proportion to the cells near that line; mesh it finely there"
+        )

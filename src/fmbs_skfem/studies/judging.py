@@ -9,6 +9,7 @@ import numpy as np
 from .. import dynamics
 from ..core.notices import notify
 from ..dynamics import GeneralizedAlpha, Trajectory
+from ..dynamics.histories import drives_that_jump
 from ..systems.system import sizes
 
 NOISE = 1e-3  #: noise of accelerations, relative to the largest, above which a warning is shown
@@ -20,21 +21,25 @@ def balances(scheme: GeneralizedAlpha | None, trajectory: Trajectory) -> dict[st
     """Energy error [J] of a full motion, and noise of its accelerations [m/s2]; None of equilibria."""
     if scheme is None:
         return {"energy_drift": None, "acceleration_noise": None}
-    drift = energy_drift(trajectory, f"a step of {scheme.step:g} s", "halve it and compare, or take a larger rho_inf")
+    steps = round(float(trajectory.times[-1]) / scheme.step)
+    cause, remedy = f"a step of {scheme.step:g} s is too large for this motion", "halve it and compare, or take a larger rho_inf"
+    if drives_that_jump(trajectory.system, scheme.step, steps):  # an impulse, which no step and no damping makes right
+        cause, remedy = "a drive jumps within one step", "let it change over many steps"
+    drift = energy_drift(trajectory, cause, remedy)
     return {"energy_drift": drift, "acceleration_noise": acceleration_noise(scheme, trajectory)}
 
 
 def energy_drift(trajectory: Trajectory, cause: str, remedy: str) -> float:
-    """Largest change of the energy balance [J], with a warning where it rises or falls, and a remedy."""
+    """Largest change of the energy balance [J], with a warning where it rises or falls, its cause, and a remedy."""
     errors, said = dynamics.energy_errors(trajectory), list[str]()
     if errors.rise > GAIN:
         said.append(f"rises by {errors.rise:.0%}")
-        remedy = "halve it and compare, or take a smaller rho_inf"
+        remedy = remedy.replace("larger rho_inf", "smaller rho_inf")
     if errors.fall > LOSS:
         said.append(f"falls by {errors.fall:.1%}")
     if said:
         todo = remedy.partition(", or")[0] if len(said) == 2 else remedy  # a rise and a fall ask for opposite schemes
-        notify(f"the energy balance {' and '.join(said)} of the largest energy: {cause} is too large for this motion; {todo}")
+        notify(f"the energy balance {' and '.join(said)} of the largest energy or work: {cause}; {todo}")
     return errors.drift
 
 
@@ -43,7 +48,9 @@ def energy_of_reduced(motion: Trajectory) -> dict[str, Any]:
 
     A full run loses energy to its step alone, a reduced one also where its basis does not hold the motion.
     """
-    drift = energy_drift(motion, "the step, or the distance from the training,", "compare with a full run")
+    drift = energy_drift(
+        motion, "the step, or the distance from the training, is too large for this motion", "compare with a full run"
+    )
     kinds = dynamics.energies(motion)
     scale = float(np.ptp(kinds[:, :3], axis=0).max())
     change = float(np.abs(kinds[:, 3] - kinds[0, 3]).max()) / scale if scale > 0.0 else 0.0
