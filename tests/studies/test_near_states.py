@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -71,6 +72,34 @@ def test_a_column_beyond_its_buckling_load_is_unstable(tmp_path: Path) -> None:
     assert np.loadtxt(tmp_path / "out" / "factors.csv", delimiter=",", skiprows=1)[:, 1] == pytest.approx(
         found.report["load_factors"]
     )
+
+
+TWO_RODS = """
+schema: 1
+dimension: 2
+bodies:
+  lower: {type: rigid, mass: 1, inertia: 0.1, center: [0, 0.5], points: {foot: [0, 0], top: [0, 1]}}
+  upper: {type: rigid, mass: 1, inertia: 0.1, center: [0, 1.5], points: {foot: [0, 1], top: [0, 2]}}
+joints: {ground: {type: revolute, at: lower.foot}, knee: {type: revolute, at: upper.foot, to: lower.top}}
+loads:
+  first: {type: torsion_spring, at: lower.frame, stiffness: 30}
+  second: {type: torsion_spring, at: upper.frame, to: lower.frame, stiffness: 20}
+  side: {type: spring_damper, at: lower.top, to: [2, 1], stiffness: 5}
+  push: {type: point_force, at: PLACE, force: [0, -1]}
+analysis: {type: buckling, count: 2}
+"""
+
+
+@pytest.mark.parametrize(
+    ("place", "factors"),
+    [
+        ("upper.top", np.linalg.eigvalsh([[55.0, -20.0], [-20.0, 20.0]])),  # both rods bear the load: K - P 1
+        ("lower.top", [55.0 - 20.0**2 / 20.0]),  # one does: there is no second factor, and round-off is none
+    ],
+)
+def test_two_rods_on_springs_buckle_at_as_many_loads_as_they_bear(place: str, factors: Sequence[float]) -> None:
+    found = studies.run(scenes.loads(TWO_RODS.replace("PLACE", place)))
+    assert found.report["load_factors"] == pytest.approx(factors, rel=1e-7)
 
 
 def test_a_blade_in_a_turning_frame(tmp_path: Path) -> None:

@@ -35,6 +35,9 @@ POTENTIAL = 1e-6  #: part of K1 that is not symmetric, on a motion that the join
 PROPORTIONAL = 1e-9  #: of a history: how far one may be from a multiple of t that is one
 AGREE = 1e-2  #: by which a factor of loads without a potential may change with the probe: others are round-off
 REAL = 1e-6  #: imaginary parts of load factors, relative to their size, that are round-off
+FOUND = (
+    1e-10  #: of the largest inverse of a factor: smaller ones are round-off (1e-14 to 1e-17 of it) of motions that no load softens
+)
 
 
 @dataclass(frozen=True)
@@ -105,10 +108,11 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes
     J = compiled.gap(model, system.x0, 0.0)[1]
     J = J[ranks.independent_rows(J, units=scale_of(system))]
     K0, K1 = 0.5 * (sides[0] + sides[1]), (sides[0] - sides[1]) / (2.0 * probe)
-    if n - len(J) < 3:
-        raise InputError(say("buckling", "three motions at least that the joints leave", n - len(J), "release a joint"))
-    if not 1 <= count <= n - len(J) - 2:
-        raise InputError(say("buckling, count", f"1 to {n - len(J) - 2}", count))
+    most = n - len(J) if n <= SMALL else min(n - len(J), n - 2)  # Arnoldi's method finds all but two
+    if most < 1:
+        raise InputError(say("buckling", "a system that can move", "one that its joints hold altogether", "release a joint"))
+    if not 1 <= count <= most:
+        raise InputError(say("buckling, count", f"1 to {most}", count))
     if (solved := saddle.constrained(K0, J)) is None:
         raise InputError(say("buckling", "a system that its joints hold", "one that is free to move", "hold it by joints"))
 
@@ -122,7 +126,8 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes
         inverses, vectors = eig(np.array([product(column) for column in np.eye(n)]).T)
     else:
         inverses, vectors = eigs(LinearOperator((n, n), matvec=product, dtype=float), min(4 * count + 4, n - 2), v0=first)
-    real = np.flatnonzero((np.abs(inverses.imag) <= REAL * np.abs(inverses)) & (np.abs(inverses) > 0.0))
+    size = np.abs(inverses)
+    real = np.flatnonzero((np.abs(inverses.imag) <= REAL * size) & (size > FOUND * size.max()))
     kept = real[np.argsort(-np.abs(inverses[real]), kind="stable")][:count]
     shapes, path = largest_one(vectors[:, kept].real), (states[0] - states[1]) / (2.0 * probe)
     skew = np.linalg.norm(solved(K1 @ first - K1.T @ first)) > POTENTIAL * np.linalg.norm(product(first))
