@@ -24,7 +24,7 @@ from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate
 from fmbs_skfem.dynamics.scheme import DYNAMIC, method_of
 from fmbs_skfem.reduction import Level, deim, sampling
-from fmbs_skfem.reduction.galerkin import projected
+from fmbs_skfem.reduction.component import projected
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate
 

@@ -23,5 +23,5 @@ def forms(raw: System, full: Trajectory, tolerance: float, path: Path) -> Forms:
     data, level = galerkin.snapshots(full), component.body_level(raw)
     bases = {name: pod.basis(data.q[:, component.rows_of(raw, part)].T, tolerance) for name, part in level.items()}
     reduced = galerkin.reduce_system(raw, level, bases)
-    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
+    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, component.projected(reduced, data.q))], 1e-8))
     return Forms(reduced, hyper_reduced, files.load(files.save(hyper_reduced, path)))

@@ -357,7 +357,7 @@ def test_reduced_hyper_reduced_and_saved_models(dim: int, tmp_path: Path) -> Non
     data, level = galerkin.snapshots(full), component.body_level(raw)
     bases = {name: pod.basis(data.q[:, component.rows_of(raw, part)].T, 1e-13) for name, part in level.items()}
     reduced = galerkin.reduce_system(raw, level, bases, configurations=data.q)
-    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, galerkin.projected(reduced, data.q))], 1e-8))
+    hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, component.projected(reduced, data.q))], 1e-8))
     saved = files.load(files.save(hyper_reduced, tmp_path / "model.h5"))
     expected = outputs(full)
     assert [one.name for one in full.events] == ["fly", "catch"]

@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem import reduction
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.reduction import Level, sampling
-from fmbs_skfem.reduction.galerkin import projected
+from fmbs_skfem.reduction.component import projected
 from fmbs_skfem.reduction.pod import Basis
 from fmbs_skfem.reduction.sampling import Selection
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate

@@ -71,7 +71,7 @@ def family() -> Family:
     components = component.body_level(raw)
     bases = galerkin.bases(raw, data, components, 1e-10)
     system = galerkin.reduce_system(raw, components, bases)
-    selections = sampling.train([(system, galerkin.projected(system, data.q))], 1e-3, Level.POINTS)
+    selections = sampling.train([(system, component.projected(system, data.q))], 1e-3, Level.POINTS)
 
     def member(values: Mapping[str, float]) -> Case:
         reduced = galerkin.reduce_system(pendulum(values), components, bases)

@@ -125,18 +125,9 @@ def test_noise_below_the_threshold_is_dropped_and_above_it_kept() -> None:
     assert pivots.independent_rows([np.zeros((3, 4))]).size == 0
 
 
-def test_rows_out_of_reach() -> None:
-    """Gaps 0.3, 0.02 and 0.3 in rows of sizes 1, 0.1 and 0.01: changes 0.3, 0.2 and, beyond what the first row brings, 29.7."""
-    J = np.array([[1.0, 0.0, 0.0], [0.0, 0.1, 0.0], [0.01, 0.0, 0.01]])
-    gaps = np.array([[0.3, 0.02, 0.3]])
-    for reach, rows in ((50.0, [0, 1, 2]), (29.8, [0, 1, 2]), (29.6, [0, 1]), (0.25, [1]), (0.1, [])):
-        assert pivots.independent_rows([J], gaps=gaps, reach=reach).tolist() == rows
-    assert pivots.independent_rows([J], gaps=0 * gaps, reach=1e-300).tolist() == [0, 1, 2]
-
-
-def test_reach_is_that_of_all_configurations_together() -> None:
-    """A row that hardly moves in one configuration is closed by what it does in the others: sqrt(4e-4 + 1e-4) / sqrt(1e-12 + 1)."""
-    jacobians = [np.array([[1e-6, 0.0]]), np.array([[0.0, 1.0]])]
-    gaps = np.array([[0.02], [0.01]])
-    assert pivots.independent_rows(jacobians, gaps=gaps, reach=0.0224).tolist() == [0]
-    assert pivots.independent_rows(jacobians, gaps=gaps, reach=0.0223).tolist() == []
+def test_rows_that_are_first_are_kept() -> None:
+    """Of two rows that are alike, and of three of which one is the sum of the others."""
+    alike = np.array([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.5, 0.0]])
+    assert pivots.independent_rows([alike]).tolist() == [1, 2]
+    assert pivots.independent_rows([alike], first=np.array([True, False, False, True])).tolist() == [0, 3]
+    assert pivots.independent_rows([alike], first=np.array([True, True, True, True])).tolist() == [1, 2]

@@ -11,7 +11,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import Newton, integrate
 from fmbs_skfem.dynamics.outputs import energies
 from fmbs_skfem.reduction import Level, component, pod, sampling
-from fmbs_skfem.reduction.galerkin import projected
+from fmbs_skfem.reduction.component import projected
 from fmbs_skfem.systems import System, compiled, terms
 from fmbs_skfem.systems.compiled import compile_system
 from fmbs_skfem.systems.system import multiply_out, sizes

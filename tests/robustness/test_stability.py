@@ -14,7 +14,7 @@ from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate
 from fmbs_skfem.dynamics.scheme import method_of
 from fmbs_skfem.reduction import Level, sampling
-from fmbs_skfem.reduction.galerkin import projected
+from fmbs_skfem.reduction.component import projected
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate
 from fmbs_skfem.verification import registry
 

@@ -140,7 +140,7 @@ def interpolated(task: TrainingTask, full: Full, counts: Sequence[int]) -> Compa
     axes = [np.unique(column.round(12)) for column in places.T]
     charts = {name: grassmann.chart(axes, [basis[name].modes for basis in local]) for name in task.plan.components}
     rows = [
-        reduced_models.find_kept_rows(task, [system], [run], [reduced_models.project(task, basis, system)])
+        reduced_models.find_kept_rows(task, [system], [run], [reduced_models.project(task, basis, system)]).rows
         for system, run, basis in zip(systems, given, local, strict=True)
     ]
     hyper = NONE if task.plan.hyper.tolerance else task.plan.hyper

@@ -10,8 +10,11 @@ from scipy.sparse import csr_array
 from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.linalg import distinct
-from ..systems.system import System, linear_part
+from ..core.notices import notify
+from ..systems.system import System, linear_part, project
 from . import pod
+
+REST = 1e-11  #: displacement, over the size of the mechanism, up to which it is at rest: snapshots are known to 1e-12 and better
 
 
 def system_level(system: System) -> dict[str, tuple[str, ...]]:
@@ -64,6 +67,31 @@ def touched_outside(A: object, rows: np.ndarray) -> np.ndarray:
     return distinct(entries.row[~np.isin(entries.col, rows)])
 
 
+def is_resting(system: System, displacement: float) -> bool:
+    """Whether a displacement [m] is one of Newton's tolerance alone."""
+    return displacement <= REST * system.scale
+
+
+def any_motion(A: np.ndarray) -> np.ndarray:
+    """A displacement (n, 1) that keeps A q = 0, A (m, n), of which bases of components at rest are made: they need a direction."""
+    return satisfy(np.random.default_rng(0).normal(size=(1, A.shape[1])), A, np.zeros(len(A))).T
+
+
+def refuse_rest(system: System, components: Mapping[str, Sequence[str]], displacements: Mapping[str, float]) -> None:
+    """InputError where nothing moves, by the largest displacements [m] of components; a notice of flexible ones that do not.
+
+    Rigid ones have all directions in their bases, and may move where they did not.
+    """
+    resting = [name for name, size in displacements.items() if is_resting(system, size)]
+    flexible = [name for name in resting if not is_rigid(system, components[name])]
+    if flexible and len(resting) == len(displacements):
+        remedy = "give it loads or an initial motion, or a longer duration"
+        raise InputError(say("training", "a motion", "none: nothing moves in the training run", remedy))
+    if flexible:
+        listed = " and ".join(f"'{name}' (moves by {displacements[name]:.1g} m)" for name in flexible)
+        notify(f"at rest in the training, and in the reduced model: {listed}; give it loads there if it is to move")
+
+
 def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
     """The states (s, n) nearest to q with A q + a = 0."""
     return q - (q @ A.T + a) @ np.linalg.pinv(A).T if len(a) else q
@@ -84,3 +112,8 @@ def rigid_directions(system: System, rows: np.ndarray, A: np.ndarray) -> np.ndar
     found = np.zeros((len(rows), free.shape[1]))
     found[mine] = free
     return found
+
+
+def projected(system: System, q: np.ndarray) -> np.ndarray:
+    """Unknowns x (s, n) of a reduced system with the least |V x + qbar - q| for body coordinates (s, q)."""
+    return np.ascontiguousarray(project(system.lift.matrix, (q - system.lift.offset).T).T)

@@ -29,7 +29,7 @@ from ..systems.system import System, sizes
 from . import cases, output_errors, pod
 from . import parameters as boxes
 from .cases import Case, Family
-from .component import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
+from .component import all_directions, inner_constraints, is_resting, is_rigid, metric_of, rows_of, satisfy
 from .errors import BLOCK, common_times, mean_error, notify_other_end
 from .galerkin import snapshots
 from .output_errors import OutputError
@@ -123,6 +123,8 @@ def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) ->
     if is_rigid(raw, members):
         modes = all_directions(W, A)
         return Factor(modes, pod.left_singular(W, X)[1][: modes.shape[1]], modes.T @ (W @ X))
+    if is_resting(raw, float(np.sqrt(np.maximum(np.sum(X * (W @ X), axis=0), 0.0)).max())):
+        return Factor(np.zeros((len(rows), 0)), np.zeros(0), np.zeros((0, len(q))))
     eps = ALL if plan.modes is not None else FINER * plan.tolerance
     basis = pod.basis(X, eps, mean=np.zeros(len(rows)), metric=W)
     return Factor(basis.modes, basis.singular_values[: basis.modes.shape[1]], basis.modes.T @ (W @ X))

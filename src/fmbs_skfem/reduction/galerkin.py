@@ -3,13 +3,11 @@ r"""Bases per component, Galerkin projection, and the reduction of constraints.
     q^b = U^b xi^b + qbar^b,    sum_b U^bT (F + M q'' + Q + Phi_q^T lambda) = 0                                          (18), (21)
 
 A component is one body or several that share a basis; one component with all bodies is the system level. Constraints fall into
-three classes (section 3.3 of the source), decided by structure and never by the size of a number:
+three classes (section 3.3 of the source), decided by structure and by the motion, never by the size of a number:
 
 1. linear, independent of time, inside one component: every snapshot satisfies them, they vanish and are dropped;          (24)-(28)
 2. linear, independent of time, between components: eliminated, xi = T y + d, or kept with multipliers;                    (29)-(36)
-3. all others are kept but those that depend on others in the reduced space, and those of time-independent joints and rigid frames
-   inside one component that the basis cannot meet: closing their gaps at projected snapshots would take REACH times the distance
-   of the basis. What is left out between components would let them go.
+3. all others are kept but those that depend on others in the reduced space, and those that lock it (`kept_rows`).
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
 """
@@ -27,31 +25,35 @@ from ..core.linalg import as_dense
 from ..core.records import dataclass
 from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
-from ..systems import compiled, redundancy
-from ..systems.compiled import compile_system
 from ..systems.system import (
     Matrix,
     System,
     change_coordinates,
-    driven_rows,
     is_linear,
     keep_constraints,
     linear_part,
-    loose_rows,
-    project,
-    sizes,
 )
 from . import invariant as vectors
-from . import pivots, pod
-from .component import all_directions, check_components, inner_constraints, is_rigid, metric_of, rigid_directions, rows_of, satisfy
+from . import kept_rows, pivots, pod
+from .component import (
+    all_directions,
+    any_motion,
+    check_components,
+    inner_constraints,
+    is_resting,
+    is_rigid,
+    metric_of,
+    refuse_rest,
+    rigid_directions,
+    rows_of,
+    satisfy,
+)
+from .plan import ModeCounts, modes_of
 from .pod import Basis
 
-REACH = 1.0  #: change that closes the gaps of a constraint row, over the distance of the snapshots from the basis
-NOISE = 1e-8  #: change, over the motion, that is always within reach: snapshots close their joints to Newton's tolerance only
+COARSEST = 0.5  #: eps of components at rest: the fewest modes that there are
 ROUND = 1e-13  #: entry beside the diagonal, relative to the largest of all, that is round-off
 APART = 1e-9  #: part of a mode that is none of rigid bodies alone, from which it is a direction of its own
-SEEN = 1e-6  #: part of a row in a component, of that in another one, that is round-off
-FEW = 8  #: configurations, at least, at which dependent constraint rows are looked for
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,7 @@ def bases(
     data: Snapshots,
     components: Mapping[str, Sequence[str]],
     tolerance: float | None = 1e-12,
-    modes: int | None = None,
+    modes: ModeCounts = None,
     invariant: bool = False,
 ) -> dict[str, Basis]:
     """POD basis U^b (n, r) of every component from snapshots (s, q) of `system`, truncated by eps = `tolerance` (14) or to `modes`.
@@ -107,22 +109,30 @@ def bases(
     Snapshots are first projected onto the linear constraints inside the component, and modes onto the directions that keep them, so
     that these constraints vanish to round-off however small the last singular value is. Rigid bodies keep all directions of their
     own, also beside flexible ones in a component: there is nothing to save, and joints need them. InputError for unknown bodies
-    and snapshots that do not move.
+    and where nothing moves; components at rest beside others have the fewest modes that there are, and a notice.
     """
-    found = {}
+    found, moved = {}, {}
     for name, members in components.items():
         rows = rows_of(system, members)
         A, a = inner_constraints(system, rows)
         states = satisfy(data.q[:, rows], A, a)
         start, W = system.lift(system.x0)[rows], metric_of(system, rows)
+        u = (states - start).T
+        moved[name] = float(np.sqrt(np.maximum(np.sum(u * (W @ u), axis=0), 0.0)).max())
+        count = modes_of(modes, name)
+        wanted = (tolerance if count is None else None, count)
+        if is_resting(system, moved[name]):
+            u, wanted = any_motion(A), (COARSEST, None)
+            states = np.vstack([start, start + u.T])
         if is_rigid(system, members):
-            found[name] = Basis(all_directions(W, A), start, pod.left_singular(W, (states - start).T)[1])
+            found[name] = Basis(all_directions(W, A), start, pod.left_singular(W, u)[1])
             continue
         if invariant:
-            found[name] = vectors.basis(system, rows, (states - start).T, tolerance, modes)
+            found[name] = vectors.basis(system, rows, u, *wanted)
             continue
-        basis = pod.basis(states.T, tolerance if modes is None else None, modes, keep=start, metric=W)
+        basis = pod.basis(states.T, *wanted, keep=start, metric=W)
         found[name] = keeping(system, rows, A, basis)
+    refuse_rest(system, components, moved)
     return found
 
 
@@ -184,7 +194,7 @@ def reduce_system(
     reduced = replace(reduced, mass=clean_diagonal(reduced.mass), damping=clean_diagonal(reduced.damping))
     if eliminate and len(classes.linking):
         _, D, d = linear_part(reduced)
-        length = row_lengths(system, reduced)[is_linear(reduced.constraints)]
+        length = kept_rows.row_lengths(system, reduced)[is_linear(reduced.constraints)]
         D, d = as_dense(D) / length[:, None], d / length
         apart = pivots.independent_rows([np.column_stack([D, d / system.scale])])  # others follow, or hold for every mode
         T, x0 = pivots.eliminate(D[apart], d[apart])
@@ -193,8 +203,8 @@ def reduce_system(
         free = change_coordinates(keep_constraints(reduced, rest), csr_array(vectors.rounded(T)) if alike else T, x0)
         reduced = replace(free, components=(("eliminated", 0, free.size),))
     if configurations is not None and len(reduced.constraints.names):
-        samples = row_samples(system, reduced, configurations[:: max(1, len(configurations) // FEW)])
-        reduced = keep_constraints(reduced, rows_to_keep([samples]))
+        samples = kept_rows.sample_rows(system, reduced, configurations[:: max(1, len(configurations) // kept_rows.FEW)])
+        reduced = keep_constraints(reduced, kept_rows.independent_rows([samples]))
     return reduced
 
 
@@ -202,11 +212,6 @@ def clean_diagonal(A: Matrix) -> Matrix:
     """A matrix (n, n) without round-off beside its diagonal, as the mass of modes that are orthonormal in it."""
     D = np.diag(np.diag(as_dense(A)))
     return D if np.abs(A - D).max(initial=0.0) <= ROUND * np.abs(D).max(initial=0.0) else A
-
-
-def projected(system: System, q: np.ndarray) -> np.ndarray:
-    """Unknowns x (s, n) of a reduced system with the least |V x + qbar - q| for body coordinates (s, q)."""
-    return np.ascontiguousarray(project(system.lift.matrix, (q - system.lift.offset).T).T)
 
 
 def block_basis(
@@ -243,53 +248,3 @@ def check_interfaces(system: System, components: Mapping[str, Sequence[str]], fo
                     "a basis too small for the interface constraints; lower the tolerance",
                 )
             )
-
-
-@dataclass(frozen=True)
-class RowSamples:
-    """Constraint rows of a reduced system at states of the full one, each over its length there: their units do not matter."""
-
-    jacobians: np.ndarray  #: (s, m, n) [1/m]
-    gaps: np.ndarray  #: (s, m) of rows that may be left out, 0 for the others
-    loose: np.ndarray  #: (m,) bool, of joints that events release or lock: always kept
-    distance: np.ndarray  #: (s,) of the states from the space of the reduced system [m]
-    motion: np.ndarray  #: (s,) of the states from the start [m]
-
-
-def row_samples(system: System, reduced: System, q: np.ndarray, times: np.ndarray | None = None) -> RowSamples:
-    """Constraint rows at the projections of states q (s, q) of the full system."""
-    x = projected(reduced, q)
-    model, terms = compile_system(reduced), reduced.constraints
-    found = [compiled.gap(model, state, float(t)) for state, t in zip(x, np.zeros(len(q)) if times is None else times, strict=True)]
-    loose = loose_rows(terms)
-    length = row_lengths(system, reduced)
-    jacobians = np.array([jacobian for _, jacobian in found]) / length[:, None]
-    sizes_in = np.array(
-        [np.abs(jacobians[:, :, first:last]).max(axis=(0, 2), initial=0.0) for _, first, last in reduced.components]
-    )
-    linking = (sizes_in > SEEN * sizes_in.max(axis=0, initial=0.0)).sum(axis=0) > 1
-    may_go = ~is_linear(terms) & ~driven_rows(terms) & ~loose & ~linking
-    return RowSamples(
-        jacobians,
-        np.array([gap for gap, _ in found]) / length * may_go,
-        loose,
-        sizes(system, q - x @ np.asarray(reduced.lift.matrix).T - reduced.lift.offset),
-        sizes(system, q - reduced.lift(reduced.x0)),
-    )
-
-
-def row_lengths(system: System, reduced: System) -> np.ndarray:
-    """Lengths (m,) in the full system of the constraint rows that a reduced one has, in the unit of their gaps."""
-    known = dict(zip(system.constraints.names, redundancy.row_lengths(system), strict=True))
-    return np.array([known[name] for name in reduced.constraints.names])
-
-
-def rows_to_keep(samples: Sequence[RowSamples]) -> np.ndarray:
-    """Numbers (k,) of the constraint rows that are independent in the reduced space and that it can meet, from all samples."""
-    fields = ("jacobians", "gaps", "distance", "motion")
-    jacobians, gaps, distance, motion = (np.concatenate([getattr(sample, name) for sample in samples]) for name in fields)
-    reach = max(REACH * np.sqrt(np.mean(distance**2)), NOISE * np.sqrt(np.mean(motion**2)))
-    loose = samples[0].loose
-    lasting, always = np.flatnonzero(~loose), np.flatnonzero(loose)
-    kept = pivots.independent_rows(list(jacobians[:, lasting]), gaps=gaps[:, lasting], reach=float(reach))
-    return np.union1d(lasting[kept], always)

@@ -20,7 +20,7 @@ import numpy as np
 from ..core.errors import InputError, closest, say
 from ..core.records import dataclass
 from ..systems.system import System, multiply_out
-from .galerkin import projected
+from .component import projected
 
 if TYPE_CHECKING:
     from .sampling import Selection

@@ -46,14 +46,11 @@ def eliminate(D: ArrayLike, d: ArrayLike) -> tuple[Array, Array]:
     return T, x0
 
 
-def independent_rows(
-    stack: Sequence[ArrayLike], tolerance: float = ranks.NEAR, gaps: ArrayLike | None = None, reach: float = np.inf
-) -> Indices:
+def independent_rows(stack: Sequence[ArrayLike], tolerance: float = ranks.NEAR, first: NDArray[np.bool_] | None = None) -> Indices:
     """Indices, rising, of the rows to keep of Jacobians (m,r) in several configurations.
 
     A row is left out when one and the same combination of the rows kept gives it in all configurations, to `tolerance` relative to
-    the largest row; and when closing its gap (s,m) takes a change of the unknowns beyond `reach`, root mean square over the
-    configurations, after those of the rows kept are closed.
+    the largest row; of rows that depend on each other those that are `first` (m,) are kept.
     """
     where = "pivots.independent_rows"
     jacobians = [_matrix(jacobian, where) for jacobian in stack]
@@ -62,37 +59,16 @@ def independent_rows(
         raise InputError(say(where, "one Jacobian or more, all with the same constraints", got))
     if not 0.0 < tolerance < 1.0:
         raise InputError(say(where, "0 < tolerance < 1", tolerance))
-    side_by_side = np.hstack(jacobians)
-    order, pivots = ranks.pivots(side_by_side)
-    found = order[pivots > tolerance * pivots.max(initial=0.0)]
-    if gaps is not None:
-        found = _within(np.stack(jacobians), np.asarray(gaps, dtype=np.float64), found, reach)
-    return np.sort(found).astype(np.intp)
-
-
-def _within(jacobians: Array, gaps: Array, candidates: Indices, reach: float) -> Indices:
-    """The candidates whose gaps (s,m) are closed by small changes of the unknowns, one after the other; jacobians (s,m,r).
-
-    What a row adds to the rows before it in each configuration is a direction g (r,) and a gap h: it takes the change h / |g|.
-    """
-    kept: list[int] = []
-    directions: list[Array] = []  # (s,r), of unit length
-    changes: list[Array] = []  # (s,) along them
-    for row in candidates:
-        g, h = jacobians[:, row].copy(), gaps[:, row].copy()
-        for direction, change in zip(directions, changes, strict=True):
-            along = np.sum(jacobians[:, row] * direction, axis=1)
-            g -= along[:, None] * direction
-            h -= along * change
-        size = np.linalg.norm(g, axis=1)
-        if np.linalg.norm(h) > reach * np.linalg.norm(size):
-            continue
-        seen = size > ranks.EXACT * size.max()
-        safe = np.where(seen, size, 1.0)
-        kept.append(int(row))
-        directions.append(np.where(seen[:, None], g / safe[:, None], 0.0))
-        changes.append(np.where(seen, h / safe, 0.0))
-    return np.array(kept, dtype=np.intp)
+    rows = np.hstack(jacobians)
+    least, found = tolerance * np.linalg.norm(rows, axis=1).max(initial=0.0), np.zeros(0, dtype=np.intp)
+    ahead = np.zeros(len(rows), dtype=bool) if first is None else first
+    for group in (np.flatnonzero(ahead), np.flatnonzero(~ahead)):
+        base, left = np.linalg.qr(rows[found].T)[0], rows[group]
+        for _ in range(2):  # once more, because what is left may be round-off of the first time
+            left = left - (left @ base) @ base.T
+        order, sizes = ranks.pivots(left)
+        found = np.concatenate([found, group[order[sizes > least]]])
+    return np.sort(found)
 
 
 def _matrix(x: ArrayLike, where: str) -> Array:

@@ -37,9 +37,9 @@ class Plan:
     invariant: bool = False  #: bases that hold with a state all its rotations, see `invariant`
 
 
-def modes_of(plan: Plan, component: str) -> int | None:
+def modes_of(modes: ModeCounts, component: str) -> int | None:
     """The wanted number of modes of a component; None where eps decides."""
-    return plan.modes.get(component) if isinstance(plan.modes, Mapping) else plan.modes
+    return modes.get(component) if isinstance(modes, Mapping) else modes
 
 
 def with_components(plan: Plan, components: Components) -> Plan:

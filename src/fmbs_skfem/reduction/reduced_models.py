@@ -13,6 +13,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019
 from __future__ import annotations
 
 import contextlib
+import math
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
@@ -25,22 +26,24 @@ from ..core.notices import notify
 from ..core.ranges import Parameter
 from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
-from ..systems.system import System, keep_constraints
-from . import affine, cases, errors, galerkin, hyper_reduction, invariant, pod
+from ..systems.system import System, keep_constraints, sizes
+from . import affine, cases, component, errors, full_runs, galerkin, hyper_reduction, invariant, kept_rows, pod
 from .affine import ParametricCase
 from .cases import Case, Family
 from .component import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
 from .full_runs import FullRun, TrainingTask, snapshot_steps, states
-from .galerkin import FEW, Snapshots
+from .galerkin import Snapshots
 from .hyper_reduction import NONE, HyperReduction, Rule, TrainingRun
+from .kept_rows import FEW, KeptRows, Names
 from .plan import Components, modes_of, newton_of_reduced
 from .pod import Basis
 from .sampling import Selection
 
 Bases = Mapping[str, Basis]
-Names = frozenset[tuple[str, str]]
 
 PLAIN = NONE.train([])
+TRIED = 2000  #: steps of a reduced run without hyper-reduction that says which rows lock: a tenth of those of example 3
+ROUGH = 3e-3  #: part of a motion outside of its basis, eps = 1e-5: errors of reduced motions are 10 to 1000 times larger
 KEEPS = 1e-10  #: modes that violate a linear constraint by less keep it to round-off
 
 
@@ -55,6 +58,7 @@ class ReducedModel:
     bases: Bases = field(default_factory=dict)  #: about the initial state; empty where the model was read from a file
     components: Components = field(default_factory=dict)  #: their bodies; the same
     obstacle: str = ""  #: why the cases are no polynomials of the parameters
+    left_out: Mapping[str, str] = field(default_factory=dict)  #: constraint rows, and what leaving them out does
 
     @property
     def parametric(self) -> ParametricCase:
@@ -80,6 +84,7 @@ class TrainedReduction:
     runs: tuple[TrainingRun, ...] = ()  #: what it was made of
     rest: np.ndarray | None = None  #: (r,) from x0 to the start of the first run, where runs start in their equilibrium
     training_s: float = 0.0  #: CPU time [s]
+    left_out: Mapping[str, str] = field(default_factory=dict)  #: constraint rows, and what leaving them out does
 
 
 def with_polynomials(task: TrainingTask) -> TrainingTask:
@@ -105,25 +110,25 @@ def project_runs(task: TrainingTask, runs: Sequence[FullRun]) -> TrainedReductio
     systems = [task.family(run.values).system for run in runs]
     found = bases(task, systems[0], runs)
     plain = [project(task, found, raw) for raw in systems]
-    rows = find_kept_rows(task, systems, runs, plain)
+    kept = find_kept_rows(task, systems, runs, plain)
     used = tuple(
-        TrainingRun(raw, with_rows(system, rows), partial(states, task, raw, run))
+        TrainingRun(raw, with_rows(system, kept.rows), partial(states, task, raw, run))
         for raw, run, system in zip(systems, runs, plain, strict=True)
     )
-    rest = find_rest(task, systems[0], runs[0], plain[0])
-    return TrainedReduction(found, rows, runs=used, rest=rest, training_s=clock.process_time() - begun)
+    rest, spent = find_rest(task, systems[0], runs[0], plain[0]), clock.process_time() - begun
+    return TrainedReduction(found, kept.rows, runs=used, rest=rest, training_s=spent, left_out=kept.left_out)
 
 
 def find_rest(task: TrainingTask, raw: System, run: FullRun, system: System) -> np.ndarray | None:
     """The deviation (r,) from x0 with which a full run starts, in the unknowns of the reduced system; None of a start at x0."""
     if task.family(run.values).scheme.start == "reference":
         return None
-    return np.asarray(galerkin.projected(system, states(task, raw, run, slice(0, 1)))[0] - system.x0)
+    return np.asarray(component.projected(system, states(task, raw, run, slice(0, 1)))[0] - system.x0)
 
 
-def near_rest(reduction: TrainedReduction, system: System) -> System:
-    """The reduced system with what its training knows of the equilibrium."""
-    return system if reduction.rest is None else replace(system, near=system.x0 + reduction.rest)
+def near_rest(rest: np.ndarray | None, system: System) -> System:
+    """The reduced system with what its training knows of the equilibrium, (r,) from x0."""
+    return system if rest is None else replace(system, near=system.x0 + rest)
 
 
 def hyper_reduce(reduction: TrainedReduction, hyper: HyperReduction) -> TrainedReduction:
@@ -136,16 +141,17 @@ def hyper_reduce(reduction: TrainedReduction, hyper: HyperReduction) -> TrainedR
 def finish(task: TrainingTask, reduction: TrainedReduction, obstacle: str = "") -> ReducedModel:
     """The model of a reduction: polynomials of the parameters, unless an obstacle to them is known, or one reduced system."""
     begun = clock.process_time()
-    sizes = {name: basis.modes.shape[1] for name, basis in reduction.bases.items()}
+    modes = {name: basis.modes.shape[1] for name, basis in reduction.bases.items()}
     found: Family
     if task.parameters:
         found = partial(reduced_case, task, replace(reduction, runs=()))
         found, obstacle = (found, obstacle) if obstacle else fit_polynomials(found, task.parameters)
     else:
-        only = with_system(task, task.family({}), near_rest(reduction, reduction.rule.apply(reduction.runs[0].system)))
+        only = with_system(task, task.family({}), near_rest(reduction.rest, reduction.rule.apply(reduction.runs[0].system)))
         found = lambda values: only  # noqa: E731
     spent = reduction.training_s + clock.process_time() - begun
-    return ReducedModel(found, sizes, reduction.rule.selections, spent, reduction.bases, task.plan.components, obstacle)
+    known = reduction.bases, task.plan.components, obstacle, reduction.left_out
+    return ReducedModel(found, modes, reduction.rule.selections, spent, *known)
 
 
 def fit_polynomials(family: Family, parameters: Sequence[Parameter]) -> tuple[Family, str]:
@@ -160,26 +166,45 @@ def fit_polynomials(family: Family, parameters: Sequence[Parameter]) -> tuple[Fa
 def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str, Basis]:
     """Modes of every component from what is kept of all runs, of deviations from the initial state."""
     plan, found = task.plan, {}
+    if runs[0].q is not None:
+        data, start = Snapshots(runs[0].times, runs[0].q), raw.lift(raw.x0)
+        alone = galerkin.bases(raw, data, plan.components, plan.tolerance, plan.modes, plan.invariant)
+        found = {name: replace(one, mean=one.mean - start[rows_of(raw, plan.components[name])]) for name, one in alone.items()}
+        tell_truncated(found, raw, plan.components)
+        return found
+    moved = {name: max(run.factors[name].values.max(initial=0.0) for run in runs) for name in plan.components}
+    component.refuse_rest(raw, plan.components, moved)
     for name, members in plan.components.items():
-        rows, wanted = rows_of(raw, members), modes_of(plan, name)
-        if runs[0].q is not None:
-            data = Snapshots(runs[0].times, runs[0].q)
-            alone = galerkin.bases(raw, data, {name: members}, plan.tolerance, wanted, plan.invariant)[name]
-            found[name] = replace(alone, mean=alone.mean - raw.lift(raw.x0)[rows])
-            continue
+        rows, count = rows_of(raw, members), modes_of(plan.modes, name)
+        wanted = (plan.tolerance if count is None else None, count)
         W, A = metric_of(raw, rows), inner_constraints(raw, rows)[0]
         if is_rigid(raw, members):
             values = np.concatenate([run.factors[name].values for run in runs])
             found[name] = Basis(all_directions(W, A), np.zeros(len(rows)), np.sort(values)[::-1])
             continue
-        known = [(run.factors[name].modes, run.factors[name].values) for run in runs]
+        known = [(run.factors[name].modes, run.factors[name].values) for run in runs if len(run.factors[name].values)]
+        if component.is_resting(raw, moved[name]):
+            known, wanted = [(component.any_motion(A), np.ones(1))], (galerkin.COARSEST, None)
         if plan.invariant:
-            basis = invariant.basis(raw, rows, np.hstack([U * s for U, s in known]), plan.tolerance, wanted)
+            basis = invariant.basis(raw, rows, np.hstack([U * s for U, s in known]), *wanted)
             found[name] = replace(basis, mean=np.zeros(len(rows)))
             continue
-        basis = pod.update(known, np.zeros(len(rows)), plan.tolerance if wanted is None else None, wanted, metric=W)
+        basis = pod.update(known, np.zeros(len(rows)), *wanted, metric=W)
         found[name] = galerkin.keeping(raw, rows, A, basis)
+    tell_truncated(found, raw, plan.components)
     return found
+
+
+def tell_truncated(found: Bases, raw: System, components: Components) -> None:
+    """A notice where bases leave out so much of the motion that its reduced model is a rough one."""
+    for name, members in components.items():
+        s = found[name].singular_values
+        left = math.sqrt(float(np.sum(s[found[name].modes.shape[1] :] ** 2) / np.sum(s**2))) if s.any() else 0.0
+        if left > ROUGH and not is_rigid(raw, members) and not component.is_resting(raw, float(s[0])):
+            text = (
+                f"component '{name}': its {found[name].modes.shape[1]} modes leave out {left:.1%} of the motion (root mean square)"
+            )
+            notify(f"{text}, and the reduced motion may miss it by far more: take a smaller eps, 1e-12 for instance, or more modes")
 
 
 def about_start(task: TrainingTask, raw: System, found: Bases) -> dict[str, Basis]:
@@ -205,23 +230,49 @@ def with_rows(system: System, rows: Names) -> System:
     return keep_constraints(system, np.array(kept, dtype=np.int64))
 
 
-def find_kept_rows(task: TrainingTask, systems: Sequence[System], runs: Sequence[FullRun], plain: Sequence[System]) -> Names:
-    """Names of the constraint rows that are independent in the reduced systems `plain`, at states of all runs."""
+def find_kept_rows(task: TrainingTask, systems: Sequence[System], runs: Sequence[FullRun], plain: Sequence[System]) -> KeptRows:
+    """The constraint rows that the reduced systems `plain` of some runs keep."""
     names = plain[0].constraints.names
     if not names:
-        return frozenset()
+        return KeptRows(frozenset(), {})
     samples = []
     for raw, run, reduced_system in zip(systems, runs, plain, strict=True):
         few = np.arange(0, len(run.times), max(1, len(run.times) // FEW))
-        samples.append(galerkin.row_samples(raw, reduced_system, states(task, raw, run, few), run.times[few]))
-    return frozenset(names[k] for k in galerkin.rows_to_keep(samples))
+        samples.append(kept_rows.sample_rows(raw, reduced_system, states(task, raw, run, few), run.times[few]))
+    known = frozenset(names[k] for k in kept_rows.independent_rows(samples))
+    trials = [
+        partial(run_without, short_run(task, run), raw, run, near_rest(find_rest(task, raw, run, system), system), known)
+        for raw, run, system in list(zip(systems, runs, plain, strict=True))[:: max(1, len(runs) - 1)]
+    ]
+    error = kept_rows.try_rows(lambda out: max(trial(out) for trial in trials))
+    return kept_rows.choose(names, samples, error, partial(missed_part, task, systems[0], runs[0], plain[0]))
+
+
+def short_run(task: TrainingTask, run: FullRun) -> TrainingTask:
+    """The task with the motion of a run as long as it takes to see which rows lock: TRIED steps and FEW snapshots at most."""
+    case = task.family(run.values)
+    steps = min(round(case.duration / case.scheme.step), max(TRIED, int(snapshot_steps(case, task.interval)[:FEW][-1])))
+    return replace(task, family=lambda values: replace(case, duration=steps * case.scheme.step), parameters=())
+
+
+def run_without(task: TrainingTask, raw: System, run: FullRun, system: System, known: Names, out: Names) -> float:
+    """Error of the motion of a reduced system with the `known` constraint rows but for some."""
+    case = with_system(task, task.family({}), with_rows(system, known - out))
+    return full_runs.error(task, raw, run, run_reduced(task, case))
+
+
+def missed_part(task: TrainingTask, raw: System, run: FullRun, system: System) -> float:
+    """What the space of a reduced system misses of a run, over its displacements: the least error that there can be."""
+    q = states(task, raw, run)
+    nearest = (system.lift.matrix @ component.projected(system, q).T).T + system.lift.offset
+    return errors.mean_error(run.times, sizes(raw, q - nearest), sizes(raw, q - raw.lift(raw.x0)))
 
 
 def reduced_case(task: TrainingTask, reduction: TrainedReduction, values: Mapping[str, float]) -> Case:
     """The reduced case at some parameters, made from the full one."""
     case = task.family(values)
     system = reduction.rule.apply(with_rows(project(task, reduction.bases, case.system), reduction.rows))
-    return with_system(task, case, near_rest(reduction, system))
+    return with_system(task, case, near_rest(reduction.rest, system))
 
 
 def with_system(task: TrainingTask, case: Case, system: System) -> Case:

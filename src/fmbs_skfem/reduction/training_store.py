@@ -156,6 +156,7 @@ def keep_model(folder: Path | None, number: int, model: ReducedModel, notes: Not
     if (path := file_of(folder, "model", number)) is None:
         return
     parts = {"modes": dict(model.modes), "selections": model.selections, "training_s": model.training_s}
+    parts |= {"left_out": dict(model.left_out)}
     path.unlink(missing_ok=True)
     with contextlib.suppress(InputError):
         parametric_model.save(ParametricModel(model.parametric, {"model": parts}), path)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import reduction
+from ..core.notices import notify
 from ..core.records import dataclass
 from ..reduction import cases, costs, files, output_errors
 from ..reduction.plan import newton_for
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from ..reduction.plan import Plan
     from ..scenes import Scene
     from ..systems import System
+
+
+ROUGH = 0.01  #: error over the largest displacement, above which a warning is shown
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -44,8 +48,9 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> Reduc
     found = train(job, scene, raw, plan)
     report = found.report
     origin = reports.plain(reports.provenance(scene))
-    facts = [(key, format_value(value)) for key, value in report.items() if key != "output_errors"]
+    facts = [(key, format_value(value)) for key, value in report.items() if key not in ("output_errors", "left_out")]
     view: list[ReportTable | str] = [ReportTable(f"Reduced model of {report['scene']}", ("", "value"), facts)]
+    view += tables.left_out(report["left_out"])
     view += tables.output_errors(report["output_errors"])
     if path is not None:
         training, plain = dict(scene.parameters), reports.plain(report)
@@ -67,6 +72,9 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan) -> ReductionResult:
     case = model.cases({})
     motion = cases.run(case, kept, job.progress("reduced model"))
     errors = reduction.compare(full, motion)
+    if errors.maximum > ROUGH:
+        size = f"{errors.maximum:.1%} of the largest displacement"
+        notify(f"the reduced model errs by {size} over its own training: take a smaller eps or eta, or more modes")
     report = {
         "status": "ok",
         "scene": jobs.title(scene),
@@ -75,6 +83,7 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan) -> ReductionResult:
         "modes": dict(model.modes),
         **costs.kept_by_component(model.system, model.components),
         "tolerance": plan.tolerance if plan.modes is None else None,
+        "left_out": dict(model.left_out),
         "hyper_tolerance": plan.hyper.tolerance,
         "hyper_reduction": plan.hyper.name,
         **errors.summary,

@@ -142,6 +142,12 @@ def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[ReportTable]:
     return [ReportTable("Errors of the outputs", heads, rows, names=True)] if rows else []
 
 
+def left_out(found: Mapping[str, str]) -> list[ReportTable]:
+    """Constraint equations that a reduced model leaves out, and what that does; nothing where there are none."""
+    rows = [(name, why) for name, why in found.items()]
+    return [ReportTable("Equations left out", ("equation", "what that does"), rows)] if rows else []
+
+
 def errors_of_outputs(study: Comparison) -> list[ReportTable]:
     """Largest errors of all output columns, and those as parts of their ranges, with a column a model."""
     from ..results import sweep_files

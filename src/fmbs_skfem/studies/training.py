@@ -195,6 +195,7 @@ def record(order: TrainingOrder, found: FinishedTraining) -> dict[str, Any]:
             {"point": parameters.named(known, candidates[number]), "reason": reason} for number, reason in found.outcome.failed
         ],
         "modes": dict(found.model.modes),
+        "left_out": dict(found.model.left_out),
         "kept": {selection.component: len(selection.sample.indices) for selection in found.model.selections},
         "measure": order.measure,
         "tolerance": order.allowed or order.tolerance,
@@ -253,6 +254,7 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
     largest = f"Largest predicted {report['measure']}, among the candidates: {error['error']:.2g}, {band}."
     doubts = [f"The training cannot promise its predicted error: {'; '.join(report['doubts'])}."] if report["doubts"] else []
     lost = name_failed([*report["failed"], *report.get("holdout", {}).get("failed", ())])
+    left = [f"The equation {name} is left out: it {why}." for name, why in report["left_out"].items() if why.startswith("locks")]
     checks = "; ".join(map(format_point, report["checks"]))
     unseen = [f"Checked by full runs that are not in the model, at {checks}."] if checks else []
     return [
@@ -261,6 +263,7 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
         *unseen,
         f"The training ended because {report['stop']}.",
         *lost,
+        *left,
         budget,
         largest,
         *doubts,
