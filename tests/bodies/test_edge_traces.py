@@ -8,13 +8,14 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import csr_array
 
 from fmbs_skfem.bodies import edge_slopes, plate
+from fmbs_skfem.core import ranks
 from fmbs_skfem.verification.plates import rectangle
 
 
 def by_qr(A: csr_array, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     with monkeypatch.context() as patch:
-        patch.setattr(plate, "regular", lambda columns: False)
-        return plate.dependent(A)
+        patch.setattr(ranks, "regular_columns", lambda columns: False)
+        return ranks.determined(A)
 
 
 @pytest.mark.parametrize("kind", ["ancf", "nurbs", "bfs", "argyris"])
@@ -23,7 +24,7 @@ def by_qr(A: csr_array, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, np
 def test_sparse_and_dense_find_the_same(kind: str, slope: bool, names: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     shape = rectangle(kind, 12, 3, 1.0, 0.25)
     A = plate.trace(shape, plate.edge("edge", shape, names), slope)
-    for one, other in zip(plate.dependent(A), by_qr(A, monkeypatch), strict=True):
+    for one, other in zip(ranks.determined(A), by_qr(A, monkeypatch), strict=True):
         assert_array_equal(one, other)
 
 
@@ -32,8 +33,8 @@ def test_dependent_columns_are_found() -> None:
     random = np.random.default_rng(0)
     columns = random.normal(size=(8, 2))
     A = csr_array(np.column_stack([columns, columns.sum(axis=1), np.zeros(8)]))
-    assert not plate.regular(csr_array(A[:, :3]))
-    first, second, X = plate.dependent(A)
+    assert not ranks.regular_columns(csr_array(A[:, :3]))
+    first, second, X = ranks.determined(A)
     assert (len(first), len(second)) == (2, 1)
     assert_allclose(A[:, second].toarray(), A[:, first] @ X, atol=1e-12)
     assert_array_equal(np.sort(np.concatenate([first, second])), [0, 1, 2])
@@ -42,8 +43,8 @@ def test_dependent_columns_are_found() -> None:
 @pytest.mark.parametrize("close", [1e-3, 1e-8])
 def test_nearly_dependent_columns_are_left_to_the_dense_factorisation(close: float) -> None:
     A = csr_array(np.array([[1.0, 1.0], [0.0, close], [0.0, 0.0]]))
-    assert plate.regular(A) is (close > 1e-5)
-    assert len(plate.dependent(A)[0]) == 2
+    assert ranks.regular_columns(A) is (close > 1e-5)
+    assert len(ranks.determined(A)[0]) == 2
 
 
 @pytest.mark.parametrize("kind", ["ancf", "nurbs", "bfs", "argyris"])
@@ -54,7 +55,7 @@ def test_what_an_edge_holds_does_not_depend_on_the_unit(kind: str, slope: bool) 
     for size in (1.0, 1e-2, 1e-6, 1e4):
         shape = rectangle(kind, 4, 3, size, 0.5 * size)
         sides = plate.edge("edge", shape, ("left", "top"))
-        first, second, X = plate.dependent(plate.trace(shape, sides, slope))
+        first, second, X = ranks.determined(plate.trace(shape, sides, slope))
         found.append((len(first), len(second), np.linalg.matrix_rank(X)))
         assert len(edge_slopes.across(shape, sides)[0]) == len(edge_slopes.across(rectangle(kind, 4, 3, 1.0, 0.5), sides)[0])
     assert len(set(found)) == 1

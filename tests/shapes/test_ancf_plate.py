@@ -15,6 +15,7 @@ from scipy.sparse import coo_array
 from scipy.special import jv, jvp, yv, yvp
 
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.shapes import ancf_plate, surface
 from fmbs_skfem.shapes.ancf_plate import Arc
 from fmbs_skfem.shapes.surface import Parent, Surface
@@ -512,6 +513,28 @@ def test_meshes_refused(points: list[list[float]], quad: list[int], message: str
 def test_arcs_refused(points: list[list[float]], arc: Arc, message: str) -> None:
     with pytest.raises(InputError, match=message):
         ancf_plate.surface(points, [[0, 1, 2, 3]], [arc])
+
+
+def test_edges_on_arcs_stay_straight_where_a_cell_would_fold() -> None:
+    """A ring with a cell that has two edges on the circle, and a cell as thin as its arc is high; the other edges are round."""
+    angle = np.pi / 6.0 * np.arange(12)
+    outer, inner = (r * np.column_stack([np.cos(angle), np.sin(angle)]) for r in (1.0, 0.5))
+    points = np.concatenate([outer, inner])
+    ring = [[12 + k, k, (k + 1) % 12, 12 + (k + 1) % 12] for k in range(2, 12)] + [[13, 0, 1, 2]]
+    rim = np.column_stack([np.arange(12), (np.arange(12) + 1) % 12])
+    with pytest.warns(Notice, match=r"2 edges on arcs stay straight.* as near \(0\.93\d+, 0\.25\); an edge that is hinged there"):
+        (arc,) = ancf_plate.fitting(points, ring, ancf_plate.arcs_of(points, {"rim": rim}))
+    assert sorted(map(tuple, arc.edges.tolist())) == sorted(map(tuple, rim[2:].tolist()))
+    plate = ancf_plate.surface(points, ring, [arc])
+    table = surface.tabulate(plate)
+    tangents = np.einsum("epkb,ebc->epkc", table.values[:, :, 1:3], plate.reference[plate.nodes])
+    area = float(np.sum(table.weights * np.linalg.det(tangents)))
+    x, y = points[ring[-1]].T
+    straight = 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    assert_allclose(area, 10 * (np.pi / 12.0 - 0.0625) + straight, rtol=1e-5)
+    thin, bow = [[0.0, 0.0], [2.0, 0.0], [2.0, 0.1], [0.0, 0.1]], Arc(np.array([1.0, -2.0]), np.sqrt(5.0), np.array([[0, 1]]))
+    with pytest.warns(Notice, match="1 edges on arcs stay straight"):
+        assert not len(ancf_plate.fitting(thin, [[0, 1, 2, 3]], [bow])[0].edges)
 
 
 def test_groups_refused() -> None:

@@ -16,6 +16,7 @@ NU = 0.3
 BENDING = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, 2.0 * (1.0 - NU)]])  # D = 1, curvatures 11, 22, 12
 MEMBRANE = np.array([[1.0, NU, 0.0], [NU, 1.0, 0.0], [0.0, 0.0, (1.0 - NU) / 2.0]])
 LEISSA = np.array([13.4682, 19.5961, 24.2702, 34.8009, 34.8009, 61.093])  # free square plate, omega a^2 sqrt(rho t / D)
+KNOTS = [0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0]
 RIGHT = np.array([1.0, 0.0, 0.0])
 SPACES = [(degree, continuity) for degree in (2, 3, 4, 5) for continuity in range(degree)]
 
@@ -343,17 +344,15 @@ def test_bad_control_points() -> None:
         nurbs.surface({"a": cubic[0], "b": quadratic[0]}, {"a": cubic[1], "b": quadratic[1]})
 
 
-def test_edges_of_other_functions_are_refused() -> None:
+def test_edges_of_other_functions_are_seams() -> None:
     patch, control = nurbs.rectangle(1.0, 1.0, 2, 2, 2)
     next_to = control + RIGHT
     uneven = np.ones((4, 4))
     uneven[0, 1] = 2.0
-    other = nurbs.Patch(patch.knots1, patch.knots2, 2, 2, uneven)
-    with pytest.raises(InputError, match=r"'a\.xi1_max' and 'b\.xi1_min'.*got different weights; use join=False"):
-        nurbs.surface({"a": patch, "b": other}, {"a": control, "b": next_to})
-    other = nurbs.Patch(patch.knots1, np.array([0, 0, 0, 0.4, 1, 1, 1]), 2, 2)
-    with pytest.raises(InputError, match=r"'a\.xi1_max' and 'b\.xi1_min'.*got different knots"):
-        nurbs.surface({"a": patch, "b": other}, {"a": control, "b": next_to})
+    for other in (nurbs.Patch(patch.knots1, patch.knots2, 2, 2, uneven), nurbs.Patch(patch.knots1, np.array(KNOTS), 2, 2)):
+        space = nurbs.surface({"a": patch, "b": other}, {"a": control, "b": next_to}).space
+        assert space.joined == ()
+        assert [set(pair) for pair in space.seams] == [{"a.xi1_max", "b.xi1_min"}]
 
 
 def test_proportional_weights_are_joined() -> None:

@@ -13,10 +13,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..core import ranks
 from ..core.linalg import distinct
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
-from .plate import NOISE, dependent, trace
+from .plate import trace
 
 UPRIGHT = 0.05  #: cosine of the angle between lines at the end of an edge below which they meet at a right angle
 
@@ -24,7 +25,7 @@ UPRIGHT = 0.05  #: cosine of the angle between lines at the end of an edge below
 def across(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Functions that u,n = 0 on sides (i, 2) determines: q[first] + X q[second] = 0; first (i,), second (j,), X (i, j)."""
     values, slopes = halves(trace(shape, sides, normal=True))
-    exact = dependent(slopes)
+    exact = ranks.determined(slopes)
     on_edge = read(values)
     first = np.setdiff1d(read(slopes), on_edge)
     if len(exact[0]) <= len(first) or not len(first):
@@ -38,7 +39,7 @@ def across(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     A, B = slopes[:, first].toarray(), slopes[:, second].toarray()
     sizes = np.abs(A).max(axis=0)
     X[rest] = np.linalg.lstsq(A[:, rest] / sizes[rest], B - A[:, ~rest] @ X[~rest], rcond=None)[0] / sizes[rest, None]
-    X[np.abs(X) * sizes[:, None] < NOISE * np.abs(B).max(axis=0)] = 0.0
+    X[np.abs(X) * sizes[:, None] < ranks.NOISE * np.abs(B).max(axis=0)] = 0.0
     return first, second, X
 
 
@@ -63,7 +64,7 @@ def pairs(shape: Surface, sides: np.ndarray) -> np.ndarray:
     found: list[tuple[int, int]] = []
     alone: list[int] = []
     for k in range(len(cell)):
-        nodes, seen = shape.nodes[cell[k]], np.abs(values[k]) > NOISE * np.abs(values[k]).max(axis=1, keepdims=True)
+        nodes, seen = shape.nodes[cell[k]], np.abs(values[k]) > ranks.NOISE * np.abs(values[k]).max(axis=1, keepdims=True)
         along, over = (seen[1], seen[2]) if side[k] % 2 == 0 else (seen[2], seen[1])
         corner = nodes[seen[0]]
         if len(corner) != 1 or along.sum() != 2 or over.sum() != 2 or seen[5].sum() != 4:

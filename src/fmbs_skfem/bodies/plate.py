@@ -19,27 +19,25 @@ from functools import partial, singledispatch
 from typing import Any
 
 import numpy as np
-from scipy.sparse import block_array, coo_array, csr_array, diags_array, eye_array, vstack
-from scipy.sparse.linalg import splu
+from scipy.sparse import block_array, coo_array, csr_array, diags_array, vstack
 
 from ..core import ranks
 from ..core.errors import InputError, closest, listed, say
 from ..core.fields import Names, Position
-from ..core.linalg import distinct
+from ..core.linalg import distinct, is_identity
 from ..core.notices import notify
 from ..core.records import dataclass
-from ..shapes import ancf_plate, interfaces, nurbs, smoothing
+from ..shapes import ancf_plate, nurbs, smoothing
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
+from . import patches
 from .body import Body, Cells, place, scatter_blocks
 from .laws import Law
 from .sections import Material, positive
 from .values import of_plate
 
 SAMPLES = 8  #: points along a cell's side at which functions of an edge are distinguished
-NOISE = 1e-12  #: weight of a function in another one, in units of both, that counts as zero
 UNSEEN = 1e-9  #: trace of a function, over its values beside the edge, that counts as zero
-CLEAR = 1e-10  #: least pivot of the normal equations, relative to the largest, of columns that are independent without doubt
 
 
 @dataclass(frozen=True)
@@ -76,18 +74,20 @@ def plate(
     if both := sorted(set(rims or {}) & set(shape.points)):
         got = f"the rim '{both[0]}' beside a point of the mesh of that name"
         raise InputError(say(where, "names of rims and points that differ", got, "rename the rim"))
-    tell_closed(where, shape)
+    patches.tell_closed(where, shape)
     if dim == 3:
         tell_hinged(where, rims or {})
     shape = smoothing.tie_slopes(shape) if dim == 3 and isinstance(shape.space, nurbs.Nurbs) else shape
+    shape, seams = patches.tie(shape)
     turned = place(where, shape.reference, dim, None, rotation)  # about the shape's own origin: far from it digits are lost
     reference = turned if origin is None else turned + np.outer(shape.unit, np.asarray(origin, dtype=float))
-    spread, free, centers = tie_rims(where, shape, reference, rims or {})
+    spread, free, centers = tie_rims(where, shape, reference, rims or {}, seams)
+    patches.check_one_piece(where, shape, spread)
     own_reference = np.concatenate([reference[free], *(np.vstack([c, np.eye(dim)]) for c in centers)])
     zero = np.zeros((dim + 1) * len(centers))
     zero[:: dim + 1] = 1.0
     mass = mass_matrix(shape, turned, thickness, material.density)
-    springs = fold_springs(where, shape, thickness, material) if dim == 3 else None
+    springs = patches.fold_springs(where, shape, thickness, material) if dim == 3 else None
     return Body(
         name=name,
         reference=own_reference,
@@ -99,24 +99,10 @@ def plate(
         radius=0.5 * float(np.mean(thickness)),
         frames={rim: len(free) + k * (dim + 1) for k, rim in enumerate(rims or {})},
         thickness=thickness,
-        spread=spread if rims else None,
+        spread=None if is_identity(spread) else spread,
         stiffness=None if springs is None else csr_array(spread.T @ springs @ spread),
         values=of_plate(material, thickness),
     )
-
-
-def joined_edges(shape: Surface) -> list[tuple[str, str]]:
-    """Pairs of edges that are one line inside the surface; none where no patches are joined."""
-    return list(shape.space.joined) if isinstance(shape.space, nurbs.Nurbs) else []
-
-
-def tell_closed(where: str, shape: Surface) -> None:
-    """A notice of patches that close on themselves without having been asked to."""
-    for one, other in joined_edges(shape):
-        patch, _, _ = one.rpartition(".")
-        if shape.space.join is None and patch == other.rpartition(".")[0]:
-            text = f"the edges '{one}' and '{other}' of one patch coincide and are joined, so that it is closed"
-            notify(f"{where}: {text}; say 'join: true' if that is meant, 'join: false' if it is slit there")
 
 
 def tell_hinged(where: str, rims: Mapping[str, Rim]) -> None:
@@ -125,19 +111,6 @@ def tell_hinged(where: str, rims: Mapping[str, Rim]) -> None:
         text = "the plate is hinged to its frame, not clamped: nothing holds its slope across the edge"
         remedy = "say {edges: ..., slopes: true} to clamp it, 'slopes: false' if that is meant"
         notify(f"{where}, {'rims' if names[1:] else 'rim'} {listed(names)}: {text}; {remedy}")
-
-
-def fold_springs(where: str, shape: Surface, thickness: float | np.ndarray, material: Material) -> csr_array | None:
-    """Stiffness (n, n) that keeps the angle along lines where NURBS patches are continuous only; None where there are none."""
-    pairs = interfaces.common_edges(shape) if isinstance(shape.space, nurbs.Nurbs) else []
-    if not pairs:
-        return None
-    for patch in shape.space.patches.values():
-        if any(spline.degree == 1 and count > 1 for spline, count in zip(patch.lines, patch.cells, strict=True)):
-            got = f"degrees {patch.degree1} and {patch.degree2} over {patch.cells[0]} x {patch.cells[1]} cells"
-            raise InputError(say(where, "degree 2 or more where cells meet, because they bend", got, "raise 'degree'"))
-    bending = material.young_modulus * np.asarray(thickness) ** 3 / (12.0 * (1.0 - material.poisson_ratio**2))
-    return interfaces.penalty_stiffness(shape, pairs, bending)
 
 
 def local_table(values: np.ndarray, weights: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -229,7 +202,7 @@ def edge(where: str, shape: Surface, names: str | Iterable[str]) -> np.ndarray:
             raise InputError(say(where, expected, f"'{name}'") + closest(name, shape.edges))
         sides.append(shape.edges[name])
     found = np.concatenate(sides)
-    for pair in joined_edges(shape):
+    for pair in patches.joined_edges(shape):
         if shape.space.join is not None:
             break
         for own, other in (pair, pair[::-1]):
@@ -290,33 +263,6 @@ def seen(rows: csr_array, shape: Surface, sides: np.ndarray) -> csr_array:
     return found
 
 
-def dependent(A: csr_array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Functions that a trace A q = 0 determines: q[first] + X q[second] = 0; first (i,), second (j,), X (i, j).
-
-    Most traces have independent columns, which the pivots of their sparse normal equations show; the others take a dense QR.
-    """
-    used = distinct(A.indices[A.data != 0.0])
-    columns = csr_array(A[:, used])
-    size = np.asarray(abs(columns).max(axis=0).todense()).ravel()
-    if regular(csr_array(columns @ diags_array(1.0 / size))):
-        return used, used[:0], np.zeros((len(used), 0))
-    first, second, weights = ranks.part(columns.toarray().T, ranks.EXACT)
-    weights[np.abs(weights) * size[first] < NOISE * size[second, None]] = 0.0
-    return used[first], used[second], weights.T
-
-
-def regular(columns: csr_array) -> bool:
-    """Whether the columns of C (i, j) are independent: pivots of C^T C, squares of distances to columns before, are large."""
-    try:
-        factors = splu(
-            (columns.T @ columns).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-    except RuntimeError:
-        return False
-    pivots = factors.U.diagonal()
-    return bool(pivots.min() > CLEAR * pivots.max())
-
-
 def middle(ends: np.ndarray) -> np.ndarray:
     """Centre (c,) of the circle through the ends of sides (i, 2, c), or the middle of a line.
 
@@ -332,16 +278,19 @@ def middle(ends: np.ndarray) -> np.ndarray:
 
 
 def tie_rims(
-    where: str, shape: Surface, reference: np.ndarray, rims: Mapping[str, Rim]
+    where: str, shape: Surface, reference: np.ndarray, rims: Mapping[str, Rim], seams: csr_array
 ) -> tuple[csr_array, np.ndarray, list[np.ndarray]]:
-    """Functions of the surface from free functions and frames: spread (n, b), free functions (i,), centres of the frames."""
+    """Functions of the surface from free functions and frames: spread (n, b), free functions (i,), centres of the frames.
+
+    `seams` (n, n) are those that follow from others along seams, whose columns are zero, see `patches.tie`.
+    """
     dim, n = reference.shape[1], shape.count
-    taken = np.zeros(n, dtype=bool)
+    taken = seams.diagonal() == 0.0
     follow, links, centers = [], [], []
     for name, rim in rims.items():
         sides = edge(f"{where}, rim '{name}'", shape, rim.edges)
-        A = trace(shape, sides, bool(rim.slopes))
-        first, second, X = dependent(A)
+        A = csr_array(trace(shape, sides, bool(rim.slopes)) @ seams)
+        first, second, X = ranks.determined(A)
         if taken[first].any() or taken[second].any():
             raise InputError(
                 say(f"{where}, rim '{name}'", "edges apart from those of other rims", "a shared cell side", "refine between them")
@@ -361,7 +310,6 @@ def tie_rims(
         i, j = np.nonzero(X)
         blocks[0] = blocks[0] + coo_array((-X[i, j], (first[i], place[second[j]])), shape=(n, len(free)))
     for (first, _, _), rows in zip(links, follow, strict=True):
-        i, j = np.nonzero(np.abs(rows) > NOISE * np.abs(rows).max())
+        i, j = np.nonzero(np.abs(rows) > ranks.NOISE * np.abs(rows).max())
         blocks.append(coo_array((rows[i, j], (first[i], j)), shape=(n, dim + 1)))
-    spread = csr_array(block_array([blocks])) if links else csr_array(eye_array(n))
-    return spread, free, centers
+    return csr_array(seams @ block_array([blocks])), free, centers

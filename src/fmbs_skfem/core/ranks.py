@@ -14,13 +14,17 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import qr
 from scipy.linalg.lapack import dgeqp3
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.linalg import splu
 
-from .linalg import Array, as_dense
+from .linalg import Array, as_dense, distinct
 
 EXACT = 1e-9  #: exact but for round-off: linear rows, traces of edges, Jacobians of a computed state; sums of some 1e6 entries
 CLOSED = 1e-8  #: nonlinear rows in a position that an iteration has moved onto the joints, to some 1e-11 of its size
 STATED = 1e-6  #: rows on rigid motions: scenes state places and axes to some six digits
 NEAR = 1e-5  #: rows where the joints hold to some digits only: a start as it is stated, states in a trained space
+NOISE = 1e-12  #: weight of an unknown in another one, in units of both, that counts as zero
+CLEAR = 1e-10  #: least pivot of the normal equations, relative to the largest, of columns that are independent without doubt
 BLOCK = 32  #: columns that LAPACK takes at once
 
 
@@ -93,3 +97,31 @@ def least(a: np.ndarray, b: np.ndarray, directions: int | None = None) -> np.nda
     kept = int((s > EXACT * s.max(initial=0.0)).sum())
     kept = kept if directions is None else min(directions, kept)
     return np.asarray(V[:kept].T @ ((U[:, :kept].T @ b) / s[:kept]))
+
+
+def determined(A: csr_array, first: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unknowns that A q = 0 determines: q[first] + X q[second] = 0; first (i,), second (j,), X (i, j).
+
+    Most traces of edges have independent columns, which the pivots of their sparse normal equations show; others take a dense QR.
+    Unknowns that are `first` (n,) are determined rather than others.
+    """
+    used = distinct(A.indices[A.data != 0.0])
+    columns = csr_array(A[:, used])
+    size = np.asarray(abs(columns).max(axis=0).todense()).ravel()
+    if regular_columns(csr_array(columns @ diags_array(1.0 / size))):
+        return used, used[:0], np.zeros((len(used), 0))
+    some, others, weights = part(columns.toarray().T, EXACT, None if first is None else first[used])
+    weights[np.abs(weights) * size[some] < NOISE * size[others, None]] = 0.0
+    return used[some], used[others], weights.T
+
+
+def regular_columns(columns: csr_array) -> bool:
+    """Whether the columns of C (i, j) are independent: pivots of C^T C, squares of distances to columns before, are large."""
+    try:
+        factors = splu(
+            (columns.T @ columns).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:
+        return False
+    pivots = factors.U.diagonal()
+    return bool(pivots.min() > CLEAR * pivots.max())

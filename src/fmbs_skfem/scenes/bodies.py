@@ -319,9 +319,9 @@ class Shell(ThinBody):
     """A thin plate or shell over the NURBS patches of a file (.json, .igs, .iges, .3dm), or through the nodes of a mesh file.
 
     Every span of the file is split into `cells` and raised to `degree`. Edges, points
-    and faces have the names of the file and of its patches. Sides of patches that coincide are joined, also those of one patch,
-    which closes it; `join: false` leaves all of them apart, for a surface with a slit. A joined side is no edge any more: supports
-    and loads there are refused, unless `join: true` says that the line inside the surface is meant.
+    and faces have the names of the file and of its patches. Sides of patches that lie on one another, or parts of them, are joined,
+    also those of one patch, which closes it; `join: false` leaves all of them apart, for a surface with a slit. A joined side is no
+    edge any more: supports and loads there are refused, unless `join: true` says that the line inside the surface is meant.
 
     A `mesh` is one of structured quads, curved in space or flat, or the part of it that `face` names: a bicubic spline through all
     nodes, whose groups are points, edges and faces, one cell a quad.

@@ -67,6 +67,7 @@ def choose(mesh: PlateMesh, dim: int) -> str:
 def ancf(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
     points = mesh.points[:, :2]
     found = ancf_plate.arcs_of(points, mesh.edge_groups, arcs)
+    found = ancf_plate.fitting(points, mesh.cells, found) if arcs is None else found
     return ancf_plate.surface(points, mesh.cells, found, mesh.point_groups, mesh.edge_groups, mesh.face_groups)
 
 
@@ -74,6 +75,7 @@ def ancf(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
 def fvs(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
     points = mesh.points[:, :2]
     found = ancf_plate.arcs_of(points, mesh.edge_groups, arcs)
+    found = ancf_plate.fitting(points, mesh.cells, found) if arcs is None else found
     return fvs_plate.surface(points, mesh.cells, found, mesh.point_groups, mesh.edge_groups, mesh.face_groups)
 
 

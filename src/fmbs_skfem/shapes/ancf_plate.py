@@ -17,6 +17,7 @@ Aided Geom. Des. 8, 1991, doi:10.1016/0167-8396(91)90007-X). Tangents as long as
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +25,7 @@ from numpy.typing import ArrayLike
 from ..core.container import storable
 from ..core.errors import InputError, closest, say
 from ..core.linalg import distinct
+from ..core.notices import notify
 from ..core.records import dataclass
 from . import groups, plate_audit
 from . import surface as surfaces
@@ -36,6 +38,7 @@ ON_CIRCLE = 1e-6  #: distance from a circle, relative to its radius, below which
 STRAIGHT = 1e-9  #: width of a set of nodes, relative to its length, below which it is a straight line [-]
 WIDEST = 5.0 / 6.0 * np.pi  #: largest angle of one edge on a circle [rad]
 ROUND = 5.0 / 18.0 * np.pi  #: largest angle of one edge on a circle that is found without being named [rad]
+BLUNT = 0.1  #: sine of the angle between edges on arcs at a corner, 174 degrees, below which they stay straight [-]
 FLAT = 1e-9  #: sine of the smallest angle between the two tangents at a vertex [-]
 BLOCK = 4096  #: points evaluated together
 
@@ -92,20 +95,49 @@ def surface(
     places, cells = groups.flat_mesh("ancf_plate.surface", points, quads, Parent.SQUARE)
     tangents = _tangents(places, cells, arcs)
     _check_corners(places, cells, tangents)
+    result = _plate(places, cells, tangents, *groups.check_groups(cells, point_groups, edge_groups, face_groups))
+    check_folds(result, cells)
+    return result
+
+
+def _plate(places: Floats, cells: Ints, tangents: Floats, *named: Any) -> Surface:
+    """The plate with the tangents (e, 4, 2, 2) and named points, edges, faces."""
     count = len(places)
     reference = np.empty((count, 3, 2))
     reference[:, 0], reference[:, 1:] = places, np.eye(2)
-    result = Surface(
+    return Surface(
         Plate(tangents),
         Parent.SQUARE,
         (3 * cells[:, :, None] + np.arange(3)).reshape(len(cells), 12),
         reference.reshape(3 * count, 2),
         np.tile([1.0, 0.0, 0.0], count),
         ORDER,
-        *groups.check_groups(cells, point_groups, edge_groups, face_groups),
+        *named,
     )
-    check_folds(result, cells)
-    return result
+
+
+def fitting(points: ArrayLike, cells: ArrayLike, arcs: Iterable[Arc]) -> list[Arc]:
+    """Arcs without the edges of cells that they would fold or flatten at a corner, as where a cell has two edges on one circle.
+
+    These stay straight, which errs by R theta^2 / 8 there, and clamps a hinged edge at its corners; a warning says where.
+    """
+    places, numbers, found, kept = np.asarray(points, dtype=float), np.asarray(cells), list(arcs), list[Arc]()
+    straight, curved = (_corners(side_tangents(places, numbers, some)).min(axis=1) for some in ((), found))
+    bad = (curved < BLUNT) & (curved < straight)
+    if numbers.shape[1] == int(Parent.SQUARE):
+        bad |= _folded(_plate(places, numbers, _tangents(places, numbers, found)))
+    bent = plate_audit.sides(numbers)[bad].reshape(-1, 2)
+    gone = plate_audit.side_keys(bent, len(places))
+    left = list[Ints]()
+    for arc in found:
+        stays = ~np.isin(plate_audit.side_keys(arc.edges, len(places)), gone)
+        left += list(arc.edges[~stays])
+        kept.append(Arc(arc.center, arc.radius, arc.edges[stays]))
+    if left:
+        near = _place(places[left[0]].mean(axis=0))
+        text = f"{len(left)} edges on arcs stay straight, because their cells would fold or have a flat corner, as near {near}"
+        notify(f"{text}; an edge that is hinged there is held too stiffly: mesh no cell with two edges on one arc")
+    return kept
 
 
 # ------------------------------------------------------------------------------------------------------------- tangents
@@ -173,7 +205,11 @@ def _check_corners(points: Floats, cells: Ints, tangents: Floats) -> None:
     cell = bad[0]
     straight = _sines(_tangents(points, cells[[cell]], ()))[0]
     kinds = (
-        ((straight > FLAT).all(), "too strongly curved", "refine the mesh there; no two edges of a cell may lie on one circle"),
+        (
+            (straight > FLAT).all(),
+            "too strongly curved",
+            "no two edges of a cell may lie on one circle; take 'arcs: []'",
+        ),
         ((straight < -FLAT).all(), "clockwise", "reverse its nodes"),
         ((np.abs(straight) <= FLAT).any(), "degenerate", "its corners need angles between 0 and 180 degrees"),
         (((straight < 0).sum() == 2), "bow-tie", "order its nodes around the cell"),
@@ -185,18 +221,31 @@ def _check_corners(points: Floats, cells: Ints, tangents: Floats) -> None:
     raise InputError(say("ancf_plate.surface: cells", "convex anticlockwise cells", got, remedy))
 
 
-def check_folds(result: Surface, cells: Ints) -> None:
-    """The area element is positive at every quadrature point."""
-    for start in range(0, len(cells), BLOCK):
-        part = np.arange(start, min(start + BLOCK, len(cells)))
-        xi, _ = surfaces.quadrature(result.space, result.parent, ORDER)
+def _corners(tangents: Floats) -> Floats:
+    """Sine (e, v) of the angle at every vertex of cells with tangents (e, side, 2 ends, 2)."""
+    out, back = tangents[:, :, 0], -np.roll(tangents[:, :, 1], 1, axis=1)
+    area = out[..., 0] * back[..., 1] - out[..., 1] * back[..., 0]
+    return np.asarray(area / np.maximum(np.linalg.norm(out, axis=2) * np.linalg.norm(back, axis=2), np.finfo(float).tiny))
+
+
+def _folded(result: Surface) -> np.ndarray:
+    """Cells (e,) whose area element is not positive at a quadrature point."""
+    found = np.zeros(len(result.nodes), dtype=bool)
+    xi, _ = surfaces.quadrature(result.space, result.parent, ORDER)
+    for start in range(0, len(found), BLOCK):
+        part = np.arange(start, min(start + BLOCK, len(found)))
         rows = surfaces.basis(result.space, np.repeat(part, len(xi)), np.tile(xi, (len(part), 1)))[:, 1:3]
         nodal = result.reference[result.nodes[part]].repeat(len(xi), axis=0)
-        folded = (np.linalg.det(rows @ nodal) <= 0.0).reshape(len(part), -1).any(axis=1)
-        if folded.any():
-            cell = part[np.argmax(folded)]
-            got = f"the folded cell {cell} with the nodes {groups.list_numbers(cells[cell])}"
-            raise InputError(say("arcs", "arcs that leave every cell its area", got, "refine the mesh there"))
+        found[part] = (np.linalg.det(rows @ nodal) <= 0.0).reshape(len(part), -1).any(axis=1)
+    return found
+
+
+def check_folds(result: Surface, cells: Ints) -> None:
+    """The area element is positive at every quadrature point."""
+    folded = _folded(result)
+    if folded.any():
+        got = f"the folded cell {int(np.argmax(folded))} with the nodes {groups.list_numbers(cells[np.argmax(folded)])}"
+        raise InputError(say("arcs", "arcs that leave every cell its area", got, "take 'arcs: []', or refine the mesh there"))
 
 
 # -------------------------------------------------------------------------------------------------------------- circles

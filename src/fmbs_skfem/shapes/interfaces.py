@@ -15,7 +15,7 @@ from scipy.sparse import csr_array, diags_array
 
 from ..core.errors import InputError, closest, say
 from ..core.records import dataclass
-from . import line, nurbs
+from . import line, nurbs, seams
 from . import surface as surfaces
 from .surface import VERTICES, Surface
 from .table import Floats, Ints
@@ -91,12 +91,16 @@ def between(shape: Surface, edge_a: str, edge_b: str) -> Interface:
     other = np.where((away[0] <= away[1])[:, None], s, 1.0 - s).ravel()
     normal_a, tangent, speed, size_a, outward_a = _frame(shape, np.repeat(a, len(s), axis=0), np.tile(s, len(a)))
     normal_b, _, _, size_b, outward_b = _frame(shape, np.repeat(b[partner], len(s), axis=0), other)
-    kink = float(np.abs(outward_a + outward_b).max())
-    if kink > SMOOTH:
-        where, remedy = f"interfaces.between: '{edge_a}' and '{edge_b}'", "make two bodies that are joined there"
-        raise InputError(say(where, "a surface without a kink", f"outward normals that differ by {kink:.3g}", remedy))
+    _check_smooth(edge_a, edge_b, outward_a + outward_b, SMOOTH)
     cells = np.repeat(np.column_stack([a[:, 0], b[partner, 0]]), len(s), axis=0)
     return Interface(normal_a, normal_b, tangent, np.tile(w, len(a)) * speed, 0.5 * (size_a + size_b), cells)
+
+
+def _check_smooth(edge_a: str, edge_b: str, sums: Floats, most: float) -> None:
+    """Refuse a line at which the outward normals have sums (x, c) that do not vanish."""
+    if (kink := float(np.abs(sums).max())) > most:
+        where, remedy = f"interfaces.between: '{edge_a}' and '{edge_b}'", "make two bodies that are joined there"
+        raise InputError(say(where, "a surface without a kink", f"outward normals that differ by {kink:.3g}", remedy))
 
 
 def _named(shape: Surface, edge: str) -> Ints:
@@ -141,7 +145,8 @@ def penalty_stiffness(shape: Surface, pairs: Sequence[tuple[str, str]], bending:
         K = sum_x w_x alpha D / h_x (dN/dn_a + dN/dn_b)^T (dN/dn_a + dN/dn_b),     D = E t^3 / (12 (1 - nu^2)) [N m]
 
     `bending` D is one number or one a cell. The sum of the outward derivatives vanishes in every rigid motion of a smooth reference
-    shape; alpha as in Herrema et al., Comput. Methods Appl. Mech. Engrg. 346 (2019), doi:10.1016/j.cma.2018.08.038.
+    shape; alpha as in Herrema et al., Comput. Methods Appl. Mech. Engrg. 346 (2019), doi:10.1016/j.cma.2018.08.038. Along seams,
+    where functions differ, its means over the multipliers vanish: at all points they would hold nearly all of it.
     """
     for name, value in (("bending", float(np.min(bending))), ("alpha", alpha)):
         if not (np.isfinite(value) and value > 0.0):
@@ -153,4 +158,21 @@ def penalty_stiffness(shape: Surface, pairs: Sequence[tuple[str, str]], bending:
         common = between(shape, *pair)
         jump = common.normal_a + common.normal_b
         total = total + jump.T @ diags_array(common.weights * alpha * D[common.cells].mean(axis=1) / common.sizes) @ jump
+    for seam in seams.seams(shape):
+        total = total + _weak_penalty(seam, D, alpha)
     return csr_array(total)
+
+
+def _weak_penalty(seam: seams.Seam, D: Floats, alpha: float) -> csr_array:
+    """K = sum_i alpha D_i m_i / h_i J_i^T J_i,  J_i = int mu_i (dN/dn_a + dN/dn_b) ds / m_i,  m_i = int mu_i ds."""
+    shape = seam.a.shape
+    u, v, w = seam.points(shape.order + 1)
+    one, two = seam.a.sides(u), seam.b.sides(v)
+    normal_a, _, _, size_a, outward_a = _frame(shape, *one)
+    normal_b, _, _, size_b, outward_b = _frame(shape, *two)
+    _check_smooth(seam.a.name, seam.b.name, outward_a + outward_b, seams.SMOOTH)
+    Q = csr_array((line.sample(*seams.multipliers(seam, v)) * w[:, None]).T)
+    m = np.asarray(Q.sum(axis=1)).ravel()
+    J = diags_array(1.0 / m) @ Q @ (normal_a + normal_b)
+    bending, sizes = (Q @ (0.5 * (a + b)) / m for a, b in ((D[one[0][:, 0]], D[two[0][:, 0]]), (size_a, size_b)))
+    return csr_array(J.T @ diags_array(alpha * bending * m / sizes) @ J)

@@ -12,7 +12,7 @@ Piegl and Tiller, The NURBS Book, 2nd ed., doi:10.1007/978-3-642-59223-2.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -23,12 +23,12 @@ from scipy.sparse.csgraph import connected_components
 from ..core.container import storable
 from ..core.errors import InputError, closest, say
 from ..core.records import dataclass
-from . import line, table
+from . import line, seams, table
 from . import surface as surfaces
 from .surface import DERIVATIVES, ORDERS, Parent, Surface
 from .table import Floats, Ints
 
-TOUCH = 1e-9  #: control points nearer than this share of the surface's size coincide
+SAME = 1e-9  #: relative difference up to which knots and weights are the same
 SIDES = ("xi2_min", "xi1_max", "xi2_max", "xi1_min")  #: in the order of the sides of the parent square
 
 
@@ -79,7 +79,6 @@ class Patch:
 Ties: TypeAlias = tuple[dict[int, float], ...]  #: of both directions: function k -> share t in c_k = t c_k-1 + (1 - t) c_k+1
 
 
-@storable
 @dataclass(frozen=True, eq=False)
 class Nurbs:
     """The interpolation of a surface of NURBS patches."""
@@ -89,6 +88,10 @@ class Nurbs:
     joined: tuple[tuple[str, str], ...] = ()  #: pairs of edges that share their functions
     join: bool | None = None  #: whether edges were asked to do so; None: by default
     ties: dict[str, Ties] = field(default_factory=dict)  #: functions of patches that follow from their neighbours, see `smoothing`
+    seams: tuple[tuple[str, str], ...] = ()  #: pairs of edges that lie on one another with functions of their own, see `seams`
+
+
+storable(Nurbs, seams=lambda values: ())
 
 
 def full_name(patch: str, name: str) -> str:
@@ -201,7 +204,8 @@ def surface(
     Named places: points `corner_00`, `corner_10`, `corner_01`, `corner_11` (ends of xi1, xi2), edges `xi1_min`, `xi1_max`,
     `xi2_min`, `xi2_max`; with several patches `name.corner_00` ... and the face `name`. Sides whose control points coincide, of
     two patches or of one that closes on itself, share their functions unless `join` is false: they are tied in position, free to
-    fold. Where nobody asked (None), plates of a patch that closes on itself say so, and refuse supports and loads on joined sides.
+    fold. Sides that lie on one another with other functions, or in part, are pairs in `seams`, which plates tie weakly. Where
+    nobody asked (None), plates of a patch that closes on itself say so, and refuse supports and loads on joined sides.
     """
     if isinstance(patches, Patch):
         patches, control = {"": patches}, {"": np.asarray(control, dtype=float)}
@@ -221,7 +225,7 @@ def surface(
         faces |= {name: cell.ravel()} if name else {}
         begin += cell.size
     space = Nurbs(dict(patches), numbers, _joined(numbers), join)
-    return Surface(
+    shape = Surface(
         space,
         Parent.SQUARE,
         np.concatenate(nodes),
@@ -232,6 +236,8 @@ def surface(
         edges,
         faces,
     )
+    found = () if join is False else seams.find(shape, space.joined, list(edges))
+    return replace(shape, space=replace(space, seams=found)) if found else shape
 
 
 def _order(patches: Mapping[str, Patch]) -> int:
@@ -279,11 +285,12 @@ def side_rows(array: Floats | Ints) -> tuple[Floats | Ints, ...]:
 
 
 def _join(patches: Mapping[str, Patch], points: Mapping[str, Floats]) -> tuple[dict[str, Ints], Floats]:
-    """As `_numbered`, with one function where the control points of two sides coincide."""
+    """As `_numbered`, with one function where two sides have the same control points and functions."""
     from scipy.spatial import cKDTree
 
     numbers, reference = _numbered(points)
-    touch = TOUCH * float(np.ptp(reference, axis=0).max())
+    size = float(np.ptp(reference, axis=0).max())
+    touch = seams.CLOSE * size
     sides = [(name, i, rows) for name in patches for i, rows in enumerate(side_rows(numbers[name]))]
     sides = [side for side in sides if np.ptp(reference[side[2]], axis=0).max() > touch]
     middles = np.array([reference[rows].mean(axis=0) for _, _, rows in sides]).reshape(-1, reference.shape[1])
@@ -293,15 +300,17 @@ def _join(patches: Mapping[str, Patch], points: Mapping[str, Floats]) -> tuple[d
         if len(one) != len(two):
             continue
         for step in (1, -1):
-            if np.abs(reference[one] - reference[two[::step]]).max() <= touch:
-                _check_joint([(name, i, patches[name]) for name, i, _ in (sides[a], sides[b])], step)
+            gap = float(np.abs(reference[one] - reference[two[::step]]).max())
+            if gap <= touch and _alike([(i, patches[name]) for name, i, _ in (sides[a], sides[b])], step):
                 pairs.append(np.stack([one, two[::step]], axis=1))
+                seams.tell_closed([full_name(name, SIDES[i]) for name, i, _ in (sides[a], sides[b])], gap, size)
                 break
     links = np.concatenate(pairs)
     graph = coo_array((np.ones(len(links)), links.T), shape=(len(reference),) * 2)
     _, first, merged = np.unique(connected_components(graph, directed=False)[1], return_index=True, return_inverse=True)
     rank = np.argsort(np.argsort(first))[merged]
-    return {name: rank[array] for name, array in numbers.items()}, reference[np.sort(first)]
+    shared = {name: rank[array] for name, array in numbers.items()}
+    return shared, seams.follow(points, shared, reference[np.sort(first)])
 
 
 def _joined(numbers: Mapping[str, Ints]) -> tuple[tuple[str, str], ...]:
@@ -313,20 +322,17 @@ def _joined(numbers: Mapping[str, Ints]) -> tuple[tuple[str, str], ...]:
     return tuple((names[0], other) for names in found.values() for other in names[1:])
 
 
-def _check_joint(sides: Sequence[tuple[str, int, Patch]], step: int) -> None:
+def _alike(sides: Sequence[tuple[int, Patch]], step: int) -> bool:
     """Whether the functions of two sides with the same control points are the same: degree, knots, ratio of the weights."""
     splines, weights = [], []
-    for _, i, patch in sides:
+    for i, patch in sides:
         splines.append(patch.lines[i % 2])
         weights.append(np.ones(splines[-1].count) if patch.weights is None else side_rows(patch.weights)[i])
     knots = [(s.knots - s.knots[0]) / np.ptp(s.knots) for s in splines]
     knots[1] = knots[1] if step == 1 else 1.0 - knots[1][::-1]
     ratio = weights[0] / weights[1][::step]
-    same = len(knots[0]) == len(knots[1]) and bool(np.abs(knots[0] - knots[1]).max() <= TOUCH)
-    if not same or np.ptp(ratio) > TOUCH * ratio.max():
-        where = "nurbs.surface, " + " and ".join(f"'{full_name(name, SIDES[i])}'" for name, i, _ in sides)
-        got = "different weights" if same else "different knots"
-        raise InputError(say(where, "the same functions where control points coincide", got, "use join=False"))
+    same = len(knots[0]) == len(knots[1]) and bool(np.abs(knots[0] - knots[1]).max() <= SAME)
+    return same and bool(np.ptp(ratio) <= SAME * ratio.max())
 
 
 # ----------------------------------------------------------------------------------------------------- shapes, refinement

@@ -18,12 +18,14 @@ from scipy.sparse import coo_array, csr_array, diags_array, eye_array, kron, vst
 
 from ..bodies import edge_slopes
 from ..bodies.body import Body, own
-from ..bodies.plate import dependent, edge, local_first, trace
+from ..bodies.plate import edge, local_first, trace
+from ..core import ranks
 from ..core.errors import InputError, listed, say
 from ..core.linalg import distinct, evenly
 from ..core.problems import Problem
 from ..core.records import dataclass
 from ..shapes import surface
+from ..shapes.nurbs import Nurbs
 from ..shapes.surface import Surface
 from . import fields
 from .constraint_functions import AXES, Joint, far, needs_other_side, where
@@ -182,11 +184,13 @@ def components(name: str, letters: str, dim: int) -> list[int]:
 
 def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: bool) -> csr_array:
     """Rows (i, b) whose displacements vanish where those of the edge (and of the derivative across it) do."""
-    first, second, X = dependent(trace(shape, sides, slope)) if position or not slope else edge_slopes.across(shape, sides)
+    first, second, X = ranks.determined(trace(shape, sides, slope)) if position or not slope else edge_slopes.across(shape, sides)
     i, j = np.nonzero(X)
     values = np.concatenate([np.ones(len(first)), X[i, j]])
     places = (np.concatenate([np.arange(len(first)), i]), np.concatenate([first, second[j]]))
-    return own(part, csr_array(coo_array((values, places), shape=(len(first), shape.count))))
+    rows = own(part, csr_array(coo_array((values, places), shape=(len(first), shape.count))))
+    tied = isinstance(shape.space, Nurbs) and shape.space.seams  # a corner of two patches is one point of the body
+    return csr_array(rows[ranks.independent_rows(rows[:, distinct(rows.indices)])]) if tied else rows
 
 
 def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool) -> np.ndarray:
