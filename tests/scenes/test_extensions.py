@@ -169,7 +169,7 @@ def test_a_scheme_is_kept_in_saved_models(project: Path, tmp_path: Path) -> None
         files.read(tmp_path / "arm.h5")
 
 
-def test_a_motion_that_solves_by_itself_is_not_reduced(project: Path) -> None:
+def test_a_motion_that_solves_by_itself_is_not_reduced(project: Path, tmp_path: Path) -> None:
     """What reduced models and families would leave out is refused."""
     heading = "def solve(self, system, advance=None, watch=None, resume=None)"
     own = f"\n    {heading}:\n        return super().solve(system, advance, watch, resume)\n"
@@ -177,7 +177,7 @@ def test_a_motion_that_solves_by_itself_is_not_reduced(project: Path) -> None:
     path = project.parent / "arm.yaml"
     path.write_text(ARM.replace("my_hht.py", "my_own.py").replace("hht_motion", "own_motion"))
     for command in (["reduce"], ["train"], ["sweep", "--samples", 2], ["compare"]):
-        done = fmbs(command[0], path, *command[1:])
+        done = fmbs(command[0], path, *command[1:], "--out", tmp_path / command[0])
         assert done.code == 3
         assert "arm.yaml:11: analysis: expected a motion by the steps of its scheme, got own_motion" in done.err
 
