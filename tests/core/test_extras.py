@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-import sysconfig
 from importlib import metadata
 from pathlib import Path
 
@@ -31,8 +30,9 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of installed packages without those of the extras."""
     folder, known = tmp_path_factory.mktemp("packages"), metadata.packages_distributions()
     projects = {name for package in WITHOUT for name in known.get(package, ())}  # that install them
-    for place in {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}:
-        for entry in Path(place).iterdir():
+    places = (place for place in map(Path, sys.path) if place.is_dir() and any(place.glob("*.dist-info")))  # however many there are
+    for place in places:
+        for entry in place.iterdir():
             project = entry.name.removesuffix(".dist-info").rpartition("-")[0].replace("_", "-")
             lost = entry.name.removesuffix(".py") in WITHOUT or project in projects
             if not lost and not (folder / entry.name).exists():
