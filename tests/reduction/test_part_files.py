@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.optimize import brentq
 
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Body, Circular, Material, Rim, cable
@@ -173,6 +174,33 @@ def test_strains_outside_of_the_training_are_told_with_time_and_place() -> None:
     (one, *_) = departures.find(run)
     assert one.value > 2.0 * one.trained[1]
     assert 0.0 < one.time < 0.1
+
+
+def test_a_tenth_beyond_the_trained_range_is_told_since_the_first_state_there() -> None:
+    """The arm stretched along itself by parts of the trained range beyond it: below a tenth nothing is said."""
+    system = eliminate(assemble([alone().body], []))
+    shapes = alone().body.shapes
+    assert shapes is not None
+    L, offset = as_dense(system.lift.matrix), system.lift.offset
+
+    def stretched(size: float) -> np.ndarray:
+        q = system.lift.matrix @ system.x0 + offset
+        return np.asarray(np.linalg.lstsq(L, q * (1.0 + size) - offset, rcond=None)[0])
+
+    def excess(x: np.ndarray) -> float:
+        q = (system.lift.matrix @ x + offset).reshape(1, -1, shapes.dim)
+        low, high = shapes.trained[:, 0]
+        return float((departures.strains(shapes, q)[0, :, 0].max() - high) / (high - low))
+
+    def beyond(by: float) -> np.ndarray:
+        return stretched(brentq(lambda size: excess(stretched(size)) - by, 0.0, 1.0))
+
+    times = np.array([0.1, 0.2, 0.3, 0.4, 0.5])
+    assert departures.find_in(system, times[:2], np.array([beyond(0.03), beyond(0.09)])) == []
+    found = departures.find_in(system, times, np.array([beyond(by) for by in (0.09, 0.11, 0.3, 0.45, 0.2)]))
+    (one,) = [each for each in found if each.kind == "axial strain"]
+    assert one.time == 0.2
+    assert one.excess == pytest.approx(0.45, abs=1e-9)
 
 
 def test_a_file_holds_the_part_and_runs_without_the_mesh(tmp_path: Path) -> None:
