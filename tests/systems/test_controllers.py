@@ -17,7 +17,7 @@ from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.inputs import Input
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, start
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, diagnosis, integrate, integration, outputs, sampled_loops, start
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
@@ -321,3 +321,55 @@ def test_inputs_of_controllers_are_read_by_others() -> None:
         run.step({"u": u})
         seen.append((run.inputs["a"], run.inputs["b"]))
     assert seen == [(0.0, 0.0), (2.0, 1.0), (2.0, 3.0), (2.0, 3.0)]
+
+
+def loop(kd: float, beam: bool, sample: float = SAMPLE) -> System:
+    """A rod, or a beam, whose rate at a hinge is fed back at once."""
+    part = cable("rod", models.straight(8), sections.Rectangular(0.02, 0.008), sections.Material(2e9, 1500.0), dim=2)
+    places = {"root": (0.0, 0.0)}
+    rod = part if beam else rigid.rigid("rod", 2.0, 0.1, (0.5, 0.0), dim=2, places=places)
+    root = At("rod", "left" if beam else "root")
+    goal = of_state("0.5 - a.angle")
+    servo = Pid(name="servo", unit="N m", sample=sample, error=goal, rate=of_state("-a.rate"), kp=kd, kd=kd)
+    return eliminate(
+        assemble(
+            [rod],
+            [joints.Pin("hinge", root)],
+            [ControlTorque("drive", root, torque=of_state("servo"))],
+            damping=Rayleigh(stiffness=2e-4),
+            outputs={"a": probes.Angle(root)},
+            controllers=[servo],
+        )
+    )
+
+
+@pytest.mark.parametrize("sample", [SAMPLE, 0.1 * SAMPLE])
+def test_the_gain_of_a_sampled_loop_is_exact_for_a_rigid_body(sample: float) -> None:
+    """-(kd + kp T) T / J with the moment of inertia about the hinge, as the angle changes by T times the rate."""
+    run = integration.begun(loop(0.3, False, sample), GeneralizedAlpha(sample), Newton(), np.array([0]), 10)
+    assert run.feed is not None
+    found = sampled_loops.gain(run, run.feed.samplers[0].of, sample)
+    assert found == pytest.approx(-0.3 * (1.0 + sample) * sample / (0.1 + 2.0 * 0.5**2), rel=1e-6)
+    assert sampled_loops.tell_diverging(run) == ""
+
+
+@pytest.mark.parametrize("kd", [4.0, 40.0])
+def test_a_loop_that_diverges_from_sample_to_sample_is_named(kd: float) -> None:
+    """With gains that run, where the iteration fails in the first steps: the end of the beam is light."""
+    with pytest.raises(
+        SolverError, match=r"^the closed loop is unstable: what controller 'servo' gives makes it give .* times"
+    ) as caught:
+        integrate(loop(kd, True, 2e-3), GeneralizedAlpha(1e-3), 1.0)
+    assert caught.value.reason is Reason.GROWING
+    assert [one.name for one in diagnosis.explain(caught.value).causes] == ["unstable loop"]
+    share = float(str(caught.value).partition("its gains, to ")[2].partition(" ")[0])
+    assert 0.0 < share < 0.1
+    integrate(loop(share * kd, True, 2e-3), GeneralizedAlpha(1e-3), 1.0)
+
+
+def test_what_fails_for_another_reason_is_not_called_an_unstable_loop() -> None:
+    """A load beyond all bounds beside a loop that is stable."""
+    system = loop(0.01, True, 2e-3)
+    with pytest.raises(SolverError) as caught:
+        integrate(replace(system, loads=replace(system.loads, constant=system.loads.constant + 1e12)), GeneralizedAlpha(1e-3), 0.1)
+    assert caught.value.reason is not Reason.GROWING

@@ -16,7 +16,7 @@ from ..systems.compiled import accepted, compile_system
 from ..systems.controllers import Controlled
 from ..systems.events import with_locks
 from ..systems.system import System
-from . import departures, rest, stepping
+from . import departures, rest, sampled_loops, stepping
 from .checkpoint import Record, Resumed
 from .dividing import HALVINGS, divided
 from .events import Watch, open_at_start
@@ -235,7 +235,7 @@ def march_fed(run: OpenRun, feed: Feed, values: Mapping[str, float]) -> None:
         try:
             divide(run, status)
         except FailedStep as error:
-            if text := unstable_loop(run):
+            if text := unstable_loop(run) or diverging_loop(run):
                 raise SolverError(text, Reason.GROWING, error.time, error.worst, error.partial) from error
             raise
     if run.watch and before is not None:
@@ -262,6 +262,12 @@ def unstable_loop(run: OpenRun) -> str:
     energy = survey_of(motion)[0][:, :2].sum(axis=1)
     rise = f"{told}, and the energy of the motion to {energy.max():.3g} J up to t = {motion.times[-1]:.6g} s"
     return f"{Reason.GROWING.value}: {rise}; lower its gains, take a shorter sample time, or limit it"
+
+
+def diverging_loop(run: OpenRun) -> str:
+    """What is said of a controller whose loop diverges from one sample to the next, where a step could not be taken."""
+    told = sampled_loops.tell_diverging(run)
+    return f"{Reason.GROWING.value}: {told}" if told else ""
 
 
 def divide(run: OpenRun, status: int) -> None:

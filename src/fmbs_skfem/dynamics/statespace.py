@@ -118,7 +118,7 @@ def state_space(
         raise InputError(say("linearise, inputs", "forces", f"'{bad[0]}', which drives a joint", "drive it by a torque or a force"))
     possible = len(linear.x) - len(linear.rows)
     V = real_modes(linear, possible if count is None else min(count, possible)).shapes
-    push = np.stack([slope(system, linear, time, name, known[name].start) for name in chosen], axis=1)
+    push = np.stack([slope(system, linear.x, time, name, known[name].start) for name in chosen], axis=1)
     r, j = V.shape[1], len(chosen)
     A = np.block([[np.zeros((r, r)), np.eye(r)], [-V.T @ (linear.stiffness @ V), -V.T @ (linear.damping @ V)]])
     B = np.concatenate([np.zeros((r, j)), V.T @ push])
@@ -146,11 +146,11 @@ def nudged(system: System, name: str, value: float) -> System:
     return with_inputs(system, {name: lambda t: np.full(np.shape(t), value)})
 
 
-def slope(system: System, linear: Linear, time: float, name: str, start: float) -> np.ndarray:
-    """dQ/dw (n,) of one input, from loads alone, by a central difference that is exact where they are linear in it."""
+def slope(system: System, x: np.ndarray, time: float, name: str, start: float) -> np.ndarray:
+    """dQ/dw (n,) of one input at rest in x (n,), from loads alone, by a central difference that is exact where they are linear."""
     alone = replace(system, elastic=(), constraints=Constraints(), full=None)
     h, still = NUDGE * max(abs(start), 1.0), np.zeros(system.size)
-    up, down = (compiled.forces(compile_system(nudged(alone, name, start + s * h)), linear.x, still, time) for s in (1.0, -1.0))
+    up, down = (compiled.forces(compile_system(nudged(alone, name, start + s * h)), x, still, time) for s in (1.0, -1.0))
     return np.asarray((down - up) / (2.0 * h))
 
 
