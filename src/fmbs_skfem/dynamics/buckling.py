@@ -22,13 +22,13 @@ from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import scale_of, without_redundant
 from ..systems.signals import Cosine, Sine
 from ..systems.system import System
+from .equilibrium import newton_statics, unloaded
 from .histories import signal_names
 from .linear import linearise
 from .loading import INSTANTS, ramp
 from .modes import SMALL, largest_one
 from .scheme import STATIC, Newton
 from .shapes import find_free
-from .statics import newton_statics, unloaded
 
 FIRST, PROBE = 1e-3, 1e-2  #: loads of the difference quotient: a part of those given, then of those that buckle
 POTENTIAL = 1e-6  #: part of K1 that is not symmetric, on a motion that the joints allow, of loads with a potential

@@ -15,6 +15,8 @@ Appl. 26 (2004) 252-256, doi 10.1137/S0895479803434914 (scaling of the quadratic
 
 from __future__ import annotations
 
+from dataclasses import field
+
 import numpy as np
 from scipy.linalg import eig, eigh
 from scipy.sparse import csr_array
@@ -30,6 +32,7 @@ from .linear import Linear, is_symmetric, linearise
 from .trajectory import Trajectory
 
 SMALL = 400  #: independent unknowns up to which all eigenvalues are found
+PAIR = 1e-6  #: sum of two real eigenvalues, over one of them, up to which they are a pair s, -s of a system without damping
 ROUND = 1e-9  #: real and imaginary parts, relative to the size of an eigenvalue, that are round-off
 GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from which a motion grows
 STILL = 1e-7  #: eigenvalue over the largest frequency that the matrices allow, up to which the double zeros of free motions split
@@ -126,6 +129,7 @@ class ComplexModes:
 
     eigenvalues: np.ndarray  #: (i,) s [1/s], imaginary parts not negative
     shapes: np.ndarray  #: (n, i) complex, of largest entry 1
+    beyond: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (j,) s [1/s] of motions that grow beside these
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -140,19 +144,28 @@ class ComplexModes:
 
 
 def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
-    """The `count` slowest motions (2) of linear equations, all where there are fewer.
+    """The `count` slowest motions (2) of linear equations, all where there are fewer, and one more where that parts a pair s, -s.
 
-    All of a small system by a dense solution on the null space of the constraints, those of a large one by Arnoldi's iteration on
-    the inverse; SolverError where that does not converge.
+    What grows beside them is among those `beyond`, as far as it is found: of a small system, all of which is found by a dense
+    solution on the null space of the constraints. Those of a large one are found by Arnoldi's iteration on the inverse;
+    SolverError where that does not converge.
     """
     possible = len(linear.x) - len(linear.rows)
-    count = at_most(count, possible)
-    values, shapes = (all_eigenvalues if possible <= SMALL or 4 * count > possible else slow_eigenvalues)(linear, count)
+    few = at_most(count, possible)
+    values, shapes = (all_eigenvalues if possible <= SMALL or 4 * few > possible else slow_eigenvalues)(linear, few)
     values = without_round_off(values)
     kept = np.flatnonzero(values.imag >= 0.0)
     kept = kept[np.argsort(np.abs(values[kept]), kind="stable")]
-    kept = kept[once(values[kept], shapes[:, kept], STILL * fastest(linear))][:count]
-    return ComplexModes(values[kept], largest_one(shapes[:, kept]))
+    kept = kept[once(values[kept], shapes[:, kept], STILL * fastest(linear))]
+    kept, rest = np.split(kept, [whole_pairs(values[kept], count)])
+    size = max(np.abs(values[kept]).max(initial=0.0), STILL * fastest(linear))
+    return ComplexModes(values[kept], largest_one(shapes[:, kept]), values[rest][values[rest].real > GROWS * size])
+
+
+def whole_pairs(values: np.ndarray, count: int) -> int:
+    """How many of eigenvalues (i,), slowest first, are listed where `count` are asked for: a real pair s, -s is not parted."""
+    cut = 0 < count < len(values) and values[count - 1].imag == values[count].imag == 0.0
+    return count + bool(cut and abs(values[count - 1] + values[count]) <= PAIR * abs(values[count]))
 
 
 def without_round_off(values: np.ndarray) -> np.ndarray:
@@ -240,7 +253,9 @@ def grows(omega: np.ndarray, growth: np.ndarray) -> np.ndarray:
 
 def instability(path: Trajectory) -> str:
     """What is said of the last state of a load path where it is unstable; nothing elsewhere, see `growth`."""
-    found = growth(path)
+    found, pivots = growth(path), 0.0 if path.negative is None else float(np.nan_to_num(path.negative[-1]))
+    if not found and path.system.size > LARGE and pivots:
+        return f"the equilibrium is unstable, its tangent has {pivots:.0f} negative pivots"
     return f"the equilibrium is unstable, a small push grows by {found:.3g} 1/s" if found else ""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ..systems.system import System
 OFTEN = 0.1  #: failures of the iteration over steps, from which a motion is doubted
 ONE_STEP = 6  #: failures of a single step that is divided by 64
 COLUMNS = ("times", "x", "v", "a", "multipliers")  #: of a motion, a row a state
-STORED = ("memory", "work")  #: columns that not every motion has
+STORED = ("memory", "work", "negative")  #: columns that not every motion has
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,27 @@ class Happening:
     gaps: tuple[Gap, ...] = ()  #: of the joints that it locks
 
 
+@dataclass(frozen=True)
+class Crossing:
+    """What lies between two equilibria that follow one another on a path of them, or in one of its points."""
+
+    kind: Literal["leap", "branch point", "limit point"]
+    before: float  #: load factor, or time [s]
+    after: float
+    distance: float  #: the longest way of a point from one to the other [m]
+    place: str  #: which point that is
+    negative: tuple[int | None, int | None]  #: negative pivots before and after
+    sign: str  #: by what it is known
+
+
+@dataclass(frozen=True)
+class Way:
+    """What sensors read on the whole way along a path of equilibria, of which not all are kept."""
+
+    values: np.ndarray  #: (p, i) sensor rows
+    kept: np.ndarray  #: (s,) which of them the kept equilibria are
+
+
 @dataclass(frozen=True, repr=False)
 class Trajectory:
     """Motion of a system at stored times."""
@@ -70,11 +91,15 @@ class Trajectory:
     memory: np.ndarray | None = None  #: (s, l) what forces keep of the states, where it was stored
     events: tuple[Happening, ...] = ()
     work: np.ndarray | None = None  #: (s,) of all that has no potential, summed over all steps [J], where that was done
+    negative: np.ndarray | None = None  #: (s,) negative pivots of equilibria, nan where there is no such number
+    crossings: tuple[Crossing, ...] = ()  #: of a path of equilibria
+    way: Way | None = None  #: of a path of equilibria
 
     def part(self, states: slice | np.ndarray) -> Trajectory:
         """The motion at some of its times."""
         own = {name: column for name in (*COLUMNS, *STORED) if (column := getattr(self, name)) is not None}
-        return replace(self, **{name: column[states] for name, column in own.items()})
+        way = None if self.way is None else replace(self.way, kept=self.way.kept[states])
+        return replace(self, way=way, **{name: column[states] for name, column in own.items()})
 
     def __repr__(self) -> str:
         first, last = self.times[[0, -1]]
@@ -87,4 +112,4 @@ def joined(one: Trajectory, other: Trajectory) -> Trajectory:
     for name in (*COLUMNS, *STORED):
         a, b = getattr(one, name), getattr(other, name)
         found[name] = None if a is None or b is None else np.concatenate([a, b])
-    return replace(other, **found)
+    return replace(other, way=None, **found)

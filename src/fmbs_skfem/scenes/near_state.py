@@ -52,7 +52,7 @@ class NearState(States, ABC):
         raw = build.system(scene, allow_outside=allow_outside)
         if about == "reference":
             self.examine(scene, raw)
-        elif free := free_motions.unsupported(raw)[0]:
+        elif free := free_motions.pushed(raw):
             got = f"free motions: {'; '.join(map(str, free))}"
             contact = "let contact that holds them overlap from the start (friction holds nothing here)"
             refuse_free(scene, got, f"hold them by joints, {contact}, or take the modes about the reference")

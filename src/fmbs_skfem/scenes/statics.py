@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count, Time
-from ..core.notices import Progress, notify
+from ..core.notices import Progress, notify, remark
 from ..core.records import dataclass
 from ..dynamics import Newton, Trajectory, initial, loading, modes
 from . import fields
@@ -28,12 +28,14 @@ class Static(History):
     """Equilibrium by load steps, or by arc length along a path through limit points, its first step 1/load_steps.
 
     The load factor s goes from 0 to 1 and stands for t = s `time`: histories and drives are taken there. Loads without a history,
-    and displacements, angles and histories that are constant, grow with s.
+    and displacements, angles and histories that are constant, grow with s. At branch points of its path arc length goes straight
+    on, or takes the other branch.
 
     {type: static, load_steps: 20}
     """
 
     method: Literal["load_steps", "arc_length"] = "load_steps"
+    branch: dynamics.Branch = "straight"
     constraints: Form = None
     load_steps: Count = 10
     time: Time = 1.0
@@ -51,13 +53,21 @@ class Static(History):
         return Work(4 * iterations, iterations, counts={"load_steps": self.load_steps})
 
     def solve(self, system: System, advance: Progress | None = None, watch: Any = None, resume: Any = None) -> Trajectory:
-        newton = Newton(tolerance=self.tolerance)
-        if self.method == "arc_length":
-            return dynamics.follow_path(system, dynamics.ArcLength(1.0 / self.load_steps), newton, self.time, advance)
-        found = dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
+        newton, arc = Newton(tolerance=self.tolerance), self.method == "arc_length"
+        if arc:
+            control = dynamics.ArcLength(1.0 / self.load_steps, branch=self.branch)
+            found = dynamics.follow_path(system, control, newton, self.time, advance)
+        else:
+            found = dynamics.solve_statics(system, self.load_steps, newton, self.time, advance)
         if unstable := modes.instability(found):
             text = f"analysis: {unstable}: the structure does not stay there"
-            notify(f"{text}; give it a small load to the side and `method: arc_length`, and see `type: buckling`")
+            way = "`branch: other` takes the other branch" if arc else "give it a small load to the side and `method: arc_length`"
+            notify(f"{text}; {way}, and see `type: buckling`")
+        if arc and self.branch == "straight":
+            for one in found.crossings:
+                if one.kind == "branch point":
+                    text = f"analysis: a branch point lies at load factor {one.after:.4g}, where the path goes straight on"
+                    remark(f"{text}; `branch: other` takes the other")
         return found
 
     def hold(self, system: System) -> None:
@@ -68,4 +78,6 @@ class Static(History):
         refuse_unsupported(scene, raw)
 
     def idle(self, scene: Scene) -> Iterator[Oddity]:
-        return motion_only(scene, "an equilibrium")
+        yield from motion_only(scene, "an equilibrium")
+        if self.branch == "other" and self.method != "arc_length":
+            yield ("analysis", "branch"), "load steps take no branch; `method: arc_length` does"

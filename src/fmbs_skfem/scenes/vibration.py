@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import field
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -13,7 +14,7 @@ from ..core.notices import notify
 from ..core.records import dataclass
 from ..dynamics import Linear, shapes
 from ..dynamics.missing_shapes import tell_unknown, too_high, warn_of_missing
-from ..dynamics.modes import GROWS, STILL, fastest, grows
+from ..dynamics.modes import GROWS, STILL, fastest, grows, whole_pairs
 from ..dynamics.shapes import Free
 from .analyses import StateTable, Work, motion_only
 from .near_state import NearState
@@ -35,6 +36,7 @@ class Motions:
     damping: np.ndarray | None  #: (i,) damping ratios, None of undamped modes
     vectors: np.ndarray  #: (n, i)
     free: tuple[str, ...] = ()  #: (i,) which rigid motion it is that nothing resists, empty for others
+    beyond: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (j,) eigenvalues of motions that grow beside these [1/s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,6 +108,12 @@ def warn(scene: Scene, found: Motions, about: str) -> None:
         listed = ", ".join(f"mode {k + 1} by {found.growth[k]:.3g} 1/s" for k in growing[:3])
         kind = "flutter" if (found.omega[growing] > GROWS * np.hypot(found.omega, found.growth).max()).any() else "divergence"
         notify(f"{where(scene, 'analysis')}: the {about} is unstable ({kind}): {listed}{' ...' if len(growing) > 3 else ''}")
+    if len(found.beyond):
+        fastest = found.beyond[np.argmax(found.beyond.real)]
+        kind = "flutter" if abs(fastest.imag) > GROWS * abs(fastest) else "divergence"
+        text = f"{len(found.beyond)} of the motions that are not listed grow ({kind}), most by {fastest.real:.3g} 1/s"
+        at = f" at {abs(fastest.imag) / (2 * np.pi):.4g} Hz" if kind == "flutter" else ""
+        notify(f"{where(scene, 'analysis', 'count')}: the {about} is unstable: {text}{at}; ask for more modes to see them")
 
 
 def real_motions(linear: Linear, free: Free, count: int) -> Motions:
@@ -129,11 +137,14 @@ def complex_motions(linear: Linear, free: Free, count: int, system: System) -> M
         linear, wanted = shapes.apart_from(linear, free), max(count - idle, 1)
     modes = dynamics.complex_modes(linear, wanted)
     slow = np.abs(modes.eigenvalues) <= STILL * fastest(linear)
-    kept = np.flatnonzero(~(slow & shapes.are_free(modes.shapes, free, system.metric)))[: max(count - idle, 0)]
+    kept = np.flatnonzero(~(slow & shapes.are_free(modes.shapes, free, system.metric)))
+    kept, rest = np.split(kept, [whole_pairs(modes.eigenvalues[kept], max(count - idle, 0))])
+    others = np.append(modes.eigenvalues[rest], modes.beyond)
     idle = min(idle, count)
     vectors = np.concatenate([free.vectors[:, :idle], shapes.in_phase(modes.shapes[:, kept], system.metric)], axis=1)
     none = np.zeros(idle)
     omega, growth, damping = (
         np.concatenate([none, part[kept]]) for part in (modes.frequencies, modes.eigenvalues.real, modes.damping_ratios)
     )
-    return Motions(omega, growth, damping, vectors, (*free.names[:idle], *[""] * len(kept)))
+    beyond = others[grows(others.imag, others.real)] if len(others) else others
+    return Motions(omega, growth, damping, vectors, (*free.names[:idle], *[""] * len(kept)), beyond)

@@ -112,6 +112,7 @@ def finish(
         "wall_s": cost.wall_s if task.scheme else wall,
         **judged,
         **({"events": [asdict(one) for one in trajectory.events]} if trajectory.events else {}),
+        **(path_report(trajectory) if trajectory.negative is not None else {}),
         **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
         "outputs": {name: extremes(values) for name, values in outputs.items()},
         "units": probes.column_units(task.system.outputs),
@@ -141,6 +142,7 @@ def finish(
                 reports.write_report(out, report)
     view: list[ReportTable | str] = [summary(task, report), *task.remarks]
     view += [*([table_of_events(trajectory)] if trajectory.events else [])]
+    view += describe_path(trajectory)
     view += [*([table_of_outputs(report, silent)] if outputs else []), *failures.views(report), *list_files(report)]
     about = f"{report.get('scene') or task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
     return Run(
@@ -234,6 +236,32 @@ def table_of_events(trajectory: Trajectory) -> ReportTable:
         ]
         rows.append((one.name, one.time, ", ".join([*done, *(["stops the run"] if one.stop else [])]), one.loss))
     return ReportTable("Events", ("event", "time [s]", "what it does", "energy lost [J]"), rows)
+
+
+def path_report(trajectory: Trajectory) -> dict[str, Any]:
+    """Of every equilibrium the negative pivots of its tangent and whether it is stable, and what its path has passed."""
+    negative = [None if np.isnan(one) else int(one) for one in np.asarray(trajectory.negative)]
+    stable = [None if one is None else one == 0 for one in negative]
+    listed = zip(trajectory.times.tolist(), negative, stable, strict=True)
+    states = [{"at": at, "negative_pivots": pivots, "stable": good} for at, pivots, good in listed]
+    return {"equilibria": states, "crossings": [asdict(one) for one in trajectory.crossings]}
+
+
+def describe_path(trajectory: Trajectory) -> list[ReportTable | str]:
+    """Whether equilibria are stable, in a line, and a table of what their path has passed; nothing of motions."""
+    if trajectory.negative is None:
+        return []
+    known = trajectory.negative[np.isfinite(trajectory.negative)]
+    wrong = int(np.sum(known > 0))
+    count = f"{len(known)} of {len(trajectory.negative)} equilibria" if len(known) < len(trajectory.negative) else "all equilibria"
+    text = f"stability (no negative pivots): {count} judged, {f'{wrong} unstable' if wrong else 'all stable'}"
+    lines: list[ReportTable | str] = [text] if len(known) else []
+    heads = ("passed", "from", "to", "way [m]", "negative pivots", "known by")
+    rows = [
+        (one.kind, one.before, one.after, one.distance, " -> ".join("?" if n is None else str(n) for n in one.negative), one.sign)
+        for one in trajectory.crossings
+    ]
+    return [*lines, *([ReportTable("On the path", heads, rows)] if rows else [])]
 
 
 def apart(gap: Gap) -> str:

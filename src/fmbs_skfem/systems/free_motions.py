@@ -41,16 +41,29 @@ class FreeMotion:
 
 def unsupported(system: System) -> tuple[tuple[FreeMotion, ...], tuple[FreeMotion, ...]]:
     """Rigid motions at the start that neither joints nor springs resist: those that nothing holds, and those that weight holds."""
+    rows, Z = unresisted(system)
+    free, hung = by_weight(system, rows, Z)
+    return tuple(motion(system, z) for z in sparse_basis(free)), tuple(motion(system, z) for z in sparse_basis(hung))
+
+
+def pushed(system: System) -> tuple[FreeMotion, ...]:
+    """Of the motions that nothing holds those of a system that constant loads push: where there are none, it is in equilibrium."""
+    rows, Z = unresisted(system)
+    free = by_weight(system, rows, Z)[0]
+    force = block_diag(motions(system, system.x0)).T @ system.loads.constant
+    balanced = not free.shape[1] or np.linalg.norm(free.T @ force) <= ranks.STATED * np.linalg.norm(force)
+    return () if balanced else tuple(motion(system, z) for z in sparse_basis(free))
+
+
+def unresisted(system: System) -> tuple[StartRows | None, np.ndarray]:
+    """The constraint rows of a system, and a basis (z, f) of the rigid motions that neither they nor springs resist."""
     rows, Z = permitted(system)
     if not Z.shape[1]:
-        return (), ()
+        return rows, Z
     K = resisting(system)
     Y = block_diag(motions(system, system.x0)) @ Z
     stiff = np.asarray(Y.T @ (K @ Y)) / max(float(abs(K).max() * np.max(np.sum(Y * Y, axis=0))), 1e-300)
-    if np.linalg.norm(stiff) > ranks.EXACT:
-        Z = Z @ ranks.null_space(stiff, alike=True)
-    free, hung = by_weight(system, rows, Z)
-    return tuple(motion(system, z) for z in sparse_basis(free)), tuple(motion(system, z) for z in sparse_basis(hung))
+    return rows, Z @ ranks.null_space(stiff, alike=True) if np.linalg.norm(stiff) > ranks.EXACT else Z
 
 
 def permitted(system: System) -> tuple[StartRows | None, np.ndarray]:

@@ -18,9 +18,9 @@ import numpy as np
 
 from ..core.errors import InputError, closest, listed, say
 from ..core.records import dataclass
-from .angles import angle_and_rates, continuous
+from .angles import angle_and_rates
 from .places import Draft
-from .probes import Probe, Sensed, Sizes
+from .probes import Argument, Probe, Sensed, Sizes, counted_angle
 from .system import Output
 
 KINDS = ("distance", "along", "push", "angle", "slide")
@@ -59,8 +59,7 @@ class LoadState(Probe, word="load"):
         force = sensed.pushes()[:, [int(row) for row in rows]]
         y, rate = sensed.values, sensed.rates
         if int(kind) == ANGLE:
-            angle, speed, acceleration = angles(y, rate, sensed.accelerations)
-            counted = continuous(f"output '{sensed.name}'", sensed.times, angle, speed, acceleration)
+            counted, speed = counted_angle(LoadState, output, sensed)
             return [torques(y, force), counted - free, speed]
         if KINDS[int(kind)] in ("along", "push"):
             return [force[:, 0] if KINDS[int(kind)] == "push" else -force[:, 0], y[:, 0] - free, rate[:, 0]]
@@ -71,6 +70,10 @@ class LoadState(Probe, word="load"):
         distance = np.linalg.norm(y, axis=1)
         along = y / np.maximum(distance, np.finfo(float).tiny)[:, None]
         return [-np.sum(force * along, axis=1), distance - free, np.sum(rate * along, axis=1)]
+
+    @classmethod
+    def angle(cls, output: Output, y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Argument | None:
+        return angles(y, rate, change) if int(output.parameters[0]) == ANGLE else None
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:

@@ -24,12 +24,13 @@ from .constraint_functions import AXES, arm, needs_axis, needs_other_side, unit
 from .own_symbols import norm, turned
 from .places import Draft
 from .surface_points import counts, recovered, surface_point
-from .system import Matrix, Output
+from .system import Matrix, Output, System
 
 TIME = "t"  #: the first column of every table
 PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
 FORCES = "x", "y", "z", "normal", "length", "node"  #: first words of the coordinates of a joint along which reactions are forces
 MOMENTS = "angle", "axis", "axes", "slope", "teeth", "mx", "my", "mz"  #: and about which they are moments
+Argument: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]  #: an angle (s,) and its first and second derivative
 Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
 
 
@@ -47,6 +48,9 @@ class Sensed:
     reactions: Callable[[], dict[tuple[str, str], np.ndarray]]  #: forces of constraint rows (s,) by joint and coordinate
     pushes: Callable[[], np.ndarray]  #: forces (s, j) on the probe rows of the system
     forces: tuple[Any, ...]  #: what makes these, see `forces`
+    way: tuple[np.ndarray, np.ndarray] | None = (
+        None  #: rows (p, i) all along a path of equilibria, and which of them are these (s,)
+    )
 
 
 class Probe(Declared, ABC):
@@ -82,6 +86,11 @@ class Probe(Declared, ABC):
         return ()
 
     @classmethod
+    def angle(cls, output: Output, y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Argument | None:
+        """The angle (s,) of its rows (s, i), but for whole turns, and its two derivatives, where its turns are counted."""
+        return None
+
+    @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
         """SI units of its columns."""
         return (cls.unit,) * len(output.columns)
@@ -106,6 +115,34 @@ def kind_of(output: Output) -> type[Probe]:
             return kind
     expected = f"one of {listed(Probe.known, output.kind)}"
     raise InputError(say(f"outputs {', '.join(output.columns)}", expected, f"'{output.kind}'", "define it first"))
+
+
+def counted_angle(kind: type[Probe], output: Output, sensed: Sensed) -> tuple[np.ndarray, np.ndarray]:
+    """The angle (s,) of an output with its whole turns, and its rate (s,): counted on the way, or by the rates of a motion."""
+    found = kind.angle(output, sensed.values, sensed.rates, sensed.accelerations)
+    assert found is not None
+    angle, speed, acceleration = found
+    if sensed.way is None:
+        return continuous(f"output '{sensed.name}'", sensed.times, angle, speed, acceleration), speed
+    y, kept = sensed.way
+    passed = kind.angle(output, y, still := np.zeros_like(y), still)
+    assert passed is not None
+    return angle + 2 * np.pi * np.round((np.unwrap(passed[0])[kept] - angle) / (2 * np.pi)), speed
+
+
+def largest_turn(system: System, before: np.ndarray, after: np.ndarray) -> float:
+    """Most that an angle of the outputs turns from one state (n,) to another, up to half a turn [rad]."""
+    sensors, largest = system.sensors, 0.0
+    counted = [(one, kind) for one in system.outputs.values() if (kind := kind_of(one)).counted]
+    if not counted:
+        return largest
+    y = np.array([sensors.matrix @ x + sensors.offset for x in (before, after)])
+    for one, kind in counted:
+        rows = y[:, list(one.rows)]
+        found = kind.angle(one, rows, still := np.zeros_like(rows), still)
+        if found is not None:
+            largest = max(largest, float(np.abs(np.diff(np.unwrap(found[0])))[0]))
+    return largest
 
 
 def units(name: str, output: Output) -> tuple[str, ...]:
@@ -224,7 +261,7 @@ class Slope(PointProbe):
 
 @dataclass(frozen=True)
 class Angle(Probe):
-    """Angle [rad] turned since the reference about z or, in space, about `axis`; its turns are counted between stored states.
+    """Angle [rad] turned since the reference about z or, in space, about `axis`; its turns are counted along the motion.
 
     {type: angle, at: crank.left}
     """
@@ -250,10 +287,13 @@ class Angle(Probe):
         angle = turned(atan2(y[1], y[0]))
         return [angle, angle, (y[0] * v[1] - y[1] * v[0]) / y.dot(y)]
 
+    @classmethod
+    def angle(cls, output: Output, y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Argument:
+        return angle_and_rates(y, rate, change)
+
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
-        angle, speed, acceleration = angle_and_rates(sensed.values, sensed.rates, sensed.accelerations)
-        return [continuous(f"output '{sensed.name}'", sensed.times, angle, speed, acceleration)]
+        return [counted_angle(Angle, output, sensed)[0]]
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
