@@ -17,17 +17,17 @@ import numpy as np
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import Notice, Progress, notify
 from ..core.records import dataclass
-from ..systems import pressure, probes, responses
+from ..systems import compiled, pressure, probes, responses
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import without_redundant
 from ..systems.system import System
 from . import departures, leaps, missing_shapes
-from .equilibrium import Equilibrium, newton_statics, unloaded
+from .equilibrium import FLOOR, Equilibrium, newton_statics, tangent_at, unloaded
 from .histories import finite_signals
 from .leaps import Verdict
 from .linear import linearise
 from .loading import parts, ramp
-from .scheme import STATIC, Newton
+from .scheme import STATIC, Newton, round_off
 from .shapes import find_free
 from .trajectory import Crossing, Statistics, Trajectory, Way
 
@@ -96,8 +96,28 @@ def solve_statics(
     def at(factor: float) -> Compiled:
         return pressure.at_load_factor(model, factor)
 
-    problem = Problem(system, start.x, at, newton, "load factor", begin is None)
-    return reach_targets(problem, start, np.arange(1, steps + 1) / steps, progress)
+    problem = Problem(system, start.x, at, newton, "load factor", False)
+    first = start if begin is not None else at_rest(problem, start)
+    problem = replace(problem, judged=first is not None and begin is None)
+    return reach_targets(problem, start, np.arange(1, steps + 1) / steps, progress, first)
+
+
+def at_rest(problem: Problem, start: Equilibrium) -> Equilibrium | None:
+    """The equilibrium without loads, from which a path is followed: the reference, unless springs act there that do not grow.
+
+    None where there is none, or one that is unstable, as of bodies in a frame that turns, which the loads hold: what lies between
+    that and the loads is no path of a structure.
+    """
+    model = problem.model(0.0)
+    tangent = tangent_at(model, start.x, start.multipliers, 0.0, start.memory)
+    step = tangent.solve(compiled.residual(model, start.x, start.multipliers, 0.0, start.memory))
+    found = replace(start, negative=tangent.negative)
+    if step is not None and compiled.size(model, step[: len(start.x)]) > FLOOR * round_off(problem.system):
+        try:
+            found = problem.solve(0.0, start)
+        except SolverError:
+            return None
+    return None if found.negative else found
 
 
 def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = None) -> Trajectory:
@@ -120,10 +140,19 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
     return reach_targets(problem, problem.solve(float(targets[0]), unloaded(model)), targets[1:])
 
 
-def reach_targets(problem: Problem, start: Equilibrium, targets: np.ndarray, progress: Progress | None = None) -> Trajectory:
-    """Equilibria at `start` and at the targets (s,) behind it; a SolverError carries them as far as they are found."""
-    walk = Walk([replace(start, tangent=None)], [0], [])
-    latest = start
+def reach_targets(
+    problem: Problem,
+    start: Equilibrium,
+    targets: np.ndarray,
+    progress: Progress | None = None,
+    first: Equilibrium | None = None,
+) -> Trajectory:
+    """Equilibria at `start` and at the targets (s,) behind it; a SolverError carries them as far as they are found.
+
+    What follows is sought from `first`, by default `start` as well.
+    """
+    latest = first or start
+    walk = Walk([replace(start, tangent=None, negative=latest.negative)], [0], [])
     try:
         for target in targets:
             size = float(target - latest.at) / parts(problem.system, latest.at, target)

@@ -21,7 +21,7 @@ from ..core.notices import Progress
 from ..core.problems import Found
 from ..core.records import dataclass
 from ..dynamics import initial
-from ..systems import free_motions
+from ..systems import free_motions, hinged_rims
 from .yamlfile import Oddity, where
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from ..systems import System
     from .schema import Scene
 
+HOLD = "\nhold them by joints"
 Form: TypeAlias = Literal["eliminate", "multipliers"] | None  #: of linear constraints; None for the one that suits
 
 
@@ -81,6 +82,9 @@ class Analysis(Declared, ABC):
 
     def examine(self, scene: Scene, raw: System) -> None:
         """Refuse, before anything is solved, a system with all coordinates of which it has no solution."""
+
+    def require(self, scene: Scene, raw: System) -> None:
+        """Refuse, before it is run as well, what would have another solution than is meant."""
 
     def hold(self, system: System) -> None:
         """Refuse joints that no state fulfils at its begin."""
@@ -146,11 +150,21 @@ def motion_only(scene: Scene, what: str, remedy: str = "") -> Iterator[Oddity]:
         yield from ((("loads", name, key), text) for key, text in load.idle(undamped) if key)
 
 
-def refuse_unsupported(scene: Scene, raw: System, remedy: str = "\nhold them by joints") -> None:
+def refuse_unsupported(scene: Scene, raw: System, remedy: str = HOLD) -> None:
     """Refuse rigid motions that nothing resists where an equilibrium is asked for; weight may hold one, as of a chain."""
-    if free := free_motions.unsupported(raw)[0]:
-        listed = "".join(f"\n  {number}. {motion}" for number, motion in enumerate(free, start=1))
-        got = f"{len(free)} rigid motion{'s' if len(free) > 1 else ''} that nothing resists:{listed}"
+    refuse_motions(scene, list(map(str, free_motions.unsupported(raw)[0])), remedy)
+
+
+def refuse_swings(scene: Scene, raw: System, time: float) -> None:
+    """Refuse motions about rims that loads at a time [s] push: an equilibrium far away would be taken for that of a plate."""
+    refuse_motions(scene, list(map(str, hinged_rims.pushed(raw, time))), "\n`slopes: true` of the rim clamps it")
+
+
+def refuse_motions(scene: Scene, found: list[str], remedy: str) -> None:
+    """Refuse rigid motions, if there are any."""
+    if found:
+        listed = "".join(f"\n  {number}. {motion}" for number, motion in enumerate(found, start=1))
+        got = f"{len(found)} rigid motion{'s' if len(found) > 1 else ''} that nothing resists:{listed}"
         refuse_free(scene, got, remedy)
 
 

@@ -13,7 +13,7 @@ from ..core.fields import Count, Time
 from ..core.records import dataclass
 from ..dynamics import Linear, Newton
 from ..dynamics.linear import Spin
-from ..systems import free_motions
+from ..systems import free_motions, hinged_rims
 from . import build, fields
 from .analyses import Form, States, refuse_free
 from .yamlfile import where
@@ -52,7 +52,7 @@ class NearState(States, ABC):
         raw = build.system(scene, allow_outside=allow_outside)
         if about == "reference":
             self.examine(scene, raw)
-        elif free := free_motions.pushed(raw):
+        elif free := [*free_motions.pushed(raw, self.time), *hinged_rims.pushed(raw, self.time)]:
             got = f"free motions: {'; '.join(map(str, free))}"
             contact = "let contact that holds them overlap from the start (friction holds nothing here)"
             refuse_free(scene, got, f"hold them by joints, {contact}, or take the modes about the reference")

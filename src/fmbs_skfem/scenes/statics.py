@@ -13,7 +13,7 @@ from ..core.notices import Progress, notify, remark
 from ..core.records import dataclass
 from ..dynamics import Newton, Trajectory, initial, loading, modes
 from . import fields
-from .analyses import Form, History, Work, motion_only, refuse_unsupported
+from .analyses import Form, History, Work, motion_only, refuse_swings, refuse_unsupported
 from .yamlfile import Oddity
 
 if TYPE_CHECKING:
@@ -76,6 +76,10 @@ class Static(History):
     def examine(self, scene: Scene, raw: System) -> None:
         """Rigid motions that nothing resists; weight may hold one, as of a chain."""
         refuse_unsupported(scene, raw)
+        self.require(scene, raw)
+
+    def require(self, scene: Scene, raw: System) -> None:
+        refuse_swings(scene, raw, self.time)
 
     def idle(self, scene: Scene) -> Iterator[Oddity]:
         yield from motion_only(scene, "an equilibrium")

@@ -15,7 +15,7 @@ from ..core.records import dataclass
 from ..dynamics import initial, rest
 from ..results import segments
 from ..scenes import build, consistency, plausibility, where
-from ..systems import compiled, free_motions, layouts
+from ..systems import compiled, free_motions, hinged_rims, layouts
 from ..systems import mechanism as mechanisms
 from ..systems.redundancy import rows_of, without_redundant
 from ..systems.system import driven_rows
@@ -117,7 +117,9 @@ def contradictions(raw: System) -> tuple[Dependence, ...]:
 def mechanism(scene: Scene, raw: System) -> Mechanism:
     """Degrees of freedom, where the analysis takes the system. Floating bodies are a warning."""
     scene.analysis.examine(scene, raw)
-    found = mechanisms.analyse(raw)
+    found, swings = mechanisms.analyse(raw), hinged_rims.find(raw).shape[1]
+    more = {key: getattr(found, key) + swings for key in ("mobility", "gruebler", "at_start", "free")}
+    found = replace(found, **more) if swings else found
     for group in found.floating if scene.analysis.floats else ():
         named = " and ".join(f"'{name}'" for name in group.bodies)
         text = f"no joint ties {named} to the ground: {'they move' if len(group.bodies) > 1 else 'it moves'} freely"
@@ -216,7 +218,7 @@ def mechanism_report(found: Mechanism) -> dict[str, Any]:
 
 def free_motions_of(raw: System, counted: Mechanism) -> list[str]:
     """The motions that drives leave, in words; none in a singular position, where there are more than near it."""
-    found = [str(motion) for motion in free_motions.left_by_drives(raw)] if counted.free else []
+    found = [*map(str, free_motions.left_by_drives(raw)), *hinged_rims.named(raw)] if counted.free else []
     return found if len(found) == counted.free else []
 
 

@@ -101,6 +101,7 @@ def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint
         known = " or ".join(sorted(word for word, kind in Analysis.known.items() if issubclass(kind, History)))
         raise InputError(say("analysis.type", known, analysis.word, f"use fmbs run for {analysis.word}"))
     raw = build.system(scene, allow_outside=job.allow_outside)
+    analysis.require(scene, raw)
     reduced = build.chosen_form(scene, raw)
     mark, origin = reports.fingerprint(scene), reports.provenance(scene)
     facts = {**heading(scene), **sizes(raw, reduced)}

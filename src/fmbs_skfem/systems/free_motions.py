@@ -20,7 +20,7 @@ from ..bodies.body import LIMP, STIFF, limp
 from ..core import ranks
 from ..core.errors import InputError, say
 from ..core.records import dataclass
-from .compiled import compile_system, probe_tangent
+from .compiled import compile_system, probe_tangent, residual
 from .mechanism import center, idle, motions, moved, on_motions, onto_joints
 from .redundancy import StartRows, rows_of
 from .system import Constraints, System
@@ -46,11 +46,12 @@ def unsupported(system: System) -> tuple[tuple[FreeMotion, ...], tuple[FreeMotio
     return tuple(motion(system, z) for z in sparse_basis(free)), tuple(motion(system, z) for z in sparse_basis(hung))
 
 
-def pushed(system: System) -> tuple[FreeMotion, ...]:
-    """Of the motions that nothing holds those of a system that constant loads push: where there are none, it is in equilibrium."""
+def pushed(system: System, time: float) -> tuple[FreeMotion, ...]:
+    """The motions that nothing holds, where loads at a time [s] push them; none where they are in equilibrium."""
     rows, Z = unresisted(system)
     free = by_weight(system, rows, Z)[0]
-    force = block_diag(motions(system, system.x0)).T @ system.loads.constant
+    held = np.zeros(len(system.constraints.names))
+    force = block_diag(motions(system, system.x0)).T @ residual(compile_system(system), system.x0, held, time)[: system.size]
     balanced = not free.shape[1] or np.linalg.norm(free.T @ force) <= ranks.STATED * np.linalg.norm(force)
     return () if balanced else tuple(motion(system, z) for z in sparse_basis(free))
 
