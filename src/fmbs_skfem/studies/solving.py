@@ -21,7 +21,7 @@ from .. import dynamics
 from ..core.errors import FmbsError, MissingFeature, SolverError, Warned
 from ..core.notices import Notice, Progress
 from ..core.records import dataclass
-from ..dynamics import GeneralizedAlpha, Trajectory, departures
+from ..dynamics import GeneralizedAlpha, Trajectory, departures, large_strains
 from ..results import segments
 from ..results.frames import SILENT
 from ..results.segments import Recorder
@@ -97,6 +97,8 @@ def finish(
     with jobs.keep_results():
         if isinstance(error, SolverError):
             departures.warn(beyond)  # what a run sees that ends early may be older
+        strained = large_strains.find(trajectory)
+        large_strains.warn(strained)
         outputs, cost, judged = dynamics.outputs(trajectory), trajectory.statistics, task.judge(trajectory)
     error = error or jobs.refused(job)
     report: dict[str, Any] = {
@@ -113,6 +115,7 @@ def finish(
         **judged,
         **({"events": [asdict(one) for one in trajectory.events]} if trajectory.events else {}),
         **(path_report(trajectory) if trajectory.negative is not None else {}),
+        **({"large_strains": [asdict(one) for one in strained]} if strained else {}),
         **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
         "outputs": {name: extremes(values) for name, values in outputs.items()},
         "units": probes.column_units(task.system.outputs),

@@ -48,9 +48,7 @@ class Sensed:
     reactions: Callable[[], dict[tuple[str, str], np.ndarray]]  #: forces of constraint rows (s,) by joint and coordinate
     pushes: Callable[[], np.ndarray]  #: forces (s, j) on the probe rows of the system
     forces: tuple[Any, ...]  #: what makes these, see `forces`
-    way: tuple[np.ndarray, np.ndarray] | None = (
-        None  #: rows (p, i) all along a path of equilibria, and which of them are these (s,)
-    )
+    way: tuple[np.ndarray, np.ndarray] | None = None  #: rows (p, i) on the way between equilibria, and where these are (s,)
 
 
 class Probe(Declared, ABC):
