@@ -13,6 +13,7 @@ from ..dynamics.histories import drives_that_jump
 from ..systems.system import sizes
 
 NOISE = 1e-3  #: noise of accelerations, relative to the largest, above which a warning is shown
+STILL = 1e-15  #: displacement, over the size of the system, up to which it is at rest: round-off of positions
 GAIN = 0.05  #: rise of the energy balance, relative to the largest energy, above which a warning is shown
 LOSS = 0.01  #: fall of the energy balance, likewise: by damping of the method that motions in small steps hardly feel
 
@@ -62,8 +63,9 @@ def acceleration_noise(scheme: GeneralizedAlpha, trajectory: Trajectory) -> floa
     noise = dynamics.acceleration_noise(scheme, trajectory.system)
     changes = np.diff(trajectory.v, axis=0) / np.diff(trajectory.times)[:, None]  # what noise hardly reaches
     largest = float(sizes(trajectory.system, changes).max(initial=0.0))
-    if 0.0 < NOISE * largest < noise:
-        share = f"{noise / largest:.1%} of the largest" if noise < largest else "more than the motion has, if it is not at rest"
+    moved = float(sizes(trajectory.system, trajectory.x - trajectory.x[0]).max())
+    if 0.0 < NOISE * largest < noise and moved > STILL * trajectory.system.scale:
+        share = f"{noise / largest:.1%} of the largest" if noise < largest else "more than the motion has"
         text = f"round-off makes about {noise:.2g} m/s2 of noise in accelerations and reactions, {share}"
         notify(f"{text}: take a larger step, or a smaller rho_inf")
     return noise

@@ -1,0 +1,74 @@
+"""What is said of a motion's energy balance and of its round-off: in proportion, with a remedy that helps, and nothing at rest."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.bodies import cable, point_mass, sections
+from fmbs_skfem.core.expressions import of_time
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, energy_errors, integrate
+from fmbs_skfem.studies import judging
+from fmbs_skfem.systems import At, assemble, eliminate, joints, loads
+from fmbs_skfem.systems.springs import SpringDamper
+
+from .. import models
+
+AT = At("m")
+
+
+def judged(motion: Trajectory, scheme: GeneralizedAlpha) -> list[str]:
+    """What is said of a motion."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        judging.balances(scheme, motion)
+    return [str(one.message) for one in caught]
+
+
+def driven(history: str, step: float) -> list[str]:
+    scheme = GeneralizedAlpha(step)
+    drive = joints.DrivenPosition("d", AT, (of_time(history), of_time("0")))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Notice)
+        motion = integrate(assemble([point_mass("m", 1.0, np.zeros(2))], [drive]), scheme, 1.0)
+    return judged(motion, scheme)
+
+
+def test_a_drive_that_jumps_is_the_cause_and_no_step() -> None:
+    """A mass that begins to move at once: half the step changes the impulse, and makes nothing right."""
+    (told,) = driven("where(t < 0.503, 0, t - 0.503)", 0.01)
+    assert told.endswith("of the largest energy or work: a drive jumps within one step; let it change over many steps")
+    assert driven("where(t < 0.5, 0, (t - 0.5)**3)", 0.01) == []
+
+
+def test_what_a_damper_takes_is_measured_by_the_work() -> None:
+    """A load that pulls through a damper: 1 mJ moves, 80 J are done and taken, of which steps miss a little."""
+    damper = SpringDamper("c", AT, (-10.0, 0.0), stiffness=0.0, damping=50.0)
+    push = loads.PointForce("f", AT, (100.0, 0.0), of_time("sin(30 * t)"))
+    scheme = GeneralizedAlpha(5e-3, 0.0)
+    motion = integrate(assemble([point_mass("m", 1e-3, np.zeros(2))], [], [damper, push]), scheme, 1.0)
+    found = energy_errors(motion)
+    assert motion.work is not None
+    assert found.fall <= found.drift / np.abs(motion.work).max()
+
+
+@pytest.mark.parametrize("size, said", [(0.0, False), (1e-6, True)])
+def test_nothing_is_said_of_the_round_off_of_what_rests(size: float, said: bool) -> None:
+    """A mass on a spring without and with a pull of 10 nN."""
+    hold = SpringDamper("s", AT, (1000.0, 1.0), stiffness=1e-2, length=1.0 + size)
+    scheme = GeneralizedAlpha(1e-6, 1.0)
+    motion = integrate(assemble([point_mass("m", 1.0, np.array([1000.0, 0.0]))], [], [hold]), scheme, 1e-3)
+    assert any("round-off" in one for one in judged(motion, scheme)) == said
+
+
+def test_nothing_is_said_of_a_beam_that_no_load_has_moved_yet() -> None:
+    """Its strains have round-off of their own, which moves it by 1e-16 m."""
+    beam = cable("b", models.straight(10), sections.Circular(0.02), sections.Material(1e9, 1800.0), dim=2)
+    pull = loads.PointForce("f", At("b", "right"), (0.0, 3.0), of_time("where(t < 0.1, 0, 1)"))
+    scheme = GeneralizedAlpha(5e-4)
+    motion = integrate(eliminate(assemble([beam], [joints.Clamp("c", At("b", "left"))], [pull])), scheme, 1.5e-3)
+    assert motion.v.any()
+    assert judged(motion, scheme) == []
