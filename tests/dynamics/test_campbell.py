@@ -73,6 +73,19 @@ def test_motions_that_cross_are_told_apart() -> None:
     assert found.crossings(2.0)[0] == (1, pytest.approx(2.0 / 3.0))
 
 
+def test_motions_whose_frequencies_bend_are_followed_by_their_shapes() -> None:
+    """Between two values one frequency rises from 10 to 14 and the other one falls from 12 to 10.5: neither as before."""
+    frequencies = {0.0: [10.0, 12.0], 1.0: [10.0, 12.0], 2.0: [14.0, 10.5]}
+
+    def find(s: float, count: int) -> Found:
+        omega = np.array(frequencies[s])
+        order = np.argsort(omega)
+        return Found(omega[order], np.zeros(2), np.eye(2)[:, order], np.eye(2))
+
+    found = dynamics.campbell(np.array([0.0, 1.0, 2.0]), find, 2)
+    np.testing.assert_array_equal(found.omega, list(frequencies.values()))
+
+
 COLUMN = """\
 schema: 1
 dimension: 2

@@ -225,7 +225,16 @@ def test_histories_in_proportion_to_time_are_factors(history: Callable[[np.ndarr
     np.testing.assert_allclose(buckling(cantilever(16, push, EA=1e8), time=2.0).factors, np.pi**2 / 2.0, rtol=3e-6)
 
 
-@pytest.mark.parametrize("history", [lambda t: np.sin(0.5 * np.pi * t), lambda t: t**2, lambda t: 0.5 + 0.5 * t])
+@pytest.mark.parametrize(
+    "history",
+    [
+        lambda t: np.sin(0.5 * np.pi * t),
+        lambda t: t**2,
+        lambda t: 0.5 + 0.5 * t,
+        lambda t: t + 0.1 * t * (1.0 - t),  # the factor would be 9 % off
+        lambda t: t + 1e-6 * t * (1.0 - t),
+    ],
+)
 def test_other_histories_have_no_factor(history: Callable[[np.ndarray], np.ndarray]) -> None:
     """Predicted from small loads, sin(pi t/2) would buckle at 2/pi of the load that buckles, and t^2 never."""
     push = loads.PointForce("push", At("beam", "right"), (-1.0, 0.0), history)
