@@ -57,7 +57,7 @@ def every_contact(dim: int) -> list[Contact]:
         ContactSphere("around a point", at=C1, on=BOB, diameter=1.2, exponent=2.2, depth=0.1, **LAW | {"smoothing": 0.5}),
         ContactSphere("within", at=A1, radius=0.1, center=(0.85, -0.1, 0.1)[:dim], inside=True, **round_one),
         ContactSphere("two discs", at=At("disc"), on=At("other"), radius=0.2, **round_one),
-        ContactCylinder("cylinder", body="a", points=3, center=(0.9, -0.1, 0.1)[:dim], length=3.0, **round_one, **axis),
+        ContactCylinder("cylinder", body="a", points=5, center=(0.9, -0.1, 0.1)[:dim], length=3.0, **round_one, **axis),
         ContactBox("box", at=A1, sides=(0.8, 0.4, 0.5)[:dim], center=(0.7, -0.1, 0.1)[:dim], **LAW),
         ContactBox("corner", at=A1, radius=0.3, sides=(0.8, 0.4, 0.5)[:dim], center=(0.5, -0.3, 0.2)[:dim], **LAW),
         ContactHeights("heights", at=A1, corner=corner, step=(0.37,) * (dim - 1), heights=heights, radius=0.2, **LAW),

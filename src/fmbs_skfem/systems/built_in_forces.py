@@ -28,7 +28,7 @@ import numpy as np
 from ..core.jit import jit
 from ..core.structs import routine
 from .evaluation import Space, evaluation
-from .force_laws import ForceLaw, ForceRecord, continued, opened
+from .force_laws import IMPACT, ForceLaw, ForceRecord, continued, opened
 from .gears import inverse
 from .kernels import dot, factor
 from .one_sided import closing, keeps, kept, lift, ramp, touch
@@ -173,8 +173,9 @@ def along(
     damped: bool = True,
     turns: int = 0,
     smooth: bool = True,
+    judged: bool = False,
 ) -> ForceLaw:
-    """A law along a coordinate of probe rows."""
+    """A law along a coordinate of probe rows; the last number of one that is `judged` is the share of `contacts.Touch.share`."""
 
     @routine
     def force(table: Any, record: Any) -> int:
@@ -218,8 +219,31 @@ def along(
             s.memory[F.memory + k] = coordinate(read(s, F, k, room), s.memory[F.memory + k])
         return 0
 
+    @routine
+    def remember(table: Any, record: Any) -> int:
+        s, F = evaluation(table).space, opened(record)
+        room = np.empty((SECOND, rows))
+        for k in range(len(F.rows)):
+            c, first = coordinate(read(s, F, k, room), 0.0), F.memory + IMPACT * k
+            s.memory[first] = abs(law(c, dot(room[SLOPE], room[V]), F.numbers[k], history(s, F, k))[0])
+            if s.memory[first] == 0.0:
+                s.memory[first + 1] = 1.0
+        return 0
+
+    @routine
+    def judge(table: Any, record: Any) -> int:
+        """As of contact: what has touched from the start on is no impact."""
+        s, F = evaluation(table).space, opened(record)
+        room = np.empty((SECOND, rows))
+        for k in range(len(F.rows)):
+            c, first = coordinate(read(s, F, k, room), 0.0), F.memory + IMPACT * k
+            if s.memory[first + 1] > 0.0:
+                N = abs(law(c, dot(room[SLOPE], room[V]), F.numbers[k], history(s, F, k))[0])
+                s.jolt[0] += abs(N - s.memory[first]) * F.numbers[k, numbers - 1]
+        return 0
+
     pairs = tuple((i, j) for i in range(rows) for j in range(rows))
-    routines = force, slopes, accept if turns else None, energy
+    routines = force, slopes, remember if judged else accept if turns else None, energy, judge if judged else None
     return ForceLaw(name, rows, numbers, histories, pairs, turns, damped, *routines, smooth=smooth)
 
 
@@ -303,6 +327,8 @@ KNOWN = (
     along("spring", 3, distance, spring),
     along("one_sided", 3, distance, one_sided, 6, smooth=False),
     along("one_sided_plane", 1, row, below, 5, smooth=False),
+    along("impact", 3, distance, one_sided, 7, smooth=False, judged=True),
+    along("impact_plane", 1, row, below, 6, smooth=False, judged=True),
     along("constant_pull", 3, distance, constant, 1, 1, False),
 )
 LAWS = {law.name: law for law in KNOWN}

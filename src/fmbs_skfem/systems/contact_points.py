@@ -17,8 +17,10 @@ from .contact_forces import ContactForces
 from .contact_shapes import distances
 from .places import QUARTER, At, Draft
 
-MOST = 101  #: points along a beam where none are asked for
+MOST = 101  #: points along a beam where none are asked for and nothing is so thin that it needs more
 SIDE = 2  #: parts into which points divide each side of a plate's cell
+FINE, COARSE = 0.25, 0.5  #: radius of gaps between points over that of what meets them: by default, and that is refused
+ENOUGH, LIMIT = 501, 5001  #: points up to which gaps are as FINE, and up to which they are not COARSE
 SAME = 1e-7  #: numbers of points that differ by less are those of one point
 
 
@@ -34,10 +36,19 @@ class Touching:
     shares: np.ndarray  #: (t,) of the length or area of the body, none of places
 
 
-def find_points(name: str, draft: Draft, at: At | None, body: str | None, count: int | None, radius: float | None) -> Touching:
+def find_points(
+    name: str,
+    draft: Draft,
+    at: At | None,
+    body: str | None,
+    count: int | None,
+    radius: float | None,
+    round_as: tuple[float, float] = (np.inf, np.inf),
+) -> Touching:
     """One place, or points all over a body; their radius is that of its section or half its thickness, 0 for rigid bodies.
 
-    A planar plate touches with its edges, as it has no thickness in the plane.
+    A planar plate touches with its edges, as it has no thickness in the plane. Points are so many that what meets them, `round_as`
+    radii of `contact_shapes.roundness` [m], does not pass between them.
     """
     layout = draft.layout
     part = layout.body(name, At(str(body)) if at is None else at)
@@ -47,10 +58,14 @@ def find_points(name: str, draft: Draft, at: At | None, body: str | None, count:
         places = [At(part.name, place) for place in part.places] if at is None else [at]
         read = [vstack([layout.read(name, place), *(axes_of(name, draft, place) if half > 0.0 else ())]) for place in places]
     else:
+        met = round_as[0] + half, round_as[1] + half
         if isinstance(part.space, Surface):
-            functions, shares = once(part, *(edge_points if thin else surface_points)(part, part.space, count or SIDE))
+            widest, cells = gap_of_surface(part, part.space, thin)
+            most = tuple(int((many / cells) ** (1.0 if thin else 0.5)) for many in (ENOUGH, LIMIT))
+            parts = enough(name, count, SIDE, widest, met, most)
+            functions, shares = once(part, *(edge_points if thin else surface_points)(part, part.space, parts))
         else:
-            xi = line_points(part, count)
+            xi = line_points(name, part, count, met)
             functions, shares = line_rows(part, xi, half > 0.0), line_shares(part, xi)
         read = [layout.widen(part.name, csr_array(rows)) for rows in functions]
     first = draft.probes.add(csr_array(vstack(read)))
@@ -60,10 +75,45 @@ def find_points(name: str, draft: Draft, at: At | None, body: str | None, count:
     return Touching(part.name, rows.astype(np.int64), places_there, np.full(len(read), half), part.total_mass, shares)
 
 
-def line_points(part: Body, count: int | None) -> np.ndarray:
-    """Parameters (x,) of points along a line."""
+def line_points(name: str, part: Body, count: int | None, met: tuple[float, float]) -> np.ndarray:
+    """Parameters (x,) of points along a line, whose gaps are as `enough` has them."""
     breaks = line.breaks(part.space)
-    return np.linspace(breaks[0], breaks[-1], min(2 * len(breaks) - 1, MOST) if count is None else max(count, 2))
+    fine, arc = arc_lengths(part)
+    whole = float((np.diff(arc) / np.diff(fine)).max()) * (breaks[-1] - breaks[0])  # the length if all were as long by xi
+    given, base = None if count is None else max(count - 1, 1), min(2 * len(breaks) - 2, MOST - 1)
+    return np.linspace(breaks[0], breaks[-1], enough(name, given, base, 0.5 * whole, met, (ENOUGH, LIMIT)) + 1)
+
+
+def enough(name: str, parts: int | None, base: int, widest: float, met: tuple[float, float], most: tuple[int, ...]) -> int:
+    """Into how many parts points divide what has gaps of a radius `widest` [m] in one part; InputError where that is too coarse.
+
+    Where nothing is said `base`, or a multiple of it, so that gaps are FINE of the first radius `met` if `most` allows it, and not
+    COARSE of the second: a gap of FINE of a radius is missed by 3 % of it, one of COARSE by 13 %, at twice of that all passes.
+    """
+    needed = int(np.ceil(widest / (COARSE * met[1]))) if met[1] > 0.0 else 0
+    if parts is None:
+        wanted = int(np.ceil(widest / (FINE * (met[0] or COARSE * met[1])))) if met[1] > 0.0 else 0
+        parts = base * int(np.ceil(max(min(wanted, most[0]), min(needed, most[1]), base) / base))
+    if parts < needed:
+        gap = f"gaps of a radius of {widest / parts:.3g} m between {parts} parts"
+        expected = f"gaps that nothing of a radius of {met[1]:.3g} m passes: {needed} parts or more"
+        raise InputError(say(f"{name}.points", expected, gap, "take more points, or name the places that touch (at)"))
+    return parts
+
+
+def gap_of_surface(part: Body, shape: Surface, edges: bool) -> tuple[float, int]:
+    """Radius of the widest gap [m] between the corners of a cell of a surface, or of an edge of its rim, and how many there are."""
+    if edges:
+        sides = surface.free_sides(shape)
+        cell, side = np.repeat(sides, 2, axis=0).T
+        xi, share = surface.side_points(shape.parent, side, np.tile([0.0, 1.0], len(sides))), 0.5
+    else:
+        square = shape.parent is surface.Parent.SQUARE
+        corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]] if square else [[0, 0], [1, 0], [0, 1]], dtype=float)
+        cell, share = np.repeat(np.arange(len(shape.nodes)), len(corners)), 0.5 if square else 1.0 / np.sqrt(3.0)
+        xi = np.tile(corners, (len(shape.nodes), 1))
+    at = (own(part, surface.sample(shape, cell, xi, 0)) @ part.reference).reshape(-1, 2 if edges else len(corners), part.dim)
+    return share * float(np.linalg.norm(at[:, :, None] - at[:, None, :], axis=3).max()), len(at)
 
 
 def line_shares(part: Body, xi: np.ndarray) -> np.ndarray:

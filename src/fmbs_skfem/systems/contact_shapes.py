@@ -16,6 +16,7 @@ Source of the cubic: Catmull and Rom, Computer Aided Geometric Design (1974) 317
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -250,3 +251,27 @@ def field(sizes: np.ndarray, heights: np.ndarray, dim: int, z: np.ndarray, n: np
         n[1] = -fy / long
         gap += (z[1] - y - dy) * n[1]
     return gap
+
+
+def roundness(shape: int, sizes: Sequence[float], heights: np.ndarray, dim: int) -> tuple[float, float]:
+    """Smallest radius with which a shape meets bodies, and that of gaps through which it passes [m]; infinite for what is flat.
+
+    A box has edges, but passes only where half of its smallest side does; a ridge of heights where it stands between two points.
+    """
+    if shape == BOX:
+        return 0.0, float(min(sizes))
+    if shape == HEIGHTS:
+        ridge = bend_of(np.asarray(sizes), heights)
+        return ridge, max(ridge, 0.5 * min(sizes))
+    if shape == PLANE or sizes[1] < 0.0:
+        return np.inf, np.inf
+    return sizes[0], min(sizes[0], sizes[2]) if shape == CYLINDER and dim == 3 else sizes[0]
+
+
+def bend_of(steps: np.ndarray, heights: np.ndarray) -> float:
+    """Smallest radius of the ridges of heights (i, j) [m], at nodes and half way between."""
+    least = 0.0
+    for i, j in np.ndindex(2 * heights.shape[0] - 1, 2 * heights.shape[1] - 1):
+        _, _, _, xx, xy, yy = height(steps, heights, 0.5 * i * steps[0], 0.5 * j * steps[-1])
+        least = min(least, 0.5 * (xx + yy) - np.hypot(0.5 * (xx - yy), xy))
+    return -1.0 / least if least < 0.0 else np.inf

@@ -9,6 +9,9 @@ whose axes it turns. Forces are those of `contact_forces`; where nothing is said
     d = L / PRESSED,  k = m g / d     the weight m g of what touches would press one point in by d; L its size, g = 9.81 m/s2
     kt = k,  ct = sqrt(kt m / t)  so that what sticks comes to rest, t the number of points
 
+Points of beams and plates stand so close that the shape does not pass between them: what is round of a radius r is missed by 3 % of
+r and the radius of the body together; too few `points` are refused.
+
 In the plane a beam carries its thickness along: friction turns its sections. In space it acts on the centre line. Steps in which
 forces begin or end are divided, by up to 64, until the change of N in one changes no speed by more than resolution^2 times the
 largest so far: a mass that vibrates on the contact moves on by about `resolution` radians a step.
@@ -140,7 +143,7 @@ class Contact(Touch, ABC):
     at: fields.Carrier = None
     body: fields.BodyName | None = None
     on: fields.Carrier = None
-    points: Annotated[int | None, whole(1, 100_000), "along a beam, or parts of each side of a plate's cells"] = None
+    points: Annotated[int | None, whole(1, 100_000), "along a beam, or parts of each side of a plate's cells; by what it meets"] = None
     radius: Annotated[float | None, fields.quantity("m", ">= 0"), "of what touches, by default that of the section"] = None
     overlap: Annotated[Literal["push", "keep"], "at the start: pushed apart, or gaps count from there"] = "push"
 
@@ -154,7 +157,9 @@ class Contact(Touch, ABC):
 
     def push(self, draft: Draft) -> None:
         name, dim = where(self), draft.layout.dim
-        shape, touching = self.shape(name, dim), find_points(name, draft, self.at, self.body, self.points, self.radius)
+        shape = self.shape(name, dim)
+        round_as = contact_shapes.roundness(shape.kind, shape.sizes, shape.heights, dim)
+        touching = find_points(name, draft, self.at, self.body, self.points, self.radius, round_as)
         placed = np.vstack([self.center_of(draft, shape) - draft.layout.origin, shape.axes])
         carriers = {self.on.body} if isinstance(self.on, At) else set[str]()
         size = size_of(draft.layout, {touching.body, *carriers})

@@ -23,6 +23,8 @@ from .forces import Force, ForceRoutines, Place
 from .kernels import remainder
 from .row_laws import Groups, RowLaw, group
 
+IMPACT = 2  #: numbers that a law keeps of accepted states that judges impacts
+
 
 @dataclass(frozen=True)
 class ForceLaw(RowLaw):
@@ -34,6 +36,7 @@ class ForceLaw(RowLaw):
     slopes: Routine | None = None
     accept: Routine | None = None
     energy: Routine | None = None
+    judge: Routine | None = None  #: of impacts, for which it keeps its last force, and 1 where there was none, behind these angles
     kept: int = 0  #: values of accepted states that it keeps behind these angles
     tables: tuple[str, ...] = ()  #: curves that it reads, behind which it keeps how far it has been beyond their ends
     smooth: bool = False  #: whether its derivatives jump nowhere
@@ -80,7 +83,7 @@ def continued(value: float, last: float) -> float:
 
 def memory_of(law: ForceLaw) -> int:
     """Numbers that a force keeps of accepted states."""
-    return law.memory + law.kept + len(law.tables)
+    return law.memory + (IMPACT if law.judge else 0) + law.kept + len(law.tables)
 
 
 @forces.compile_force.register
@@ -89,7 +92,7 @@ def _(found: LawForces, place: Place) -> Force:
     rows, numbers, signals = (np.ascontiguousarray(part) for part in (found.rows, found.numbers, found.signals))
     local = np.array(law.pairs, dtype=np.int64).reshape(-1, 2)
     pairs, size = found.rows[:, local].reshape(-1, 2), memory_of(law)
-    routines = ForceRoutines(law.force, law.slopes if len(local) else None, law.accept, law.energy)
+    routines = ForceRoutines(law.force, law.slopes if len(local) else None, law.accept, law.energy, law.judge)
     name = law.name.partition("|")[0].replace("_", " ")
     return Force(
         ForceRecord(rows, numbers, signals, place.pair, place.memory),

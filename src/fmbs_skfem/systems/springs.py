@@ -13,7 +13,7 @@ A force that is not zero at d = 0 has no direction there: such places are refuse
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -25,13 +25,15 @@ from ..core.records import dataclass
 from . import fields
 from .constraint_functions import mark, needs_other_side, unit
 from .loads import Load, where
-from .places import Draft, Gauge, vector
+from .places import At, Draft, Gauge, vector
 
 Stiffness = Annotated[float, fields.quantity("N/m", ">= 0")]
 Damping = Annotated[float, fields.quantity("N s/m", ">= 0")]
 Length = Annotated[float, fields.quantity("m", ">= 0")]
+Resolution = Annotated[float, fields.quantity("", ">= 0"), "rad of a vibration on it a step; 0 divides none"]
 Smoothing = Annotated[float, fields.quantity("m", ">= 0"), "over which it begins, 0 for at once"]
 SPACE = 3  #: rows of these laws; in the plane the last one is zero
+RESOLUTION = 0.05  #: rad of a vibration on what is one-sided a step, by default
 MEETING = 1e-12  #: distance of places at one point, over the size of the bodies
 
 
@@ -68,6 +70,19 @@ def along(load: Between, draft: Draft, length: float | None) -> tuple[range, flo
     free = distance(load, draft) if length is None else length
     draft.gauges[load.name] = Gauge("distance", tuple(range(first, first + SPACE)), free)
     return range(first, first + SPACE), free
+
+
+def act_on_one_side(load: Rope | Stop, draft: Draft, kind: str, rows: Sequence[int], law: tuple[float, ...]) -> None:
+    """Add a law that acts on one side; steps in which it begins or ends are divided as those of contact, see `contacts`.
+
+    The change of a force N is to change no speed by more than resolution^2 times the largest so far, of the mass of the body at
+    one end, and of both together where there are two, m_A m_B / (m_A + m_B).
+    """
+    if not load.resolution:
+        return draft.forces.act(f"one_sided{kind}", rows, law)
+    masses = [draft.layout.body(where(load), end).total_mass for end in (load.at, load.to) if isinstance(end, At)]
+    mass = 1.0 / sum(1.0 / one for one in masses)
+    return draft.forces.act(f"impact{kind}", rows, (*law, 1.0 / (mass * load.resolution**2)))
 
 
 def distance(load: Between, draft: Draft) -> float:
@@ -119,6 +134,7 @@ class Rope(Between):
     damping: Damping = 0.0
     length: Length | None = None
     smoothing: Smoothing = 0.0
+    resolution: Resolution = RESOLUTION
     drawn: ClassVar[str] = "line"
     strengths: ClassVar[tuple[str, ...]] = ("stiffness", "damping")
 
@@ -128,7 +144,7 @@ class Rope(Between):
 
     def act(self, draft: Draft) -> None:
         rows, free = along(self, draft, self.length)
-        draft.forces.act("one_sided", rows, (1.0, self.stiffness, self.damping, free, self.smoothing, 1.0))
+        act_on_one_side(self, draft, "", rows, (1.0, self.stiffness, self.damping, free, self.smoothing, 1.0))
 
 
 @dataclass(frozen=True)
@@ -136,7 +152,7 @@ class Stop(Between):
     """Pushes two places apart that are nearer than `gap`: in distance or, with `direction`, as seen along it from `to` to `at`.
 
     Damping acts while they touch, from the first instant on: a `smoothing` takes the jump out of it. It stops where it would pull;
-    with `cut: false` it may (the law of Kelvin and Voigt).
+    with `cut: false` it may (the law of Kelvin and Voigt). Steps in which it begins or ends are divided as those of contact.
 
     {type: stop, at: beam.right, to: [1 m, -0.2 m], direction: [0, 1], stiffness: 1 kN/m}
     """
@@ -147,6 +163,7 @@ class Stop(Between):
     direction: fields.Direction | None = None
     smoothing: Smoothing = 0.0
     cut: Annotated[bool, "whether it never pulls"] = True
+    resolution: Resolution = RESOLUTION
     drawn: ClassVar[str] = "line"
     strengths: ClassVar[tuple[str, ...]] = ("stiffness", "damping")
 
@@ -159,13 +176,13 @@ class Stop(Between):
         law = (self.stiffness, self.damping, self.gap, self.smoothing, float(self.cut))
         if self.direction is None:
             rows, _ = along(self, draft, self.gap)
-            return draft.forces.act("one_sided", rows, (-1.0, *law))
+            return act_on_one_side(self, draft, "", rows, (-1.0, *law))
         name = f"{where(self)}.direction"
         normal = unit(name, vector(name, self.direction, draft.layout.dim), draft.layout.dim)
         matrix, offset = draft.layout.apart(where(self), self.at, self.to)
         row = draft.probes.add(csr_array(normal[None, :] @ matrix), normal[None, :] @ offset)
         draft.gauges[self.name] = Gauge("along", (row,), self.gap)
-        draft.forces.act("one_sided_plane", [row], law)
+        return act_on_one_side(self, draft, "_plane", [row], law)
 
 
 @dataclass(frozen=True)
