@@ -74,7 +74,7 @@ def test_what_a_body_carries_is_found_too(size: float) -> None:
 
 @pytest.mark.parametrize("cells", [1, 3])
 def test_what_is_thin_is_found_all_over_a_plate(cells: int) -> None:
-    """A ball of 80 mm below the face of a square of 1 m, of whose radius 13 % may be missed, and one that touches the edges of a planar one."""
+    """A ball of 80 mm below the face of a square of 1 m, of whose radius 13 % may be missed, one at the edge of a planar one."""
     for x, y in np.random.default_rng(3).uniform(0.02, 0.98, (3, 2)):
         under = ContactSphere(**LAW, center=(float(x), float(y), -0.85 * 0.045), diameter=0.08)
         assert is_found(plate("b", rectangle("ancf", cells, cells), 0.01, SOFT), under), (x, y)

@@ -143,7 +143,7 @@ class Contact(Touch, ABC):
     at: fields.Carrier = None
     body: fields.BodyName | None = None
     on: fields.Carrier = None
-    points: Annotated[int | None, whole(1, 100_000), "along a beam, or parts of each side of a plate's cells; by what it meets"] = None
+    points: Annotated[int | None, whole(1, 100_000), "along a beam, or parts of a side of plates' cells; as the shape needs"] = None
     radius: Annotated[float | None, fields.quantity("m", ">= 0"), "of what touches, by default that of the section"] = None
     overlap: Annotated[Literal["push", "keep"], "at the start: pushed apart, or gaps count from there"] = "push"
 
