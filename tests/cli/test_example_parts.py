@@ -80,6 +80,6 @@ def test_a_mechanism_of_parts_moves_as_that_of_full_bodies(name: str) -> None:
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_a_scene_of_parts_runs(name: str, tmp_path: Path) -> None:
     path = FOLDER / f"{name}.yaml"
-    found = fmbs("run", path, "--duration", "0.02", "--no-plots", "--json", "--out", tmp_path / "out")
+    found = fmbs("run", path, "--duration", "0.3", "--no-plots", "--json", "--out", tmp_path / "out")
     assert found.code == 0, found.err
     assert found.json["notices"] == []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from pathlib import Path
 
 import pytest
@@ -63,11 +64,46 @@ def test_modes_say_which_frequencies_of_a_part_are_too_high(folder: Path, tmp_pa
     assert found.code == 0, found.err
     assert len(found.json["too_high_by"]) == 4
     assert max(found.json["too_high_by"]) > 0.01
-    (told,) = [one for one in found.json["notices"] if "too high" in one]
-    assert "frequencies of parts are too high, at least mode" in told
+    (told,) = [one for one in found.json["notices"] if "frequencies of parts" in one]
+    assert re.search(r"frequencies of parts are off from those of their bodies: mode \d by \+", told)
     strict = fmbs("run", folder / "modes.yaml", "--json", "--strict", "--out", tmp_path / "strict")
     assert (strict.code, strict.json["reason"], strict.json["too_high_by"]) == (3, "notice", found.json["too_high_by"])
     assert (tmp_path / "strict" / "modes.csv").read_bytes() == (tmp_path / "out" / "modes.csv").read_bytes()
+
+
+DOORS = """\
+schema: 1
+dimension: 2
+bodies: {beam: {type: part, file: beam.part.h5}}
+joints: {clamp: {type: clamp, at: beam.left}}
+"""
+PUSH = "loads: {push: {type: point_force, at: beam.right, force: [-1 mN, 1 mN]}}\n"
+TIP = "outputs: {tip: {type: position, at: beam.right}}\n"
+SPIN = "parameters: {w: {value: 1, range: [0, 2]}}\n"
+INPUT = "inputs: {u: {unit: N}}\nloads: {push: {type: control_force, at: beam.right, direction: [0, 1], force: u}}\n"
+OFF = "parts 'beam' do not stand for their bodies here, .*tip_y is off by"
+
+
+@pytest.mark.parametrize(
+    ("analysis", "more", "told"),
+    [
+        ("modes, count: 4, damped: true, about: reference", "damping: {stiffness: 0.1 ms}\n", "frequencies of parts are off"),
+        ("campbell, parameter: w, spin: {rate: w}, count: 2, steps: 2", SPIN, "frequencies of parts are off .* at w = 0 by"),
+        ("buckling, count: 2", PUSH, "load factors of parts are off"),
+        ("linearise", INPUT + TIP, "eigenvalues of parts are off"),
+        ("static, load_steps: 2", PUSH + TIP, OFF),
+        ("static, load_steps: 2, method: arc_length", PUSH + TIP, OFF),
+        ("dynamic, duration: 6 s, step: 6 ms", PUSH + TIP, OFF),
+    ],
+)
+def test_every_door_says_that_a_part_does_not_stand_for_its_body(
+    folder: Path, tmp_path: Path, analysis: str, more: str, told: str
+) -> None:
+    """A beam that was trained without moments is clamped."""
+    scene = kept(folder / "door.yaml", f"{DOORS}{more}analysis: {{type: {analysis}}}\n")
+    found = fmbs("run", scene, "--json", "--no-plots", "--out", tmp_path / "out")
+    assert found.code == 0, found.err
+    assert [one for one in found.json["notices"] if re.search(told, one)], found.json["notices"]
 
 
 def test_a_part_takes_the_place_of_its_full_body(folder: Path) -> None:

@@ -89,6 +89,17 @@ def test_tolerance_ends_the_loop() -> None:
     assert max(exact) <= 1.2e-6  # also where no reduced run was made
 
 
+def test_a_basis_as_large_as_the_full_model_ends_the_loop() -> None:
+    """After its second full run here, and before any other one."""
+    model = Model(LINE, interpolation(1e-12))
+    problem = GreedyProblem(
+        model.evaluate, model.extend, LINE, FIVE, 50, Options(iterations=20), pays=lambda: len(model.points) < 2
+    )
+    outcome = greedy.run(problem)
+    assert outcome.stop is StopReason.LARGE
+    assert len(model.tried) == 2
+
+
 def test_a_maximiser_that_has_its_full_run_ends_the_loop() -> None:
     """Steps 20 to 22 of Algorithm 1: the largest indicator stays where a full run was made."""
     model = Model(LINE, lambda mu, full: 10.0 ** (-6.0 - 2.0 * float(mu[0])))

@@ -53,6 +53,12 @@ def alone() -> part_files.Part:
     return part_files.train(arm(), states())
 
 
+def unknown(body: Body) -> Body:
+    """A part of which nothing is known but its strains, as those of files of earlier releases."""
+    assert body.shapes is not None
+    return replace(body, shapes=replace(body.shapes, missing=None))
+
+
 def two(body: Body, weight: tuple[float, ...], other: bool) -> System:
     """The double pendulum of example 2 with one body twice, hung at I.left, or at II.right."""
     bodies = [parts.placed(body, "I"), parts.placed(body, "II", np.array([1.0, 0.0, 0.0]), QUARTER)]
@@ -168,7 +174,7 @@ def test_a_body_may_turn_at_the_start() -> None:
 def test_strains_outside_of_the_training_are_told_with_time_and_place() -> None:
     bob, spin = point_mass("bob", 5.0, np.array([1.0, 0.0, 0.0])), Motion(angular_velocity=(0.0, 0.0, 30.0))
     held = [joints.Pin("A", At("arm", "left")), joints.Pin("B", At("arm", "right"), At("bob"))]
-    spun = eliminate(assemble([alone().body, bob], held, initial={"arm": spin, "bob": spin}))
+    spun = eliminate(assemble([unknown(alone().body), bob], held, initial={"arm": spin, "bob": spin}))
     with pytest.warns(UserWarning, match="part 'arm': axial strain .* trained from"):
         run = integrate(spun, GeneralizedAlpha(1e-3), 0.1, SHARP)
     (one, *_) = departures.find(run)
@@ -250,6 +256,24 @@ def test_a_training_goes_on_without_the_states_of_before(tmp_path: Path) -> None
         assert (both.body.shapes.trained[1] >= high - 0.05 * (high - low)).all()  # type: ignore[union-attr]
 
 
+def test_what_two_trainings_have_met_is_known_of_both() -> None:
+    """Strains of the first one that the second does not reach; errors of strains are those of the part of both."""
+    much, little = (Excitation(runs=1, step=1e-3, duration=1.0, moment=m, force=f) for m, f in ((0.2, 2.0), (0.02, 0.2)))
+    first = part_files.train(arm(), excite(arm(), much), 1e-7)
+    both = part_files.train(arm(), excite(arm(), little), 1e-13, None, 1e-4, first)
+    alone_so = part_files.train(arm(), excite(arm(), little), 1e-13, None, 1e-4)
+    wide, found, narrow = (one.body.shapes for one in (first, both, alone_so))
+    assert wide is not None
+    assert found is not None
+    assert narrow is not None
+    reach = (wide.trained[1] - wide.trained[0]) / (narrow.trained[1] - narrow.trained[0])
+    assert reach.min() > 2.0
+    assert (found.trained[0] <= wide.trained[0]).all()
+    assert (found.trained[1] >= wide.trained[1]).all()
+    assert wide.strain_errors[1] > 20.0 * found.strain_errors[1]
+    assert both.notes["strain_errors"]["curvature"] == found.strain_errors[1]
+
+
 def test_a_training_goes_on_with_the_same_mesh_and_a_file_that_knows_it(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="a part of an earlier release; train the part anew"):
         part_files.resume(Path(__file__).parent / "data" / "arm_1.part.h5")
@@ -259,7 +283,7 @@ def test_a_training_goes_on_with_the_same_mesh_and_a_file_that_knows_it(tmp_path
     moved = replace(arm(), reference=arm().reference @ QUARTER + np.outer(arm().constant, [200.0, 0.0, -3.0]))
     part_files.recall(alone(), moved)
     with pytest.raises(InputError, match="got one of another size or shape; take the mesh of before"):
-        part_files.recall(alone(), replace(arm(), reference=0.9 * arm().reference))
+        part_files.recall(alone(), replace(arm(), reference=0.9999 * arm().reference))
     with pytest.raises(InputError, match=r"read it with part_files\.resume"):
         part_files.train(arm(), arm().reference[None], 1e-10, None, None, replace(alone(), memory=None))
 
@@ -271,6 +295,18 @@ def test_a_part_that_does_not_bend_is_told() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         part_files.coarsen(alone(), None, 3)
+
+
+def test_a_part_that_is_as_large_as_its_body_is_told() -> None:
+    """The few states of the arm of 34 functions leave 20 of them; 11 are silent."""
+    short = states()[::60]
+    with pytest.warns(
+        Notice, match=r"part 'arm': it has \d\d of the 34 functions of its body, and will hardly be faster, if not slower"
+    ):
+        part_files.train(arm(), short, 1e-30, None, None)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        part_files.train(arm(), short, 1e-12, None, None)
 
 
 def test_a_part_is_made_coarser_where_it_is_used(tmp_path: Path) -> None:
@@ -316,6 +352,8 @@ def test_what_functions_leave_out_of_strains_is_known_and_said_where_forces_are_
         assert_allclose(found, errors_at_points(one.memory.functions), rtol=0.3)  # type: ignore[union-attr]
     assert fine.notes["strain_errors"] == {"strain": errors[0][0], "curvature": errors[0][1]}
     assert errors[0].max() < 0.1 < errors[1][0]
+    same = part_files.coarsen(fine, None, fine.notes["functions"]).body.shapes  # which leaves out what the part itself does
+    assert_allclose(same.strain_errors, errors[0], rtol=1e-2)  # type: ignore[union-attr]
 
     def hung(body: Body) -> System:
         seen = {"middle": SectionForces(At("arm", 0.5))}
@@ -363,6 +401,9 @@ def test_damaged_files_and_files_of_another_kind_are_refused(tmp_path: Path) -> 
     (tmp_path / "bad.part.h5").write_bytes(data)
     with pytest.raises(CorruptFile, match="copy the file again, or train the part anew"):
         part_files.load(tmp_path / "bad.part.h5")
+    wrong = replace(alone(), body=replace(alone().body, mass=alone().body.mass[:3, :3]))
+    with pytest.raises(CorruptFile, match=r"body\.mass: expected an array \(\d+, \d+\), got \(3, 3\)"):
+        part_files.load(part_files.save(wrong, tmp_path / "wrong.part.h5"))
     (tmp_path / "other.h5").write_bytes(b"fmbs_skfem reduced model\n" + bytes(data[25:]))
     with pytest.raises(CorruptFile, match="'fmbs_skfem part' in its first line"):
         part_files.load(tmp_path / "other.h5")

@@ -14,6 +14,9 @@ PREDICTED = (1e-4, 1e-5, 5e-4)
 def test_nothing_speaks_against_a_good_training() -> None:
     assert prediction.doubts(3, PREDICTED, TRUE, HIGH, 1e-3) == []
     assert prediction.doubts(2, PREDICTED, [], []) == []
+    assert prediction.doubts(3, PREDICTED, TRUE, HIGH, 1e-3, part_error=1e-4) == []
+    (parts,) = prediction.doubts(3, PREDICTED, TRUE, HIGH, 1e-3, part_error=0.6)
+    assert parts == "it is one against the mechanism with its parts, which err by up to 0.6 of an output: train these"
 
 
 def test_one_point_in_ten_may_lie_above_its_band() -> None:

@@ -17,6 +17,11 @@ from ..core.records import dataclass
 from ..core.validation import Indices, Number, Reals
 
 
+def nothing() -> np.ndarray:
+    """What files of earlier releases hold of shapes over the space."""
+    return np.zeros((0, 0))
+
+
 @dataclass(frozen=True)
 class MissingShapes:
     """The functions F (f) of a part of the shape functions S (b) at all quadrature points (g) of its body."""
@@ -31,6 +36,15 @@ class MissingShapes:
     left_out: Annotated[float, Number(0.0)]  #: largest root mean square of what S leaves out of a state of the training [m]
     #: numbers of places with directions on which no moment acted in the training; none where its record does not say
     unbent: Annotated[np.ndarray, Indices("*")] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    over_space: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (w, t) T over the functions of the space
+    inertia: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (t, t) T^T M T over the mass of the body
+    axes: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (i, t) T of the functions that frames count
 
 
-storable(MissingShapes, unbent=lambda values: np.zeros(0, dtype=np.int64))
+storable(
+    MissingShapes,
+    unbent=lambda values: np.zeros(0, dtype=np.int64),
+    over_space=lambda values: nothing(),
+    inertia=lambda values: nothing(),
+    axes=lambda values: nothing(),
+)

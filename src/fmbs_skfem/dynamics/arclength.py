@@ -32,7 +32,7 @@ from ..systems import compiled, pressure
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import without_redundant
 from ..systems.system import System
-from . import leaps
+from . import finer_parts, leaps
 from .equilibrium import Equilibrium, is_enough, newton_statics, static_failure, tangent_at, unloaded
 from .loading import ramp
 from .scheme import STATIC, Newton
@@ -136,7 +136,7 @@ def follow_path(
     """
     if following := pressure.present(system):
         raise InputError(say("arc length", "loads that do not follow a surface", ", ".join(following), "use load steps"))
-    system = without_redundant(ramp(system, time))
+    given, system = system, without_redundant(ramp(system, time))
     problem = PathProblem(compile_system(system), newton or Newton(STATIC), control or ArcLength())
     walk = Walk([unloaded(problem.model)], [], [])
     try:
@@ -146,12 +146,18 @@ def follow_path(
         raise
     if problem.control.branch == "other" and not any(one.kind == "branch point" for one in walk.crossings):
         notify("no branch point lies on the way to the load: `branch: other` does nothing")
-    return whole(system, walk)
+    motion = whole(system, walk)
+    return finer_parts.hold_against(motion, given, lambda other: follow_path(other, control, newton, time), marks)
 
 
 def whole(system: System, walk: Walk) -> Trajectory:
     """All points of a path."""
     return path(system, walk._replace(kept=list(range(len(walk.states)))))
+
+
+def marks(trajectory: Trajectory) -> np.ndarray:
+    """Numbers (k,) of the first point of a load path, its limit points and its last one."""
+    return np.array([0, *limit_points(trajectory), len(trajectory.times) - 1])
 
 
 def limit_points(trajectory: Trajectory) -> np.ndarray:

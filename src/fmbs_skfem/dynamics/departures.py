@@ -1,10 +1,10 @@
-"""Where reduced parts leave their training: strains beyond those of it, and displacements that their shapes cannot show.
+"""Where reduced parts leave their training: strains beyond those of it.
 
     e(s, p) < low - r  or  e(s, p) > high + r,    r = BEYOND (high - low)
 
 Strains of lines are axial, (r'.r' - 1)/2, and the curvature [1/m]; of surfaces the smallest and the largest one of the middle
-surface. Their range is that of the training at the sampled points, where stored states of a run are looked at while it goes on.
-When it is over, some of them are looked at for what the shapes of a part lack, see `missing_shapes`.
+surface. Their range is that of the training at the sampled points. Whether a part errs there is said by `finer_parts`; nothing else
+is known of parts that know no more shapes, and stored states of a run are looked at while it goes on.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ import numpy as np
 from ..bodies.body import ShapePoints
 from ..bodies.cable_law import curvatures
 from ..bodies.fields import COMPONENTS, extreme_strains
+from ..bodies.finer import knows_shapes
 from ..bodies.laws import Law
-from ..core.linalg import evenly
 from ..core.notices import notify
 from ..core.records import dataclass
+from ..systems import finer_systems
 from ..systems.system import Elastic, System
-from . import loading, missing_shapes
 from .checkpoint import Record, RunState
-from .missing_shapes import MissingDisplacements, trained_parts
 from .trajectory import Trajectory
 
 BLOCK = 200  #: states whose strains are found at a time
 BEYOND = 0.1  #: part of the trained range that strains may leave it by
 RARELY = 100.0  #: time between two looks at a run, over that of a look
 KINDS = ("axial strain", "curvature [1/m]"), ("smallest strain", "largest strain")  #: of lines, of surfaces
+SHOWN = 3  #: names that a message lists
 REMEDY = "its error is not known there: train it on such motions, or with other forces and moments (fmbs part train --alone)"
 
 
@@ -57,6 +57,33 @@ class Departure:
         return f"part '{self.body}': {found}, outside since {self.time:.4g} s, trained from {low:.3g} to {high:.3g}"
 
 
+def shape_points(elastic: Elastic) -> ShapePoints | None:
+    """The points of a body that is reduced by shape functions; None of others."""
+    return elastic.gather if isinstance(elastic.gather, ShapePoints) else None
+
+
+def trained_parts(system: System) -> list[Elastic]:
+    """The reduced bodies that know the strains of their training."""
+    return [one for one in system.elastic if (points := shape_points(one)) is not None and points.trained.size]
+
+
+def unknown_parts(system: System) -> list[Elastic]:
+    """Those that know no shapes beside their own, by which their errors could be found."""
+    known = finer_systems.maker(system.full or system) is not None
+    return [one for one in trained_parts(system) if not known or not knows_shapes(one.gather)]
+
+
+def first_of(names: list[str]) -> str:
+    """The first names of a list, and how many there are."""
+    return ", ".join(names[:SHOWN]) + (f" ... ({len(names)} in all)" if len(names) > SHOWN else "")
+
+
+def gradients(table: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Gradients (k c, s, g) of coordinates z (s, b, c) at the points of a table (k, g, b)."""
+    (K, P, b), (s, _, dim) = table.shape, z.shape
+    return np.asarray(z.transpose(2, 0, 1).reshape(dim * s, b) @ table.transpose(0, 2, 1)).reshape(K * dim, s, P)
+
+
 def kinds_of(points: ShapePoints) -> tuple[str, str]:
     """Names of the strains of a law."""
     return KINDS[points.law in COMPONENTS]
@@ -70,7 +97,7 @@ def strains(points: ShapePoints, states: np.ndarray) -> np.ndarray:
 def strains_of_block(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     """As `strains`, all at once."""
     P, s, dim = points.table.shape[1], len(states), points.dim
-    flat = missing_shapes.gradients(points.table, states).reshape(-1, s * P)
+    flat = gradients(points.table, states).reshape(-1, s * P)
     if points.law in COMPONENTS:
         return extreme_strains(points.law, points.section, flat, dim).reshape(2, -1).T.reshape(s, P, 2)
     axial = 0.5 * (np.sum(flat[:dim] ** 2, axis=0) - 1.0)
@@ -89,7 +116,7 @@ def copies(parts: list[Elastic]) -> list[list[Elastic]]:
 
 def find(trajectory: Trajectory) -> list[Departure]:
     """What leaves the training in a motion, every body and kind once, with the value that is farthest away."""
-    return find_in(trajectory.system, trajectory.times, trajectory.x) + find_missing(trajectory.system, *looks(trajectory))
+    return find_in(trajectory.system, trajectory.times, trajectory.x, trained_parts(trajectory.system))
 
 
 def count_parts(trajectory: Trajectory) -> int | None:
@@ -97,34 +124,10 @@ def count_parts(trajectory: Trajectory) -> int | None:
     return len({one.body for one in find(trajectory)}) if trained_parts(trajectory.system) else None
 
 
-def looks(trajectory: Trajectory) -> tuple[np.ndarray, dict[str, MissingDisplacements]]:
-    """What parts miss at some times (s,) of a motion, or at some load factors or times of equilibria, the last one among them."""
-    system, count, moves = trajectory.system, len(trajectory.times), trajectory.v.any() or trajectory.a.any()
-    looked = missing_shapes.looked_at(count) if moves else evenly(0, count - 1, missing_shapes.LOOKS)
-    times, rates = trajectory.times[looked], (trajectory.v[looked], trajectory.a[looked]) if moves else None
-    return times, missing_shapes.look(
-        system, trajectory.x[looked], rates, np.array([loading.share(system, float(t)) for t in times])
-    )
-
-
-def find_missing(system: System, times: np.ndarray, seen: dict[str, MissingDisplacements]) -> list[Departure]:
-    """Parts that miss displacements, of what they miss at times (s,)."""
+def find_in(system: System, times: np.ndarray, x: np.ndarray, mine: list[Elastic]) -> list[Departure]:
+    """The same of some parts in states (s, n) at times (s,)."""
     found = list[Departure]()
-    for points, name, tests in missing_shapes.lacking(system):
-        assert points.missing is not None
-        look, limit = seen[name], points.missing.left_out
-        over = look.sizes > missing_shapes.BAND * limit
-        if over.any():
-            k, first = int(np.argmax(look.sizes)), float(times[int(np.argmax(over))])
-            place = tuple(missing_shapes.place_of(points, tests, look, k).tolist())
-            found.append(Departure(name, missing_shapes.KIND, float(look.sizes[k]), (0.0, limit), first, place))
-    return found
-
-
-def find_in(system: System, times: np.ndarray, x: np.ndarray) -> list[Departure]:
-    """The same in states (s, n) at times (s,)."""
-    found = list[Departure]()
-    if not (mine := trained_parts(system)) or not len(x):
+    if not mine or not len(x):
         return found
     q = np.asarray(system.lift.matrix @ x.T).T + system.lift.offset
     for members in copies(mine):
@@ -149,13 +152,6 @@ def departure(part: Elastic, kind: int, times: np.ndarray, values: np.ndarray, o
     return Departure(part.name, kinds_of(points)[kind], float(values[s, p]), (float(low), float(high)), first, place)
 
 
-def seen_in(system: System, moment: RunState) -> tuple[np.ndarray, dict[str, MissingDisplacements]]:
-    """What parts miss in a run that is over, at some of its times (s,)."""
-    rows = [moment.rows(int(k), int(k) + 1) for k in missing_shapes.looked_at(moment.kept)]
-    times, x, v, a = (np.concatenate(parts) for parts in zip(*((one.times, one.x, one.v, one.a) for one in rows), strict=True))
-    return times, missing_shapes.look(system, x, (v, a))
-
-
 def summarise(found: list[Departure]) -> str:
     """The departure farthest outside, over its trained range, with what else of its part is outside, and the other parts."""
     ordered = sorted(found, key=lambda one: -one.excess)
@@ -163,7 +159,7 @@ def summarise(found: list[Departure]) -> str:
     kinds = [one.kind.partition(" [")[0] for one in ordered if one.body == worst.body][1:]
     others = list(dict.fromkeys(f"'{one.body}'" for one in ordered if one.body != worst.body))
     more = [f"its {' and '.join(kinds)}"] * bool(kinds)
-    more += [f"part{'s' * (len(others) > 1)} {missing_shapes.first_of(others)}"] * bool(others)
+    more += [f"part{'s' * (len(others) > 1)} {first_of(others)}"] * bool(others)
     return f"{worst}{'; outside as well: ' if more else ''}{', '.join(more)}; {REMEDY}"
 
 
@@ -173,13 +169,13 @@ def warn(found: list[Departure]) -> None:
         notify(summarise(found))
 
 
-def watch(system: System) -> Record | None:
-    """A record of `integrate` that shows a notice when strains first leave the training; None where no part knows its own.
+def watch(system: System, parts: list[Elastic]) -> Record | None:
+    """A record of `integrate` that shows a notice when strains first leave the training of some parts, see `unknown_parts`.
 
-    A second one at the end of the run sums up what has left it since, and where shapes were missing. A caller that takes notices
-    for errors stops the run with the first. Looks are rare enough to cost little.
+    A second one at the end of the run sums up what has left it since. A caller that takes notices for errors stops the run with the
+    first. None where there are no parts. Looks are rare enough to cost little.
     """
-    if not trained_parts(system):
+    if not parts:
         return None
     seen, due, told, known = 0, 0.0, 0, dict[tuple[str, str], Departure]()
 
@@ -189,8 +185,7 @@ def watch(system: System) -> Record | None:
         if not last and begun < due:
             return
         rows = moment.rows(seen, moment.kept)
-        times, missed = seen_in(system, moment) if last else (rows.times, {})
-        for one in find_in(system, rows.times, rows.x) + (find_missing(system, times, missed) if last else []):
+        for one in find_in(system, rows.times, rows.x, parts):
             before = known.get((one.body, one.kind), one)
             farthest = max(before, one, key=lambda each: each.excess)
             known[one.body, one.kind] = replace(farthest, time=before.time)
@@ -198,8 +193,5 @@ def watch(system: System) -> Record | None:
         if len(known) > told and (last or not told):
             told = len(known)
             warn(list(known.values()))
-        if last:
-            missing_shapes.warn_of_stiffness(missed)
-            missing_shapes.tell_unknown(system)
 
     return look

@@ -16,7 +16,7 @@ from ..systems.compiled import accepted, compile_system
 from ..systems.controllers import Controlled
 from ..systems.events import with_locks
 from ..systems.system import System
-from . import departures, rest, sampled_loops, stepping
+from . import departures, finer_parts, rest, sampled_loops, stepping
 from .checkpoint import Record, Resumed
 from .dividing import HALVINGS, divided
 from .events import Watch, open_at_start
@@ -67,16 +67,19 @@ def integrate(
     is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
 
     `record` sees the run a few times a second and may keep its states and a checkpoint; `resume` goes on from those, and ends in
-    the same numbers as a run that was never stopped. A warning is shown when strains of parts leave those of their training.
+    the same numbers as a run that was never stopped. Parts are held against finer ones in
+    a second run, see `finer_parts`: a warning is shown where outputs differ.
     """
     steps = steps_in(scheme, duration)
     fitting(system, steps, len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1)
     run = begun(startable(system, scheme), scheme, newton or Newton(), kept_steps(every, steps), steps, resume)
     before = forces.cost_of(run.model.forces)
-    looks = [one for one in (record, departures.watch(run.model.system)) if one is not None]
+    looks = [one for one in (record, departures.watch(run.model.system, departures.unknown_parts(system))) if one is not None]
     try:
         follow(run, looks, progress)
         motion = trajectory(run)
+        again = lambda other: integrate(other, scheme, duration, newton, every)  # noqa: E731
+        motion = finer_parts.hold_against(motion, system, again, watched=True)
         warn_of_division(motion.statistics)
         plain = run.feed.plain if run.feed else motion.system
         warn_of_coarse_steps(motion, plain, scheme.step, steps)
@@ -89,7 +92,7 @@ def integrate(
             if text:
                 notify(text)
     except Notice as notice:
-        notice.partial = trajectory(run)
+        notice.partial = notice.partial or trajectory(run)
         raise
     return motion
 

@@ -25,7 +25,7 @@ from ..core.errors import InputError, say
 from ..core.fields import AXIS, quantity, vector
 from ..core.linalg import is_sparse
 from ..core.records import dataclass
-from ..systems import compiled, matrices
+from ..systems import compiled, finer_systems, matrices
 from ..systems.compiled import compile_system
 from ..systems.redundancy import scale_of
 from ..systems.system import System
@@ -60,7 +60,7 @@ def in_rotating_frame(system: System, spin: Spin) -> System:
     turn = csr_array(kron(eye_array(system.size // d), skew(d, spin)))
     M, C = csr_array(system.mass), csr_array(system.damping)
     pull = csr_array(C @ turn + M @ turn @ turn)
-    return replace(
+    turned = replace(
         system,
         damping=csr_array(C + 2.0 * M @ turn),
         stiffness=csr_array(system.stiffness + pull),
@@ -68,6 +68,7 @@ def in_rotating_frame(system: System, spin: Spin) -> System:
         v0=np.zeros(system.size),
         full=None,
     )
+    return finer_systems.carry(system, turned, lambda finer: in_rotating_frame(finer, spin))
 
 
 def skew(dim: int, spin: Spin) -> np.ndarray:

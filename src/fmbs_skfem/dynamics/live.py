@@ -21,9 +21,11 @@ from ..core.notices import notify
 from ..systems import responses
 from ..systems.force_laws import LawForces
 from ..systems.system import System
+from . import finer_parts
 from .checkpoint import Checkpoint
 from .initial import startable
 from .integration import begun, march_fed
+from .live_finer import Beside
 from .measuring import Meter, motion_of
 from .run import cost_of, moment, restore
 from .scheme import GeneralizedAlpha, Newton
@@ -31,8 +33,16 @@ from .trajectory import Happening, Trajectory
 
 
 def start(system: System, scheme: GeneralizedAlpha, newton: Newton | None = None) -> LiveRun:
-    """A run at its consistent start, whose steps are taken one by one; errors as those of `integrate`."""
-    return LiveRun(startable(system, scheme), scheme, newton or Newton())
+    """A run at its consistent start, whose steps are taken one by one; errors as those of `integrate`.
+
+    Parts are held against finer ones, which take the same steps, see `live_finer`.
+    """
+    run, finer = LiveRun(startable(system, scheme), scheme, newton or Newton()), finer_parts.finer(system)
+    finer_parts.warn_unknown(system)
+    if finer is not None:
+        with finer_parts.quietly():
+            run.beside = Beside(LiveRun(startable(finer, scheme), scheme, newton or Newton()))
+    return run
 
 
 class LiveRun:
@@ -43,6 +53,7 @@ class LiveRun:
         assert self.run.feed is not None
         self.feed = self.run.feed
         self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
+        self.beside: Beside | None = None
         #: whether nothing is to be said any more of tables that were left
         self.beyond = not any(isinstance(one, LawForces) and one.law.tables for one in self.run.model.system.loads.forces)
 
@@ -75,6 +86,8 @@ class LiveRun:
         for text in () if self.beyond else responses.beyond(self.run.model, self.run.step.state.memory):
             self.beyond = True
             notify(text)
+        if self.beside is not None:
+            self.beside.step(self, inputs or {})
 
     @property
     def state(self) -> Checkpoint:
@@ -85,6 +98,7 @@ class LiveRun:
     @state.setter
     def state(self, held: Checkpoint) -> None:
         restore(self.run, held)
+        self.beside = None  # which stands elsewhere
         self.meter.put(self.run, held)
 
     def outputs(self) -> dict[str, float]:

@@ -21,7 +21,7 @@ from ..systems import compiled, pressure, probes, responses
 from ..systems.compiled import Compiled, compile_system
 from ..systems.redundancy import without_redundant
 from ..systems.system import System
-from . import departures, leaps, missing_shapes
+from . import finer_parts, leaps
 from .equilibrium import FLOOR, Equilibrium, newton_statics, tangent_at, unloaded
 from .histories import finite_signals
 from .leaps import Verdict
@@ -88,7 +88,7 @@ def solve_statics(
     newton = newton or Newton(STATIC)
     if steps < 1:
         raise InputError(say("analysis.load_steps", "at least one", steps))
-    system = without_redundant(ramp(system, time))
+    given, system = system, without_redundant(ramp(system, time))
     model = compile_system(system)
     start = unloaded(model)
     start = start if begin is None else replace(start, x=begin)
@@ -99,7 +99,8 @@ def solve_statics(
     problem = Problem(system, start.x, at, newton, "load factor", False)
     first = start if begin is not None else at_rest(problem, start)
     problem = replace(problem, judged=first is not None and begin is None)
-    return reach_targets(problem, start, np.arange(1, steps + 1) / steps, progress, first)
+    found = reach_targets(problem, start, np.arange(1, steps + 1) / steps, progress, first)
+    return finer_parts.hold_against(found, given, lambda other: solve_statics(other, steps, newton, time))
 
 
 def at_rest(problem: Problem, start: Equilibrium) -> Equilibrium | None:
@@ -126,7 +127,7 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
     Driven positions make a path of prescribed displacements, which passes limit points of the load. A step between two times that
     does not converge, or leaves the path, is shortened as in `solve_statics`.
     """
-    system = without_redundant(system)
+    given, system = system, without_redundant(system)
     newton, model = newton or Newton(STATIC), compile_system(system)
     targets = np.asarray(times, dtype=float)
     if targets.ndim != 1 or len(targets) < 1 or not (np.diff(targets) > 0).all():
@@ -137,7 +138,8 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
         return model
 
     problem = Problem(system, system.x0, at, newton, "time [s]")
-    return reach_targets(problem, problem.solve(float(targets[0]), unloaded(model)), targets[1:])
+    found = reach_targets(problem, problem.solve(float(targets[0]), unloaded(model)), targets[1:])
+    return finer_parts.hold_against(found, given, lambda other: solve_equilibria(other, times, newton))
 
 
 def reach_targets(
@@ -217,7 +219,7 @@ class Walk(NamedTuple):
 
 
 def path(system: System, walk: Walk) -> Trajectory:
-    """Equilibria as a Trajectory over load factor or time; a warning is shown for strains of parts beyond their training."""
+    """Equilibria as a Trajectory over load factor or time; warnings are shown of what speaks against them."""
     found = [walk.states[k] for k in walk.kept]
     x, count = np.array([state.x for state in found]), sum(state.iterations for state in walk.states)
     multipliers = np.array([state.multipliers for state in found]).reshape(len(found), -1)
@@ -251,16 +253,11 @@ def path(system: System, walk: Walk) -> Trajectory:
 
 
 def warn(states: Trajectory, last: np.ndarray) -> None:
-    """Say what speaks against equilibria: leaps, parts beyond their training or too stiff, tables beyond their ends, free bodies.
+    """Say what speaks against equilibria: leaps, tables beyond their ends, free bodies.
 
     `last` (l,) is what forces keep of the last one.
     """
     leaps.warn(states)
-    times, seen = departures.looks(states)
-    beyond = departures.find_in(states.system, states.times, states.x)
-    departures.warn(beyond + departures.find_missing(states.system, times, seen))
-    missing_shapes.warn_of_stiffness(seen)
-    missing_shapes.tell_unknown(states.system)
     for text in responses.beyond(compile_system(states.system), last):
         notify(text)
     if states.statistics.iterations == 0:  # no equilibrium was found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -94,6 +95,8 @@ class Trajectory:
     negative: np.ndarray | None = None  #: (s,) negative pivots of equilibria, nan where there is no such number
     crossings: tuple[Crossing, ...] = ()  #: of a path of equilibria
     way: Way | None = None  #: of a path of equilibria
+    #: errors of outputs by column, over their ranges, that parts make, see `finer_parts`; None where they are not known
+    part_errors: Mapping[str, float] | None = None
 
     def part(self, states: slice | np.ndarray) -> Trajectory:
         """The motion at some of its times."""

@@ -26,10 +26,10 @@ from scipy.linalg import qr
 from scipy.sparse import csr_array
 
 from ..core import ranks
-from ..core.errors import InputError, say
 from ..core.linalg import distinct, is_identity
 from ..core.notices import notify
 from ..core.records import dataclass
+from ..dynamics.output_errors import common_times
 from ..dynamics.outputs import body_coordinates, distances, lifted, positions, residual_samples
 from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory
@@ -92,16 +92,6 @@ def mean_error(times: np.ndarray, distance: np.ndarray, motion: np.ndarray) -> f
 def over(error: float, size: float) -> float:
     """A part of a size; 0 for no error whatever the size."""
     return error / size if size > 0.0 else math.inf if error > 0.0 else 0.0
-
-
-def common_times(where: str, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (s,) in both of the times a and b [s] that two trajectories share; InputError where these are fewer than two."""
-    slack = 1e-9 * float(b[-1])
-    near = np.clip(np.searchsorted(b, a - slack), 0, len(b) - 1)
-    same = np.abs(b[near] - a) <= slack
-    if same.sum() < 2:
-        raise InputError(say(where, "two trajectories with common times", f"{same.sum()} common times"))
-    return np.flatnonzero(same), near[same]
 
 
 def notify_other_end(full: np.ndarray, other: np.ndarray) -> None:

@@ -22,6 +22,7 @@ from ..core.errors import InputError, SolverError, say
 from ..core.notices import notify
 from ..core.ranges import Parameter
 from ..core.records import dataclass
+from ..dynamics.output_errors import common_times
 from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
@@ -30,7 +31,7 @@ from . import cases, output_errors, pod
 from . import parameters as boxes
 from .cases import Case, Family
 from .component import all_directions, inner_constraints, is_resting, is_rigid, metric_of, rows_of, satisfy
-from .errors import BLOCK, common_times, mean_error, notify_other_end
+from .errors import BLOCK, mean_error, notify_other_end
 from .galerkin import snapshots
 from .output_errors import OutputError
 from .plan import Plan, newton_for
@@ -75,6 +76,7 @@ class FullRun:
     outputs: Mapping[str, np.ndarray] = field(default_factory=dict)  #: columns (s,); none where they were not kept
     q: np.ndarray | None = None  #: (s, q) the snapshots, in place of factors, of a task without parameters
     unresolved: bool = False  #: its time step is too large for the motion
+    part_error: float = 0.0  #: largest error of an output that reduced parts in it make, over its range
 
 
 Full: TypeAlias = Callable[[Mapping[str, float]], FullRun]
@@ -108,11 +110,17 @@ def run_case(task: TrainingTask, case: Case, sharp: bool = True) -> Trajectory:
 
 def keep_factors(task: TrainingTask, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:
     """What is kept of a motion of the full system `raw`, stored at the snapshots."""
-    q, unresolved = body_coordinates(motion), motion.statistics.unresolved
+    q, unresolved, off = (
+        body_coordinates(motion),
+        motion.statistics.unresolved,
+        max((motion.part_errors or {}).values(), default=0.0),
+    )
+    known = dict(values), motion.times
+    cost, columns = motion.statistics.cpu_s, output_errors.columns(motion)
     if not task.parameters:
-        return FullRun(dict(values), motion.times, {}, motion.statistics.cpu_s, output_errors.columns(motion), q, unresolved)
+        return FullRun(*known, {}, cost, columns, q, unresolved, off)
     found = {name: factorise(task.plan, raw, q, members) for name, members in task.plan.components.items()}
-    return FullRun(dict(values), motion.times, found, motion.statistics.cpu_s, output_errors.columns(motion), unresolved=unresolved)
+    return FullRun(*known, found, cost, columns, unresolved=unresolved, part_error=off)
 
 
 def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Factor:

@@ -69,6 +69,7 @@ class StopReason(Enum):
     TOLERANCE = "the largest indicator is below the tolerance"
     REPEATED = "the largest indicator is at a full run already made: truncation (eps) or hyper-reduction (eta) is the limit"
     FLOOR = "the largest indicator is no higher than at the full runs: truncation (eps) or hyper-reduction (eta) is the limit"
+    LARGE = "the reduced model has nearly as many unknowns as the full one, and would only grow with more full runs"
     ITERATIONS = "the number of full runs is used up"
     ALONE = "there are no parameters, and nothing to choose"
     FAILED = "no sample is left whose full run succeeds, or too many have failed"
@@ -148,6 +149,7 @@ class GreedyProblem:
     truncates: Callable[[], bool] = lambda: True  #: whether the present basis leaves out anything of its full runs
     name: Callable[[int], str] = "candidate {}".format  #: what a candidate is called
     enough: Callable[[float], bool] = lambda largest: False  #: ends the loop at a largest indicator, as the tolerance does
+    pays: Callable[[], bool] = lambda: True  #: whether the present basis is smaller than what it stands for
 
     def __post_init__(self) -> None:
         where, x = "greedy.GreedyProblem", np.asarray(self.candidates, dtype=np.float64)
@@ -209,6 +211,8 @@ def decide(
     largest = max(open_.values())
     if (options.tolerance is not None and largest <= options.tolerance) or problem.enough(largest):
         return None, StopReason.TOLERANCE
+    if not problem.pays():
+        return None, StopReason.LARGE
     fresh = [k for k, i in open_.items() if i == largest and k not in used]
     if not fresh:
         return None, StopReason.REPEATED

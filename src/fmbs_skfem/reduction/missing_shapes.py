@@ -16,10 +16,11 @@ from ..bodies.missing_shapes import MissingShapes
 from ..core.errors import InputError
 from ..core.linalg import as_dense, squares
 from ..systems import shape_points
-from . import parts, pod
+from . import parts, pod, structural_shapes
 
-LEAST, PART = 12, 3  #: least number of functions T, and of how many of S there is one where these are more
+LEAST, PART = 6, 6  #: least number of functions T of either kind, and of how many of S there is one where these are more
 MOST = 2_000_000  #: numbers in the tables of a part, up to which it has them
+BENT = 1e-4  #: least part of the structural shapes that counts as left out
 ROUND = 1e-9  #: least that a part is said to miss, over the size of its body: Newton's iteration leaves as much
 
 
@@ -32,16 +33,40 @@ def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> 
     if part.stiffness is not None or is_large(part, S):
         return None
     W, left_out = parts.metric(part), max(distance(part, S, states), ROUND * extent(part))
-    U, s = pod.left_singular(W, outside(part, S, columns))
-    T = U[:, s > ROUND * extent(part)][:, : count_for(S)]
+    rows, place = rows_of_places(part)
+    T = leading(part, S, structural_shapes.columns(part, rows), count_for(S), BENT)
+    U, s = pod.left_singular(W, outside(part, np.hstack([S, T]), columns))
+    T = np.hstack([T, U[:, s > ROUND * extent(part)][:, : count_for(S)]])
     if not T.shape[1]:
         return None
     F = np.hstack([S, T])
     points = shape_points.of_cells(part.cells, F if part.spread is None else part.spread @ F)
-    rows, place = rows_of_places(part)
     mass = F.T @ (part.mass @ S) / part.total_mass
     positions = parts.cell_centres(part)[points.cell]
-    return MissingShapes(points.table, positions, points.section, mass, F.T @ (W @ F), rows @ F, place, left_out)
+    return MissingShapes(
+        points.table,
+        positions,
+        points.section,
+        mass,
+        F.T @ (W @ F),
+        rows @ F,
+        place,
+        left_out,
+        over_space=T if part.spread is None else np.asarray(part.spread @ T),
+        inertia=T.T @ (part.mass @ T) / part.total_mass,
+        axes=T[parts.frame_functions(part)],
+    )
+
+
+def leading(part: Body, S: np.ndarray, columns: np.ndarray, count: int, least: float) -> np.ndarray:
+    """The leading functions (b, t) of what S (b, m) leaves out of columns (b, j), larger than their size without affine motions."""
+    if not columns.shape[1]:
+        return columns
+    W = parts.metric(part)
+    affine, s = pod.left_singular(W, np.column_stack([part.constant, part.reference]))
+    size = pod.left_singular(W, outside(part, affine[:, s > ROUND * s[0]], columns))[1].max()
+    U, s = pod.left_singular(W, outside(part, S, columns))
+    return np.asarray(U[:, s > least * size][:, :count])
 
 
 def count_for(S: np.ndarray) -> int:
@@ -53,7 +78,7 @@ def is_large(part: Body, S: np.ndarray) -> bool:
     """Whether the tables of a part of the functions S (b, m) would be very large."""
     assert part.cells is not None
     K, P, _, E = part.cells.shape
-    return K * P * E * (S.shape[1] + count_for(S)) > MOST
+    return K * P * E * (S.shape[1] + 2 * count_for(S)) > MOST
 
 
 def why_unknown(part: Body, S: np.ndarray) -> str:
@@ -104,7 +129,7 @@ def coarser(part: Body, S: np.ndarray, states: np.ndarray, factor: np.ndarray) -
     b, own = len(S), known.metric.shape[0] - len(S)
     A = np.zeros((b + own, S.shape[1] + T.shape[1] + own))
     A[:b, : S.shape[1]], A[:b, S.shape[1] : -own], A[b:, -own:] = S, T, np.eye(own)
-    A = A[:, : S.shape[1] + count_for(S)]
+    A = A[:, : S.shape[1] + 2 * count_for(S)]
     return replace(
         known,
         functions=np.ascontiguousarray(known.functions @ A),
@@ -112,4 +137,16 @@ def coarser(part: Body, S: np.ndarray, states: np.ndarray, factor: np.ndarray) -
         metric=A.T @ known.metric @ A,
         rows=known.rows @ A,
         left_out=max(distance(part, S, states), known.left_out),
+        **over_space(part, known, A[:, S.shape[1] :]),
     )
+
+
+def over_space(part: Body, known: MissingShapes, B: np.ndarray) -> dict[str, np.ndarray]:
+    """What a finer body reads of functions B (f, t) over those that a part knows; nothing of files of earlier releases."""
+    if not known.over_space.size:
+        return {}
+    b = known.mass.shape[1]
+    inertia = np.block([[known.mass[:b], known.mass[b:].T], [known.mass[b:], known.inertia]])
+    assert part.spread is not None
+    axes = known.axes if part.axes is None else np.hstack([as_dense(part.axes), known.axes]) @ B
+    return {"over_space": np.hstack([as_dense(part.spread), known.over_space]) @ B, "inertia": B.T @ inertia @ B, "axes": axes}

@@ -12,32 +12,14 @@ still has no relative error, one that a model does not know (a reaction whose co
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
-from ..core.notices import Notice
-from ..core.records import dataclass
-from ..dynamics.outputs import outputs as histories
+from ..dynamics.output_errors import OutputError, between, columns, common_times
 from ..dynamics.trajectory import Trajectory
-from ..systems import probes
-from ..systems.system import Output
-from .errors import common_times
 
-STILL = 1e-2  #: least part of the range of its output that a column counts with
-ROUND = 1e-12  #: range, over the largest number, of an output that stands still
-
-
-@dataclass(frozen=True)
-class OutputError:
-    """The error of one column."""
-
-    output: str
-    unit: str
-    error: float  #: largest over time [unit]; NaN where a model does not know the column
-    range: float  #: of the reference [unit]
-    relative: float  #: error over the range that counts; NaN where the output stands still
+__all__ = ["OutputError", "between", "columns", "compare", "measure", "parts"]
 
 
 def compare(reference: Trajectory, other: Trajectory, known: Mapping[str, np.ndarray] | None = None) -> dict[str, OutputError]:
@@ -49,40 +31,6 @@ def compare(reference: Trajectory, other: Trajectory, known: Mapping[str, np.nda
     mine, others = columns(reference) if known is None else known, columns(other)
     mine, others = ({name: values[k] for name, values in found.items()} for found, k in ((mine, i), (others, j)))
     return between(mine, others, reference.system.outputs)
-
-
-def columns(motion: Trajectory) -> dict[str, np.ndarray]:
-    """All outputs of a motion by column, (s,) each; NaN, without a notice, where it does not know one."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", Notice)
-        return histories(motion)
-
-
-def between(
-    reference: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], outputs: Mapping[str, Output]
-) -> dict[str, OutputError]:
-    """Errors of columns (s,) at common times, of those that both have."""
-    found: dict[str, OutputError] = {}
-    for name, output in outputs.items():
-        mine = [
-            (column, unit) for column, unit in zip(output.columns, probes.units(name, output), strict=True) if column in reference
-        ]
-        for column, unit in mine:
-            if column in other:
-                group = [reference[sister] for sister, same in mine if same == unit]
-                least = 1.0 if probes.kind_of(output).on_largest else STILL
-                found[column] = single(name, unit, reference[column], other[column], group, least)
-    return found
-
-
-def single(
-    output: str, unit: str, reference: np.ndarray, other: np.ndarray, group: Sequence[np.ndarray], least: float = STILL
-) -> OutputError:
-    """The error of one column; `group` are the columns of its output and unit, of whose range it counts with the `least` part."""
-    error, span = float(np.abs(other - reference).max()), float(np.ptp(reference))
-    widest, size = max(float(np.ptp(values)) for values in group), max(float(np.abs(values).max()) for values in group)
-    scale = max(span, least * widest)
-    return OutputError(output, unit, error, span, error / scale if scale > ROUND * size else math.nan)
 
 
 def measure(found: Mapping[str, OutputError], tolerances: Mapping[str, float] | None = None) -> float:

@@ -43,6 +43,7 @@ ETA = 3e-5  #: tolerance of its weighted points
 LOOSE = 1e-2  #: largest that is chosen for them
 LOOKED_AT = 300  #: states of a training whose strains are held against those of the shape functions
 KINDS = 16  #: parts that are kept when they have been read to be used
+LARGE = 0.5  #: functions of a part over those of its body, from which it pays no more: 0.5 takes 1 to 2 times as long, 0.9 1.4 to 3
 SAME = 1e-6  #: distance of the reference of a training that goes on from that of before, over its size
 KEPT = 120  #: states that a part keeps of its training, for the points of one that goes on
 
@@ -85,12 +86,13 @@ def train(
     every = np.concatenate([old, states])
     S = parts.shape_functions(body, states, tolerance, modes, factor)
     warn_of_no_bending(body, S)
+    warn_of_size(body, S)
     z, found = parts.coordinates(body, S, every), parts.reduced_body(body, S)
     found = parts.ranged(found, z) if eta is None else parts.sampled(found, z, eta)
     some, kept = states[evenly(0, len(states) - 1, KEPT)], evenly(0, len(z) - 1, KEPT)
     lacks = missing_shapes.find(body, S, every, np.hstack([factor, parts.as_columns(some)]))
     lacks = lacks and replace(lacks, unbent=unbent(body, notes.get("alone")))
-    errors = parts.strain_errors(body, S, states[evenly(0, len(states) - 1, LOOKED_AT)])
+    errors = parts.strain_errors(body, S, np.concatenate([old, states[evenly(0, len(states) - 1, LOOKED_AT)]]))
     assert found.shapes is not None
     points = replace(found.shapes, missing=lacks, strain_errors=errors)
     if before is not None and before.body.shapes is not None:
@@ -122,13 +124,12 @@ def remembered(known: Memory) -> tuple[np.ndarray, np.ndarray]:
 
 
 def of_both(points: ShapePoints, before: ShapePoints) -> ShapePoints:
-    """Points with what is known of two trainings: the strains and errors of both, and the places that neither has bent."""
+    """Points with what is known of two trainings: the strains of both, and the places that neither has bent."""
     (a, b), (c, d), lacks, known = points.trained, before.trained, points.missing, before.missing
     if lacks is not None:
         bends = lacks.unbent[np.isin(lacks.unbent, () if known is None else known.unbent)]
-        lacks = replace(lacks, unbent=bends, left_out=max(lacks.left_out, 0.0 if known is None else known.left_out))
-    errors = np.maximum(points.strain_errors, before.strain_errors) if before.strain_errors.size else points.strain_errors
-    return replace(points, trained=np.stack([np.minimum(a, c), np.maximum(b, d)]), strain_errors=errors, missing=lacks)
+        lacks = replace(lacks, unbent=bends)
+    return replace(points, trained=np.stack([np.minimum(a, c), np.maximum(b, d)]), missing=lacks)
 
 
 def errors_by_name(errors: np.ndarray) -> dict[str, float]:
@@ -225,6 +226,13 @@ def warn_of_no_bending(body: Body, S: np.ndarray) -> None:
     if S.shape[1] <= np.linalg.matrix_rank(np.column_stack([body.constant, body.reference])):
         text = f"part '{body.name}': its {S.shape[1]} shape functions are rigid motions and even stretches, it does not bend"
         notify(f"{text}; take more of them (a smaller tolerance)")
+
+
+def warn_of_size(body: Body, S: np.ndarray) -> None:
+    """Say that functions S (b, m) are so many that the dense matrices of a part cost as much as the sparse ones of its body."""
+    if S.shape[1] > LARGE * len(S):
+        text = f"part '{body.name}': it has {S.shape[1]} of the {len(S)} functions of its body, and will hardly be faster"
+        notify(f"{text}, if not slower; use the full body, or take fewer of them (a larger tolerance, or modes)")
 
 
 def coarser_strains(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:

@@ -118,7 +118,7 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
         table, columns = np.ascontiguousarray(part.shapes.table @ S), slice(0, S.shape[1] * part.dim)
         points = replace(part.shapes, table=table, columns=columns, missing=None)
     first = sorted(part.frames.items(), key=lambda one: one[1])
-    axes = S[[at + k for _, at in first for k in range(1 + part.dim)]] if part.axes is None else part.axes @ S
+    axes = S[frame_functions(part)] if part.axes is None else part.axes @ S
     return replace(
         part,
         reference=np.ascontiguousarray(found[:, 1:]),
@@ -131,6 +131,11 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
         axes=csr_array(axes) if first else None,
         shapes=points,
     )
+
+
+def frame_functions(part: Body) -> list[int]:
+    """Numbers of the functions of a full body that its frames count, frame by frame."""
+    return [at + k for at in sorted(part.frames.values()) for k in range(1 + part.dim)]
 
 
 def cell_centres(part: Body) -> np.ndarray:

@@ -42,6 +42,7 @@ DOUBTS = "doubts"  #: in the notes of a model, why its training cannot promise t
 BAND = 2.0  #: standard deviations of the surrogate
 FEWEST = 2  #: indicators away from full runs that are enough
 WIDE = 2.5  #: widest band that says anything [decades]
+PARTS = 1e-2  #: error that reduced parts make in the full model, from which errors against it are none of the bodies
 LEFT = 0.1  #: part of the hold-out points that may lie above their bands
 WHOLE = 1.0  #: error of the size of what is predicted
 
@@ -120,12 +121,13 @@ def doubts(
     high: Sequence[float] | np.ndarray,
     tolerance: float | None = None,
     unresolved: int = 0,
+    part_error: float = 0.0,
 ) -> list[str]:
     """Why the predicted error of a training cannot be promised; empty where it can.
 
     `full_runs` counts checks, too, and `unresolved` those of them in which the iteration often failed. `predicted` is the largest
     error over the candidates with its band, `true` (k,) are errors at hold-out points, NaN where the full model has no motion,
-    `high` (k,) the upper ends of their bands.
+    `high` (k,) the upper ends of their bands, `part_error` the largest one that reduced parts in the full model make.
     """
     e, top = np.asarray(true, dtype=float), np.asarray(high, dtype=float)
     known, found = ~np.isnan(e), list[str]()
@@ -133,6 +135,10 @@ def doubts(
         found.append("there is one full run only, which does not show how the error depends on the parameters")
     if unresolved:
         found.append(f"{unresolved} of {full_runs} full motions are hardly resolved: take a smaller time step")
+    if part_error > (PARTS if tolerance is None else tolerance):
+        found.append(
+            f"it is one against the mechanism with its parts, which err by up to {part_error:.2g} of an output: train these"
+        )
     if math.isfinite(predicted[2]) and predicted[2] > 10.0**WIDE * predicted[1] > 0.0:
         found.append(f"the predicted band spans a factor of {predicted[2] / predicted[1]:.2g}, too wide to say anything")
     above = int(np.sum(e[known] > top[known])) if len(top) else 0

@@ -6,7 +6,8 @@ Before the checks a survey fills the samples of the last iteration up to `max_sa
 greedy looks for the maximum of I, and a surrogate of what it has seen there is too sure elsewhere. Where a wanted error is not
 reached after all, greedy goes on. A wanted error chooses eps and eta at the first full run (`error_budget`); training then ends
 when the predicted error, with its band, is below it. Where truncation is the limit before that, eps is lowered and the runs that
-exist serve once more. One system is the task without parameters: one full run, and nothing to choose.
+exist serve once more. A model with nearly as many unknowns as the full one ends the training: it does not pay. One system is the
+task without parameters: one full run, and nothing to choose.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019.112690.
 """
@@ -47,6 +48,7 @@ from .training_work import (
     known_pairs,
     lower,
     make_savable,
+    pays,
     recalibrate,
     take_choice,
     truncates,
@@ -192,6 +194,8 @@ def loop(
     while True:
         outcome = run_greedy(work, options, done, progress)
         *before, last = outcome.iterations
+        if outcome.stop is StopReason.LARGE:
+            return outcome, last
         if checks:
             last = survey(work, last, options)
             check(work, last, checks)
@@ -227,6 +231,7 @@ def run_greedy(work: TrainingState, options: Options, done: Sequence[Iteration],
         truncates=functools.partial(truncates, work),
         name=lambda point: boxes.text(work.task.parameters, values_at(work, point)),
         enough=functools.partial(small_enough, work),
+        pays=functools.partial(pays, work),
     )
     return greedy.run(problem, done)
 

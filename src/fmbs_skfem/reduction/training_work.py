@@ -36,6 +36,7 @@ from .training_store import Pair
 
 LOWER_EPS, LOWER_ETA = 1e-2, 0.3  #: factors where truncation and hyper-reduction are the limit
 LOWERINGS = 2
+LARGE = 0.75  #: unknowns of a reduced model over coordinates of the full one, whose matrices are sparse, from which it does not pay
 CHECK = -1  #: number of the run of a pair that is a check
 
 
@@ -73,6 +74,12 @@ def truncates(work: TrainingState) -> bool:
         if count < sum(known) and set(known) != {count}:
             return True
     return False
+
+
+def pays(work: TrainingState) -> bool:
+    """Whether the present model has so few unknowns beside the coordinates of the full one that it can be faster."""
+    full = sum(len(factor.modes) for factor in work.runs[-1].factors.values())
+    return sum(work.models[-1].modes.values()) <= LARGE * full
 
 
 def known_pairs(work: TrainingState) -> list[Pair]:

@@ -11,7 +11,7 @@ from .. import dynamics
 from ..core.fields import Count, Time
 from ..core.notices import notify
 from ..core.records import dataclass
-from ..dynamics.missing_shapes import tell_unknown, too_strong, warn_of_missing
+from ..dynamics import finer_parts
 from . import build
 from .analyses import Form, States, StateTable, Work, motion_only
 from .vibration import LANCZOS
@@ -51,12 +51,14 @@ class Buckling(States):
             notify(
                 f"{where(scene, 'analysis')}: {told}; look at modes under growing loads, analysis: {{type: modes, damped: true}}"
             )
-        tell_unknown(reduced)
-        if (high := too_strong(reduced, found)) is not None:
-            warn_of_missing(where(scene, "analysis"), "load factors", high)
+        finer_parts.warn_unknown(reduced)
+        wanted = finer_parts.of_finer(reduced, lambda finer: dynamics.buckling(finer, self.count, self.time).factors)
+        if wanted is not None:
+            high = finer_parts.too_high(np.abs(factors), np.abs(wanted))
+            finer_parts.warn_of_values(f"{where(scene, 'analysis')}: load factors", finer_parts.by_mode(high))
             facts |= {"too_high_by": high}
             columns |= {"too_high_by": high}
-            heads += ["too high by, at least"]
+            heads += ["too high by"]
         captions = tuple(f"load factor {value:.4g}" for value in factors)
         shapes = dynamics.Shapes(reduced, reduced.x0, found.shapes, captions)
         about = f"{len(factors)} load factors"

@@ -85,9 +85,9 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     except InputError as error:
         raise InputError(locate_message(scene, str(error))) from error
     if any(part.shapes for part in parts):
-        from ..dynamics import missing_shapes
+        from ..dynamics import unbent_places
 
-        missing_shapes.tell_unbent(system, parts)
+        unbent_places.warn_unbent(system, parts)
     return system
 
 

@@ -14,6 +14,7 @@ from ..core.fields import Count, name_in
 from ..core.notices import notify
 from ..core.ranges import Parameter
 from ..core.records import dataclass
+from ..dynamics import finer_parts
 from ..dynamics.campbell import Found
 from .analyses import StateTable, Work
 from .near_state import NearState
@@ -65,6 +66,7 @@ class Campbell(NearState):
         limits = self.over(scene)
         name = limits.name
         last: list[StateTable] = []
+        off = dict[str, float]()
 
         def modes_at(value: float, count: int) -> Found:
             one = scene.again({name: value})
@@ -74,11 +76,15 @@ class Campbell(NearState):
             linear = modes.equations(reduced, about)
             found = modes.motions(reduced, linear)
             last[:] = [StateTable(raw, reduced, about, "", (), {}, {})]
+            high = modes.too_high(found, reduced, about)
+            if high is not None:
+                off.update({f"mode {k + 1} at {name} = {value:.4g}": error for k, error in enumerate(high[: self.count].tolist())})
             return Found(found.omega, found.growth, found.vectors, linear.mass)
 
         values = np.linspace(limits.low, limits.high, max(self.steps, 2))
         found = dynamics.campbell(values, modes_at, self.count)
         self.warn(scene, name, found)
+        finer_parts.warn_of_values(f"{where(scene, 'analysis')}: frequencies", off)
         hertz, numbers = found.omega / (2.0 * np.pi), range(1, found.omega.shape[1] + 1)
         columns = {"step": np.arange(1, len(values) + 1), name: values}
         columns |= {f"frequency_{k}_hz": hertz[:, k - 1] for k in numbers}

@@ -9,16 +9,21 @@ import numpy as np
 from .. import dynamics
 from ..core.fields import Count, Names
 from ..core.records import dataclass
+from ..dynamics import Linear, finer_parts
 from ..dynamics.modes import without_round_off
 from ..dynamics.statespace import StateSpace
 from .analyses import StateTable, Work
 from .near_state import NearState
+from .yamlfile import where
 
 if TYPE_CHECKING:
+    from ..systems import System
     from .schema import Scene
 
 SOLUTIONS = 200.0  #: of an eigenproblem of all modes, in solutions of one right-hand side
 LISTED = 12  #: eigenvalues in the table
+SLOW = 0.5  #: frequency of slow inputs, over that of the slowest motion
+STILL = 1e-6  #: of the largest one, up to which an eigenvalue is that of a free motion, and an answer none
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +52,8 @@ class Linearise(NearState):
         raw, reduced, about = self.model(scene, allow_outside, kept=True)
         linear = self.equations(reduced, about)
         time = self.time if about == "equilibrium" else 0.0
-        space = dynamics.state_space(reduced, linear, time, self.inputs, self.outputs, self.modes, self.static)
+        space = self.space(reduced, linear, time)
+        self.hold_against_finer(scene, space, reduced, about, time)
         return StateTable(
             raw,
             reduced,
@@ -58,6 +64,36 @@ class Linearise(NearState):
             {"about": about, "inputs": list(space.inputs), "columns": list(space.outputs), "states": len(space.A)},
             linear=space,
         )
+
+    def space(self, system: System, linear: Linear, time: float) -> StateSpace:
+        """The linear system."""
+        return dynamics.state_space(system, linear, time, self.inputs, self.outputs, self.modes, self.static)
+
+    def hold_against_finer(self, scene: Scene, space: StateSpace, system: System, about: str, time: float) -> None:
+        """Warn where parts make listed eigenvalues, or the answer to slow inputs, others than those of their bodies."""
+        finer_parts.warn_unknown(system)
+        known: list[StateSpace] = []
+
+        def again(finer: System) -> np.ndarray:
+            known.append(self.space(finer, self.equations(finer, about), time))
+            return sizes(known[0])
+
+        wanted, place = finer_parts.of_finer(system, again), where(scene, "analysis")
+        if wanted is not None:
+            own = sizes(space)
+            finer_parts.warn_of_values(f"{place}: eigenvalues", finer_parts.by_mode(finer_parts.too_high(own, wanted)))
+            slow = [SLOW * float(min(own[own > STILL * own.max(initial=0.0)], default=1.0))]
+            gain, other = (np.abs(one) for one in (space.transfer(slow)[0], known[0].transfer(slow)[0]))
+            off = np.abs(gain - other).max(axis=1), other.max(axis=1)
+            moves = off[1] > STILL * off[1].max(initial=0.0)
+            errors = {name: float(a / b) for name, a, b, moved in zip(space.outputs, *off, moves, strict=True) if moved}
+            finer_parts.warn_of_values(f"{place}: answers to slow inputs", errors)
+
+
+def sizes(space: StateSpace) -> np.ndarray:
+    """|s| (i,) of the listed eigenvalues [rad/s]."""
+    found = eigenvalues(space)
+    return np.asarray(np.hypot(2.0 * np.pi * found["frequency_hz"], found["growth_per_s"]))
 
 
 def eigenvalues(space: StateSpace) -> dict[str, np.ndarray]:

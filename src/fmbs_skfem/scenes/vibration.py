@@ -12,8 +12,7 @@ from .. import dynamics
 from ..core.fields import Count
 from ..core.notices import notify
 from ..core.records import dataclass
-from ..dynamics import Linear, shapes
-from ..dynamics.missing_shapes import tell_unknown, too_high, warn_of_missing
+from ..dynamics import Linear, finer_parts, shapes
 from ..dynamics.modes import GROWS, STILL, fastest, grows, whole_pairs
 from ..dynamics.shapes import Free
 from .analyses import StateTable, Work, motion_only
@@ -69,18 +68,27 @@ class Modes(NearState):
             facts |= {"damping_ratios": found.damping, "growth_per_s": found.growth}
             columns |= {"damping_ratio": found.damping, "growth_per_s": found.growth}
             heads += ["damping ratio", "growth [1/s]"]
-        tell_unknown(reduced)
-        high = None if found.damping is not None else too_high(reduced, linear.x, found.omega, found.vectors)
+        finer_parts.warn_unknown(reduced)
+        high = self.too_high(found, reduced, about)
         if high is not None:
-            warn_of_missing(where(scene, "analysis"), "frequencies", high)
+            finer_parts.warn_of_values(f"{where(scene, 'analysis')}: frequencies", finer_parts.by_mode(high))
             facts |= {"too_high_by": high}
             columns |= {"too_high_by": high}
-            heads += ["too high by, at least"]
+            heads += ["too high by"]
         title = f"vibration modes about the {about}"
         captions = tuple(f"mode {k + 1}: {value:.4g} Hz" for k, value in enumerate(hertz))
         moving = dynamics.Shapes(reduced, linear.x, found.vectors, captions)
         about = f"{len(hertz)} vibration modes"
         return StateTable(raw, reduced, about, title, heads, columns, facts, hertz, moving, found.free)
+
+    def too_high(self, found: Motions, system: System, about: str) -> np.ndarray | None:
+        """By what part of themselves (i,) parts make the sizes of eigenvalues too large, see `finer_parts`; None without parts."""
+
+        def again(finer: System) -> np.ndarray:
+            return size(self.motions(finer, self.equations(finer, about)))
+
+        wanted = finer_parts.of_finer(system, again)
+        return None if wanted is None else finer_parts.too_high(size(found), wanted)
 
     def motions(self, system: System, linear: Linear) -> Motions:
         """Modes of linear equations, those that nothing resists by name."""
@@ -100,6 +108,11 @@ class Modes(NearState):
             yield ("loads",), f"modes are those of the unloaded reference, in which these do nothing: {', '.join(unread)}"
         if self.about == "reference" and self.spin is not None:
             yield ("analysis", "about"), "the reference is no equilibrium in a rotating frame, whose pull stretches the bodies"
+
+
+def size(found: Motions) -> np.ndarray:
+    """|growth + i omega| (i,) [rad/s]."""
+    return np.asarray(np.hypot(found.omega, found.growth))
 
 
 def warn(scene: Scene, found: Motions, about: str) -> None:

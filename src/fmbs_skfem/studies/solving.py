@@ -117,6 +117,7 @@ def finish(
         **(path_report(trajectory) if trajectory.negative is not None else {}),
         **({"large_strains": [asdict(one) for one in strained]} if strained else {}),
         **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
+        **({} if trajectory.part_errors is None else {"part_errors": trajectory.part_errors}),
         "outputs": {name: extremes(values) for name, values in outputs.items()},
         "units": probes.column_units(task.system.outputs),
         "labels": probes.column_labels(task.system.outputs),

@@ -6,6 +6,7 @@ The work is in `reduction.training`; here a scene becomes its input, and what it
 from __future__ import annotations
 
 import functools
+import math
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
@@ -13,9 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import scenes
-from ..core.errors import InputError, NoModel, say
+from ..core.errors import FmbsError, InputError, NoModel, say
+from ..core.notices import notify
 from ..core.records import dataclass
-from ..reduction import comparators, files, greedy, parameters, parametric_model, prediction
+from ..reduction import comparators, files, greedy, parameters, parametric_model, prediction, reduced_models
 from ..reduction import training as trainings
 from ..reduction import training_store as store
 from ..reduction.full_runs import OutputMeasure, TrainingTask
@@ -87,13 +89,15 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
     if out is not None:
         parametric_model.save(model, out / MODEL)
     checked = holdouts.check(job, order, found, model, compare) if len(order.points.holdout) else None
-    doubts = find_doubts(order, found, checked)
+    doubts, cost = find_doubts(order, found, checked), find_cost(found, checked)
+    warn_of_cost(order, cost, checked)
     model = replace(model, notes={**model.notes, prediction.DOUBTS: doubts})
     figures = holdouts.figures(order, found, checked)
     report = {
         **report_of(order, found),
-        "status": "no promise" if doubts else "ok",
+        "status": "no promise" if doubts else "does not pay" if cost >= 1.0 else "ok",
         "doubts": doubts,
+        "cost_over_full": cost if math.isfinite(cost) else None,
         **({} if checked is None else {"holdout": holdouts.report_of(order, checked)}),
         **made,
     }
@@ -177,7 +181,36 @@ def find_doubts(order: TrainingOrder, found: FinishedTraining, checked: Checked 
     true = [] if checked is None else checked.true.tolist()
     high = [] if checked is None else [one.high for one in checked.predictions]
     unresolved = sum(run.unresolved for run in found.full_runs)
-    return prediction.doubts(len(found.full_runs), found.predicted, true, high, order.tolerance, unresolved)
+    off = max(run.part_error for run in found.full_runs)
+    return prediction.doubts(len(found.full_runs), found.predicted, true, high, order.tolerance, unresolved, off)
+
+
+def find_cost(found: FinishedTraining, checked: Checked | None) -> float:
+    """CPU time of a run of the reduced model over that of the cheapest full run; NaN where it fails."""
+    if checked is not None:
+        spent = checked.last.run_s
+    else:
+        try:
+            spent = reduced_models.run_reduced(found.task, found.model.cases(found.runs[-1].values)).statistics.cpu_s
+        except FmbsError:
+            return math.nan
+    return float(spent / min(run.cpu_s for run in found.full_runs))
+
+
+def warn_of_cost(order: TrainingOrder, cost: float, checked: Checked | None) -> None:
+    """Say that a reduced model does not pay, and which one of the training does at the error that is wanted."""
+    if not cost >= 1.0:
+        return
+    text = f"the reduced model does not pay: a run of it takes {cost:.2g} times as long as the cheapest full run"
+    remedy = "sweep with the full model (fmbs sweep SCENE)"
+    stages = checked.rows[: checked.models] if checked else ()
+    for number, row in enumerate(stages, start=1):
+        share = row.run_s * cost / stages[-1].run_s  # of the cheapest full run
+        if share < 1.0 and row.max_error <= (order.tolerance or math.inf):
+            remedy += f", or train with --iterations {number}, whose model takes {share:.2g} of the time"
+            remedy += f" and errs by {row.max_error:.2g} at the hold-out points"
+            break
+    notify(f"{text}; {remedy}")
 
 
 def record(order: TrainingOrder, found: FinishedTraining) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from scipy.sparse import csr_array, diags_array, vstack
 from scipy.sparse.linalg import spsolve
 
 from ..bodies.body import Body, Cells, ShapePoints, own
+from ..bodies.finer import finer, knows_more
 from ..bodies.laws import Law
 from ..bodies.plate import local_table
 from ..core import fields, ranks
@@ -26,7 +27,7 @@ from ..core.problems import shown
 from ..core.records import dataclass
 from ..shapes import line, surface
 from ..shapes.surface import Surface
-from . import echelon, lengths, readings, redundancy, responses, row_laws
+from . import echelon, finer_systems, lengths, readings, redundancy, responses, row_laws
 from . import probes as probe_rules
 from .constraint_functions import Joint
 from .controllers import Controller, connect, gains_of
@@ -96,9 +97,10 @@ def assemble(
 
     Expressions of the state read outputs, `inputs` (tables among them) and controllers by their names. `events` have names.
     """
-    joints, loads, damping, inputs = list(joints), list(loads), Rayleigh() if damping is None else damping, list(inputs)
+    bodies, joints, loads, inputs = list(bodies), list(joints), list(loads), list(inputs)
+    damping = Rayleigh() if damping is None else damping
     require_kind("damping", damping, Rayleigh)
-    draft, layout = empty_draft(list(bodies))
+    draft, layout = empty_draft(bodies)
     parts = list(layout.bodies.values())
     pictured = parts if pictures else []
     for joint in joints:
@@ -134,7 +136,7 @@ def assemble(
     probes = draft.probes.affine()
     q0, unit = np.concatenate([part.reference.ravel() for part in parts]), np.concatenate([part.constant for part in parts])
     sensors = draft.sensors.affine()
-    return System(
+    system = System(
         dim=layout.dim,
         lift=Affine(csr_array(diags_array(np.ones(layout.size))), np.zeros(layout.size)),
         mass=mass,
@@ -169,6 +171,11 @@ def assemble(
         triggers=triggers,
         readings=readings.collect(wanted, sensed, responses.known(draft), responses.tables_of(draft), gains_of(steered)),
     )
+    if any(knows_more(part) for part in bodies):
+        given = joints, loads, damping, outputs, initial, False, inputs, steered, events
+        make = lambda: assemble(map(finer, bodies), *given)  # noqa: E731
+        finer_systems.note(system, make)
+    return system
 
 
 def places_of(kind: str, items: Iterable[Joint | Load]) -> Iterator[tuple[str, At]]:

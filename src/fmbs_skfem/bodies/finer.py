@@ -1,0 +1,58 @@
+"""A reduced part with the shapes that it knows it lacks: the body that it is measured by.
+
+    r = sum_b N_b c_b + sum_t T_t d_t,    F = [S, T],    energy at all quadrature points
+
+Coordinates of the part come first, so that its states are states of the finer body with d = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import csr_array, hstack
+
+from .body import Body, ShapePoints
+
+
+def knows_more(part: Body) -> bool:
+    """Whether a body is a part that knows shapes beside its own."""
+    return part.shapes is not None and knows_shapes(part.shapes)
+
+
+def knows_shapes(points: ShapePoints) -> bool:
+    """The same of its points; files of earlier releases hold the strains of such shapes alone."""
+    return points.missing is not None and points.missing.over_space.size > 0
+
+
+def finer(part: Body) -> Body:
+    """The part with the functions F; any other body, or a part that does not know its shapes, as it is."""
+    if not knows_more(part):
+        return part
+    points = part.shapes
+    assert points is not None
+    assert part.spread is not None
+    missing = points.missing
+    assert missing is not None
+    b, f = len(part.reference), missing.functions.shape[2]
+    none, total = np.zeros((f - b, part.dim)), part.total_mass
+    beside, inertia = total * missing.mass[b:], total * missing.inertia
+    mass = np.block([[part.mass.toarray(), beside.T], [beside, inertia]])
+    every = ShapePoints(
+        points.law,
+        missing.functions,
+        slice(0, f * part.dim),
+        part.dim,
+        missing.section,
+        np.zeros(missing.functions.shape[1], dtype=np.int64),
+        positions=missing.positions,
+    )
+    return replace(
+        part,
+        reference=np.vstack([part.reference, none]),
+        constant=np.append(part.constant, none[:, 0]),
+        mass=csr_array(mass),
+        spread=csr_array(hstack([part.spread, csr_array(missing.over_space)])),
+        axes=None if part.axes is None else csr_array(hstack([part.axes, csr_array(missing.axes)])),
+        shapes=every,
+    )

@@ -1,0 +1,30 @@
+"""The finer system of one with parts: the same bodies, joints and loads, with all shapes that its parts know (`bodies.finer`).
+
+It is made when it is asked for, of what the assembly was given, and what is done to a system is done to it as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .system import COMPILED, System, remembered
+
+KEY = "finer system"
+
+
+def note(system: System, make: Callable[[], System]) -> None:
+    """Remember how the finer system of one with all multipliers is made."""
+    remembered(system, KEY, lambda: make)
+
+
+def carry(system: System, changed: System, change: Callable[[System], System]) -> System:
+    """A changed system with the same change of its finer one."""
+    if (make := maker(system)) is not None:
+        note(changed, lambda: change(make()))
+    return changed
+
+
+def maker(system: System) -> Callable[[], System] | None:
+    """How the finer system of one with all multipliers is made; None of one without parts, and of reduced ones."""
+    found: Callable[[], System] | None = system.__dict__.get(COMPILED, {}).get(KEY)
+    return found
