@@ -4,7 +4,8 @@ r"""From trajectories to frames: centre lines and middle surfaces with the field
                 axial_force N [N] and bending_moment M [N m], with its sign in the plane, of `cable_law.section_forces`
     surfaces    strain and curvature: principal value of largest size, with its sign;  membrane_strain, curvature_change: 11, 22, 12
                 stress_top, stress_bottom [Pa] at z = t/2, -t/2: 11, 22, 12;  principal_top, principal_bottom [Pa]: s1 >= s2
-                von_mises_top, von_mises_bottom [Pa];  von_mises: the larger of the two;  velocity
+                von_mises_top, von_mises_bottom [Pa];  von_mises: the larger of the two,
+                von_mises_recovered: of stresses recovered from patches of cells;  velocity
                 membrane_forces [N/m], bending_moments [N]: 11, 22, 12;  axis_1, axis_2: the axes 1 and 2, carried along
 
 r' and r'' are derivatives with respect to the reference arc length; components refer to the reference tangents of `bodies.fields`,
@@ -28,8 +29,10 @@ from ..systems import System
 from ..systems.constraint_functions import ARROWS, LINKS
 from ..systems.system import Line, Skin, in_scene
 from . import frames as frames_
+from . import stress_errors
 from .frames import Arrow, Frames, MarkKind, Shown
 
+RECOVERED = "von_mises_recovered"  #: made where it is asked for only: it takes longer than all others
 WINDINGS, WIDTH = 5, 0.05  #: of springs in pictures, and half their width over the length
 
 
@@ -99,13 +102,16 @@ def skin_bodies(trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str
         return {}
     points: dict[str, list[np.ndarray]] = {skin.name: [] for skin in system.skins}
     found: dict[str, list[dict[str, np.ndarray]]] = {skin.name: [] for skin in system.skins}
+    start = skins(system, in_scene(system, system.lift(system.x0)))
     for row in rows:
         q, rate = expand(system, trajectory.x[row], trajectory.v[row])
         now, moving = skins(system, q), skins(system, rate)
         for skin in system.skins:
             points[skin.name].append(spatial(now[skin.name][0]))
-            found[skin.name].append(choose(skin_fields(skin, now[skin.name], moving[skin.name][0]), wanted))
-    start = skins(system, in_scene(system, system.lift(system.x0)))
+            fields = skin_fields(skin, now[skin.name], moving[skin.name][0])
+            if wanted is not None and RECOVERED in wanted:
+                fields[RECOVERED] = stress_errors.recover_stresses(skin, now[skin.name], start[skin.name])[0].von_mises
+            found[skin.name].append(choose(fields, wanted))
     bodies = {}
     for skin in system.skins:
         name, each = skin.name, found[skin.name]

@@ -32,12 +32,15 @@ LABELS = {
     "curvature": "curvature [1/m]",
     "error": "position error [m]",
     "von_mises": "von Mises stress [MPa]",
+    "von_mises_recovered": "von Mises stress, recovered [MPa]",
     "von_mises_top": "von Mises stress, top [MPa]",
     "von_mises_bottom": "von Mises stress, bottom [MPa]",
     "axial_force": "axial force [N]",
     "bending_moment": "bending moment [N m]",
 }
-UNITS = {"von_mises": 1e6, "von_mises_top": 1e6, "von_mises_bottom": 1e6}  #: of the colour scale, in SI units; 1 for the others
+UNITS = dict.fromkeys(
+    (name for name in LABELS if name.startswith("von_mises")), 1e6
+)  #: of the colour scale, in SI units; 1 for the others
 STRESS = "YlOrRd"  #: colour map of stresses, so that unloaded plates stay pale behind their outline
 ADVICE = (
     "install an off-screen OpenGL (Debian, Ubuntu: `apt-get install libegl1 libgl1-mesa-dri` or `libosmesa6`; "

@@ -295,5 +295,5 @@ def _comparisons(scene: Scene) -> Iterator[Found]:
     if scene.compare is not None and scene.compare.coarse and not any(body.divisible for body in bodies):
         remedy = "compare with a scene of its own that reads a coarser mesh"
         yield ("compare", "coarse"), Problem("a scene with cables, which can be divided anew", "one without", remedy)
-    if scene.pictures is not None and scene.pictures.color == "von_mises" and not any(body.has_surface for body in bodies):
+    if scene.pictures is not None and scene.pictures.color.startswith("von_mises") and not any(body.has_surface for body in bodies):
         yield ("pictures", "color"), Problem("a scene with plates or shells", "one without", "take curvature or strain")

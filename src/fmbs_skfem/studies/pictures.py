@@ -6,6 +6,7 @@ An `Order` draws one file, by the process at hand (`results.painter`) or one of 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ import numpy as np
 from ..core.errors import FmbsError
 from ..core.notices import notify
 from ..results import frames as frames_
-from ..results import motion, pictures
+from ..results import motion, pictures, stress_errors
 from ..results.pictures import Look
 from . import job as jobs
 
@@ -58,8 +59,10 @@ def scene(
         start = motion.frames(trajectory, np.array([0]), ())
         moving, chosen = (frames_.magnify(one, start, scale) for one in (moving, chosen))
         heading = f"{heading} (displacements x {scale:g})"
-    found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, Look(shade, title=heading, clock=clock))]
-    look = Look(shade, limits=limits, title=heading, clock=clock, size=(800, 600))
+    label = label_of(trajectory, shade)
+    look = Look(shade, label, title=heading, clock=clock)
+    found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, look)]
+    look = replace(look, limits=limits, size=(800, 600))
     return [*found, partial(pictures.animate, moving, out / names[1], count, rate, look)] if count else found
 
 
@@ -98,6 +101,14 @@ def instants(scene: Scene, trajectory: Trajectory) -> list[float] | None:
     if len(reached) < len(wanted):
         notify(f"pictures: {len(wanted) - len(reached)} instants after the end at {end:g} are left out")
     return reached or None
+
+
+def label_of(trajectory: Trajectory, shade: str | None) -> str:
+    """Text beside the colour scale: of stresses with their mean error at the end, others as usual."""
+    if shade not in ("von_mises", motion.RECOVERED) or not np.isfinite(trajectory.x[-1]).all():
+        return ""
+    part = stress_errors.of_picture(trajectory)
+    return f"{pictures.LABELS[shade]}, error about {100.0 * part:.2g} %" if part > 0.0 else ""
 
 
 def color(scene: Scene, system: System) -> str | None:

@@ -22,7 +22,7 @@ from ..core.errors import FmbsError, MissingFeature, SolverError, Warned
 from ..core.notices import Notice, Progress
 from ..core.records import dataclass
 from ..dynamics import GeneralizedAlpha, Trajectory, departures, large_strains
-from ..results import segments
+from ..results import segments, stress_errors
 from ..results.frames import SILENT
 from ..results.segments import Recorder
 from ..systems import probes
@@ -100,6 +100,8 @@ def finish(
         strained = large_strains.find(trajectory)
         large_strains.warn(strained)
         outputs, cost, judged = dynamics.outputs(trajectory), trajectory.statistics, task.judge(trajectory)
+        uncertain = stress_errors.of_outputs(trajectory, outputs)
+        stress_errors.warn(uncertain)
     error = error or jobs.refused(job)
     report: dict[str, Any] = {
         **describe_error(error),
@@ -119,6 +121,7 @@ def finish(
         **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
         **({} if trajectory.part_errors is None else {"part_errors": trajectory.part_errors}),
         "outputs": {name: extremes(values) for name, values in outputs.items()},
+        **({"stress_errors": uncertain} if uncertain else {}),
         "units": probes.column_units(task.system.outputs),
         "labels": probes.column_labels(task.system.outputs),
         "segments": len(record.manifest.segments) if record else 0,
@@ -147,7 +150,8 @@ def finish(
     view: list[ReportTable | str] = [summary(task, report), *task.remarks]
     view += [*([table_of_events(trajectory)] if trajectory.events else [])]
     view += describe_path(trajectory)
-    view += [*([table_of_outputs(report, silent)] if outputs else []), *failures.views(report), *list_files(report)]
+    view += [*([table_of_outputs(report, silent)] if outputs else []), *errors_of_stresses(report)]
+    view += [*failures.views(report), *list_files(report)]
     about = f"{report.get('scene') or task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
     return Run(
         about=about,
@@ -228,6 +232,14 @@ def table_of_outputs(report: Mapping[str, Any], silent: Collection[str] = ()) ->
         heading = panels.heading_of(report["units"], report["labels"], name) + SILENT * (name in silent)
         rows.append((heading, *(0.0 if abs(value) < least else value for value in ends.values())))
     return ReportTable("Outputs (SI units)", ("output", "min", "max", "final"), rows)
+
+
+def errors_of_stresses(report: Mapping[str, Any]) -> list[str]:
+    """The line that says how far stresses are off by those recovered from cells around; none without stresses."""
+    texts = [f"{name} {100.0 * part:.2g} %" for name, part in report.get("stress_errors", {}).items()]
+    return (
+        [f"error of stresses by those of cells around, as a part of the largest of the body: {', '.join(texts)}"] if texts else []
+    )
 
 
 def table_of_events(trajectory: Trajectory) -> ReportTable:

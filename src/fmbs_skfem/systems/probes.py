@@ -366,7 +366,7 @@ class Stress(Probe):
 
     def sense(self, name: str, draft: Draft) -> Output:
         point = surface_point(f"output '{name}'", draft, self.at)
-        return self.output(draft, (f"{name}_bottom", f"{name}_top"), [point.rows], parameters=point.parameters)
+        return self.output(draft, (f"{name}_bottom", f"{name}_top"), [point.rows], **point.facts(self.at.body))
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:

@@ -67,7 +67,8 @@ class Tensor(Probe, ABC):
         labels = (*(f"{part}, {text}" for part in COMPONENTS), "first principal value", "second principal value", turn)
         parameters = (float(FACES.index(self.face)), *point.parameters)
         columns = tuple(f"{name}_{part}" for part in TENSOR)
-        return self.output(draft, columns, [point.rows], parameters=parameters, labels=labels)
+        facts = {**point.facts(self.at.body), "parameters": parameters}
+        return self.output(draft, columns, [point.rows], labels=labels, **facts)
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
@@ -163,7 +164,7 @@ class SectionForces(Probe):
             text = axes_text(point.axes)
             labels = tuple(f"{word}, {text}" if len(word) == 3 else "principal value" for word in words)
             columns = tuple(f"{name}_{word}" for word in words)
-            return self.output(draft, columns, [point.rows], parameters=point.parameters, labels=labels)
+            return self.output(draft, columns, [point.rows], labels=labels, **point.facts(self.at.body))
         rows, parameters = cable_sections.cable_point(where, part, self.at)
         warn_of_jump(where, draft, part, self.at)
         columns = tuple(f"{name}_{word}" for word in (CABLE_PLANE if part.dim == 2 else CABLE_SPACE))

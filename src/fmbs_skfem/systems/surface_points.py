@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.sparse import csr_array
 
@@ -27,6 +29,11 @@ class SurfacePoint:
     rows: csr_array  #: (k c, q)
     parameters: tuple[float, ...]  #: number of the law, thickness [m], rows of the section
     axes: np.ndarray  #: (2, c) of the reference, to which components 1 and 2 refer
+    place: tuple[float, ...]  #: in the reference (c,) [m]
+
+    def facts(self, body: str) -> dict[str, Any]:
+        """What an output keeps of it."""
+        return {"parameters": self.parameters, "body": body, "place": self.place}
 
 
 def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
@@ -51,7 +58,7 @@ def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
     warn_of_jump(where, shape, part.thickness, cell, values[0, 0, 0])
     parameters = (float(laws.number(part.cells.law)), float(thickness), *(float(value) for value in section))
     axes, _ = surface.local_axes(np.einsum("kb,bc->kc", values[0, 0, 1:3], reference[0]))
-    return SurfacePoint(rows, parameters, axes)
+    return SurfacePoint(rows, parameters, axes, tuple(float(one) for one in values[0, 0, 0] @ reference[0]))
 
 
 def warn_of_jump(where: str, shape: surface.Surface, thickness: float | np.ndarray, cell: int, values: np.ndarray) -> None:

@@ -162,9 +162,11 @@ class Output:
     joint: str = ""
     parameters: tuple[float, ...] = ()
     labels: tuple[str, ...] = ()  #: what its columns are, where their names do not say it
+    body: str = ""  #: the plate or shell on which it is read, of stresses
+    place: tuple[float, ...] = ()  #: there, in the reference (c,) [m]
 
 
-storable(Output, labels=lambda values: ())
+storable(Output, labels=lambda values: (), body=lambda values: "", place=lambda values: ())
 
 
 COMPILED = "compiled"  #: where a system remembers what was found of it, see `remembered`
