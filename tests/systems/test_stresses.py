@@ -241,3 +241,22 @@ analysis: {{type: static, load_steps: 1}}
         found = scene.run().outputs
     assert len(told) == 1
     assert [found[f"{name}_N"][-1] for name in ("root", "n2", "n5", "n8")] == pytest.approx([200.0, 200.0, 150.0, 100.0], rel=1e-3)
+
+
+@pytest.mark.parametrize(("slopes", "told"), [("true", True), ("false", False)])
+def test_membrane_forces_on_a_clamped_rim(slopes: str, told: bool, folder: Path) -> None:
+    """A rim that holds slopes holds the stretch across its edge: N reads zero there, which a warning says, not beside it."""
+    text = PLATE.format(
+        dim=3, kind="ancf", rotation="{axis: [0, 0, 1], angle: 0}", nu=0.0, slope=", slope: z", force="[1, 0, 0]", at="root"
+    )
+    text = text.replace("thickness: 10 mm", f"thickness: 10 mm, rims: {{hub: {{edges: left, slopes: {slopes}}}}}")
+    text = text.replace("left: {type: edge, body: strip, edges: left, slope: z}", "left: {type: weld, at: strip.hub}")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scenes.build.system(scenes.loads(text, folder))
+        scenes.build.system(scenes.loads(text.replace("strip.root", "strip.middle"), folder))
+    found = [str(one.message) for one in caught if "membrane strains and forces read zero" in str(one.message)]
+    assert [one.split(":")[0] for one in found] == [f"output '{name}'" for name in NAMES if told]
+
+
+NAMES = ("stress", "below", "strain", "middle", "forces", "mises")  #: of the outputs of PLATE

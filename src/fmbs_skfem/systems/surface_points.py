@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies import laws
-from ..bodies.body import locate, own
+from ..bodies.body import Body, locate, own
 from ..bodies.fields import Fields, recover
 from ..bodies.plate import local_table
 from ..core.errors import InputError, say
@@ -50,6 +50,7 @@ def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
     indptr = np.arange(vectors + 1) * values.shape[3]
     size = (vectors, shape.count)
     gradients = csr_array((local[0, 0, :vectors].ravel(), np.tile(shape.nodes[cell], vectors), indptr), shape=size)
+    warn_of_rim(where, part, csr_array(own(part, gradients)[:2]))
     rows = draft.layout.spread(part, own(part, gradients))
     section = part.cells.section[:, 0, cell].copy()
     if dim == 3:
@@ -59,6 +60,16 @@ def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
     parameters = (float(laws.number(part.cells.law)), float(thickness), *(float(value) for value in section))
     axes, _ = surface.local_axes(np.einsum("kb,bc->kc", values[0, 0, 1:3], reference[0]))
     return SurfacePoint(rows, parameters, axes, tuple(float(one) for one in values[0, 0, 0] @ reference[0]))
+
+
+def warn_of_rim(where: str, part: Body, slopes: csr_array) -> None:
+    """A notice of a point whose slopes (2, b) are those of the frame of a rim, which hold the stretch and the shear across it."""
+    frames = np.zeros(len(part.reference), dtype=bool)
+    for start in part.frames.values():
+        frames[start : start + 1 + part.dim] = True
+    if part.shapes is None and frames.any() and frames[slopes.indices].all():
+        text = "the rim at this point holds stretch and shear across its edge, so that membrane strains and forces read zero"
+        notify(f"{where}: {text}; read them a cell beside it")
 
 
 def warn_of_jump(where: str, shape: surface.Surface, thickness: float | np.ndarray, cell: int, values: np.ndarray) -> None:
