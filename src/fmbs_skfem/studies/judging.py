@@ -13,7 +13,7 @@ from ..dynamics.histories import drives_that_jump
 from ..systems.system import sizes
 
 NOISE = 1e-3  #: noise of accelerations, relative to the largest, above which a warning is shown
-STILL = 1e-15  #: displacement, over the size of the system, up to which it is at rest: round-off of positions
+STILL = 1e-10  #: displacement, over the size of the system, up to which it rests: what Newton leaves of an equilibrium is less
 GAIN = 0.05  #: rise of the energy balance, relative to the largest energy, above which a warning is shown
 LOSS = 0.01  #: fall of the energy balance, likewise: by damping of the method that motions in small steps hardly feel
 
