@@ -93,10 +93,13 @@ def test_round_off_of_a_row_makes_no_constraint() -> None:
 @pytest.mark.parametrize("cells", [5, 8])
 @pytest.mark.parametrize("kind", ["ancf", "bfs", "nurbs"])
 def test_a_held_corner_of_a_held_edge_takes_nothing_away_twice(kind: str, cells: int) -> None:
-    """A plate on two edges whose corner is pinned as well has lost as many unknowns as its rows have rank."""
+    """A plate on two edges whose corner is pinned as well has lost as many unknowns as its rows have rank.
+
+    Which of the two equal rows of the corner is left out is a matter of round-off, and so of the processor.
+    """
     body = plate("plate", rectangle(kind, cells, cells), 0.01, Material(1e9, 1e3))
     system = assemble([body], [joints.Edge("edges", "plate", ("left", "bottom"), fixed="z"), joints.Pin("pin", At("plate", "a"))])
-    with pytest.warns(Notice, match=r"redundant.*pin\.z"):
+    with pytest.warns(Notice, match=r"\(their reactions are not unique\): (pin\.z|edges\.z \d+)$"):
         free = eliminate(system)
     singular_values = np.linalg.svd(as_dense(linear_part(system)[1]), compute_uv=False)
     assert free.size == system.size - int((singular_values > 1e-6).sum())
