@@ -159,9 +159,15 @@ def interpolated(task: TrainingTask, full: Full, counts: Sequence[int]) -> Compa
 def local_bases(task: TrainingTask, systems: Sequence[System], given: Sequence[FullRun]) -> list[dict[str, Basis]]:
     """The basis of every run alone, all with as many modes as the largest needs, by component."""
     own = [reduced_models.bases(task, system, [run]) for system, run in zip(systems, given, strict=True)]
-    sizes = {name: max(basis[name].modes.shape[1] for basis in own) for name in task.plan.components}
+    sizes = {name: max(basis[name].modes.shape[1] - basis[name].against for basis in own) for name in task.plan.components}
     equal = replace(task, plan=replace(task.plan, modes=sizes))
-    return [reduced_models.bases(equal, system, [run]) for system, run in zip(systems, given, strict=True)]
+    found = [reduced_models.bases(equal, system, [run]) for system, run in zip(systems, given, strict=True)]
+    return [{name: without_directions(one) for name, one in local.items()} for local in found]
+
+
+def without_directions(basis: Basis) -> Basis:
+    """The basis without directions against joints, which are no points of a manifold of motions."""
+    return replace(basis, modes=basis.modes[:, : basis.modes.shape[1] - basis.against], against=0)
 
 
 def greedy(task: TrainingTask, search: Search, options: Options | None = None, name: str = "greedy") -> Comparator:

@@ -52,6 +52,7 @@ from .plan import ModeCounts, modes_of
 from .pod import Basis
 
 COARSEST = 0.5  #: eps of components at rest: the fewest modes that there are
+OPENED = 1e-8  #: of the largest entries of a row and of the modes, from which these open it; of rows that they keep it is 1e-14
 ROUND = 1e-13  #: entry beside the diagonal, relative to the largest of all, that is round-off
 APART = 1e-9  #: part of a mode that is none of rigid bodies alone, from which it is a direction of its own
 
@@ -188,17 +189,19 @@ def reduce_system(
     classes = classify(system, components)
     V, mean, spans = block_basis(system, components, found)
     check_interfaces(system, components, found, classes)
-    kept = np.sort(np.concatenate([classes.linking, classes.others]))
+    felt = opened_rows(system, V, classes.inside)
+    kept = np.sort(np.concatenate([classes.linking, classes.others, felt]))
     reduced = replace(change_coordinates(keep_constraints(system, kept), V, mean), components=spans, full=None)
     reduced = vectors.with_shape_points(system, reduced, [(rows_of(system, one), found[k]) for k, one in components.items()])
     reduced = replace(reduced, mass=clean_diagonal(reduced.mass), damping=clean_diagonal(reduced.damping))
     if eliminate and len(classes.linking):
-        _, D, d = linear_part(reduced)
-        length = kept_rows.row_lengths(system, reduced)[is_linear(reduced.constraints)]
-        D, d = as_dense(D) / length[:, None], d / length
+        numbers, D, d = linear_part(reduced)
+        linking = ~np.isin(numbers, np.searchsorted(kept, felt))
+        length = kept_rows.row_lengths(system, reduced)[numbers[linking]]
+        D, d = as_dense(D)[linking] / length[:, None], d[linking] / length
         apart = pivots.independent_rows([np.column_stack([D, d / system.scale])])  # others follow, or hold for every mode
         T, x0 = pivots.eliminate(D[apart], d[apart])
-        rest = np.flatnonzero(~is_linear(reduced.constraints))
+        rest = np.setdiff1d(np.arange(len(reduced.constraints.names)), numbers[linking])
         alike = any(basis.factors is not None for basis in found.values())
         free = change_coordinates(keep_constraints(reduced, rest), csr_array(vectors.rounded(T)) if alike else T, x0)
         reduced = replace(free, components=(("eliminated", 0, free.size),))
@@ -206,6 +209,16 @@ def reduce_system(
         samples = kept_rows.sample_rows(system, reduced, configurations[:: max(1, len(configurations) // kept_rows.FEW)])
         reduced = keep_constraints(reduced, kept_rows.independent_rows([samples]))
     return reduced
+
+
+def opened_rows(system: System, V: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Those of the linear rows `inside` (k,) of components that modes V (q, r) open, so that they are equations of the modes."""
+    if not len(inside):
+        return inside
+    numbers, A, _ = linear_part(system)
+    A = A[np.flatnonzero(np.isin(numbers, inside))]
+    least = OPENED * np.abs(V).max(initial=0.0) * abs(A).max(axis=1).toarray().ravel()
+    return np.asarray(np.sort(inside)[np.abs(A @ V).max(axis=1, initial=0.0) > least])
 
 
 def clean_diagonal(A: Matrix) -> Matrix:

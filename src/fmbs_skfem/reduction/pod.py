@@ -42,6 +42,7 @@ class Basis:
     singular_values: Array  #: (i,), falling
     #: S (b,m) and T (m c,r) of modes = (S (x) I_c) T that act on every component of vectors alike, see `invariant`
     factors: tuple[Array, csr_array] | None = None
+    against: int = 0  #: of the modes, the last, that open joints inside the component, see `against_joints`
 
 
 def basis(

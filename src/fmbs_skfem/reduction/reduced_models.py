@@ -27,7 +27,7 @@ from ..core.ranges import Parameter
 from ..core.records import dataclass
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System, keep_constraints, sizes
-from . import affine, cases, component, errors, full_runs, galerkin, hyper_reduction, invariant, kept_rows, pod
+from . import affine, against_joints, cases, component, errors, full_runs, galerkin, hyper_reduction, invariant, kept_rows, pod
 from .affine import ParametricCase
 from .cases import Case, Family
 from .component import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
@@ -141,7 +141,7 @@ def hyper_reduce(reduction: TrainedReduction, hyper: HyperReduction) -> TrainedR
 def finish(task: TrainingTask, reduction: TrainedReduction, obstacle: str = "") -> ReducedModel:
     """The model of a reduction: polynomials of the parameters, unless an obstacle to them is known, or one reduced system."""
     begun = clock.process_time()
-    modes = {name: basis.modes.shape[1] for name, basis in reduction.bases.items()}
+    modes = {name: basis.modes.shape[1] - basis.against for name, basis in reduction.bases.items()}
     found: Family
     if task.parameters:
         found = partial(reduced_case, task, replace(reduction, runs=()))
@@ -171,7 +171,7 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
         alone = galerkin.bases(raw, data, plan.components, plan.tolerance, plan.modes, plan.invariant)
         found = {name: replace(one, mean=one.mean - start[rows_of(raw, plan.components[name])]) for name, one in alone.items()}
         tell_truncated(found, raw, plan.components)
-        return found
+        return found if plan.invariant else against_joints.add_directions(raw, plan.components, found)
     moved = {name: max(run.factors[name].values.max(initial=0.0) for run in runs) for name in plan.components}
     component.refuse_rest(raw, plan.components, moved)
     for name, members in plan.components.items():
@@ -192,7 +192,7 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
         basis = pod.update(known, np.zeros(len(rows)), *wanted, metric=W)
         found[name] = galerkin.keeping(raw, rows, A, basis)
     tell_truncated(found, raw, plan.components)
-    return found
+    return found if plan.invariant else against_joints.add_directions(raw, plan.components, found)
 
 
 def tell_truncated(found: Bases, raw: System, components: Components) -> None:
@@ -213,8 +213,10 @@ def about_start(task: TrainingTask, raw: System, found: Bases) -> dict[str, Basi
     for name, members in task.plan.components.items():
         rows, own = rows_of(raw, members), found[name]
         A, a = inner_constraints(raw, rows)
-        if len(a) and np.abs(A @ own.modes).max() > KEEPS * np.abs(A).max():
-            own = replace(own, modes=np.ascontiguousarray(satisfy(own.modes.T, A, 0 * a).T), factors=None)
+        count = own.modes.shape[1] - own.against
+        if len(a) and np.abs(A @ own.modes[:, :count]).max() > KEEPS * np.abs(A).max():
+            kept = satisfy(own.modes[:, :count].T, A, 0 * a).T
+            own = replace(own, modes=np.ascontiguousarray(np.hstack([kept, own.modes[:, count:]])), factors=None)
         mine[name] = replace(own, mean=start[rows] + own.mean)
     return mine
 
