@@ -27,6 +27,7 @@ bodies:
   link:
     type: plate
     mesh: ../meshes/plate_crank_coarse.msh
+    interpolation: ancf
     thickness: 3 mm
     material: {young_modulus: 70 GPa, density: 2700 kg/m^3, poisson_ratio: 0.3}
     rims: {A: A, B: B}

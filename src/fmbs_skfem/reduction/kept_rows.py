@@ -115,10 +115,10 @@ def choose(names: Sequence[tuple[str, str]], samples: Sequence[RowSamples], erro
     strength = np.linalg.norm(np.concatenate([sample.jacobians for sample in samples]), axis=2).mean(axis=0)
     doubtful = [names[k] for k in np.argsort(-strength, kind="stable") if samples[0].may_go[k] and names[k] in independent]
     left, with_all, least = find_locking(doubtful, error, missed) if doubtful else (NONE, 0.0, 0.0)
-    why = f"locks the motion: with all such rows it errs by {with_all:.1e} of its displacements, as it is by {least:.1e}"
+    why = f"locks the motion: with all such rows it errs by {with_all:.1e} of the largest displacement, as it is by {least:.1e}"
     told |= {".".join(name): why for name in sorted(left)}
     if joints := sorted(".".join(name) for name in left if not is_frame(name)):
-        cost = f"its modes cannot follow them (error {with_all:.1e} of the displacements with them, {least:.1e} without)"
+        cost = f"its modes cannot follow them (error {with_all:.1e} of the largest displacement with them, {least:.1e} without)"
         notify(f"the reduced model leaves out {', '.join(joints)}: {cost}; take more modes (a smaller eps) where they matter")
     return KeptRows(frozenset(independent - left), told)
 
@@ -144,7 +144,8 @@ def refine(rows: Sequence[tuple[str, str]], out: Names, now: float, error: Error
             out, now = mine, found
     least = now
     for row in rows:
-        if row in out and len(out) > 1 and (found := error(out - {row})) <= LOCKS * least:
+        limit = least if is_frame(row) else LOCKS * least  # frames are held by the stiffness of their rims as well
+        if row in out and len(out) > 1 and (found := error(out - {row})) <= limit:
             out, now, least = out - {row}, found, min(least, found)
     return out, now
 

@@ -25,6 +25,7 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.ranges import Parameter
 from ..core.records import dataclass
+from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System, keep_constraints, sizes
 from . import affine, against_joints, cases, component, errors, full_runs, galerkin, hyper_reduction, invariant, kept_rows, pod
@@ -260,7 +261,10 @@ def short_run(task: TrainingTask, run: FullRun) -> TrainingTask:
 def run_without(task: TrainingTask, raw: System, run: FullRun, system: System, known: Names, out: Names) -> float:
     """Error of the motion of a reduced system with the `known` constraint rows but for some."""
     case = with_system(task, task.family({}), with_rows(system, known - out))
-    return full_runs.error(task, raw, run, run_reduced(task, case))
+    known_run, motion = full_runs.while_both_run(run, run_reduced(task, case))
+    q = states(task, raw, known_run)
+    apart, size = sizes(raw, q - body_coordinates(motion)), sizes(raw, q - raw.lift(raw.x0))
+    return errors.over(float(apart.max()), float(size.max()))
 
 
 def missed_part(task: TrainingTask, raw: System, run: FullRun, system: System) -> float:
