@@ -12,7 +12,7 @@ from fmbs_skfem.bodies.body import cable
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import buckling, find_free, linearise, outputs, real_modes, solve_statics
+from fmbs_skfem.dynamics import buckling, find_free, linearise, outputs, real_modes, solve_statics, statics
 from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
 from fmbs_skfem.systems.bushing import Bushing
 from fmbs_skfem.systems.springs import SpringDamper
@@ -94,3 +94,17 @@ def test_modes_of_a_rigid_body_of_any_size(a: float) -> None:
     """omega^2 of K = k (2, a; a, 5 a^2) and M = (m, 0; 0, 0.2 m a^2), and 2 k / m along the line of the springs."""
     root = np.sqrt(13725.0)
     assert real_modes(linearise(sprung(a, 0.0)), 3).squares == pytest.approx([135.0 - root, 20.0, 135.0 + root], rel=1e-9)
+
+
+def test_a_chain_under_tension_is_not_searched_for_free_motions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search takes dense factors of all joints, minutes for 300 bodies; weight holds a chain, as its pivots say."""
+    links = [
+        rigid(f"b{k}", 0.01, np.array(1e-7), (0.0, y), dim=2, places={"t": (0.0, y + 0.005), "e": (0.0, y - 0.005)})
+        for k, y in enumerate(-0.01 * np.arange(30))
+    ]
+    ties = [joints.Pin(f"j{k}", At(f"b{k}", "t"), At(f"b{k - 1}", "e") if k else None) for k in range(30)]
+    searched: list[System] = []
+    monkeypatch.setattr(statics, "find_free", lambda system, linear: searched.append(system) or find_free(system, linear))
+    path = solve_statics(eliminate(assemble(links, ties, [loads.Gravity((0.0, -9.81))])))
+    assert path.times[-1] == 1.0
+    assert not searched

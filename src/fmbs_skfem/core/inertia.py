@@ -14,7 +14,7 @@ Algebra Appl. 1 (1968) 73-81, doi 10.1016/0024-3795(68)90050-5.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import eigvalsh, ldl
+from scipy.linalg import ldl
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import splu
 
@@ -23,7 +23,7 @@ from .linalg import Array
 from .saddle import Saddle, Sparse
 
 ALIKE = 1e-9  #: difference of K from its transpose, over its largest entry, that is round-off
-MANY = 1000  #: rows beyond which the second form, whose J K'^-1 J^T is dense, costs more than a load step
+MANY = 400  #: rows beyond which the second form, whose J K'^-1 J^T is dense, costs more than a load step
 
 
 def count_negative(K: Array, J: np.ndarray, found: Saddle) -> int | None:
@@ -72,4 +72,4 @@ def by_complement(K: csr_array, J: np.ndarray) -> int | None:
     if pivots is None or not len(J):
         return pivots
     B = np.asarray(scale[:, None] * J.T)
-    return pivots - int((eigvalsh(B.T @ factors.solve(B)) < 0.0).sum())
+    return pivots - negative_blocks(B.T @ factors.solve(B))

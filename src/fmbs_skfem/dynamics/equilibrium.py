@@ -28,6 +28,8 @@ from .scheme import Newton, round_off
 NEAR, FAR = 0.02, 0.2  #: longest corrections over the size of the mechanism, at first and at most
 FLOOR = 50.0  #: corrections up to this times the round-off of positions are round-off: thin bodies amplify it
 LITTLE, SOLVES = 1e-9, 1e-3  #: of the metric beside a singular tangent, and the rest of the residual that it may leave
+STALE = 1e-9  #: change of multipliers in the last correction, over their size, from which its tangent is not that of the state
+CLEAR = 1e-9  #: smallest pivot of a balanced tangent over the largest from which no motion is free
 FREE = "a body may be free to move: hold it by joints, or let contact that holds it overlap from the start"
 LIMIT = "no equilibrium may be near beyond a limit or branch point of the load: follow the path by `method: arc_length`"
 
@@ -49,6 +51,16 @@ class Tangent:
         return self.unit * found if np.isfinite(found).all() else None
 
     @property
+    def holds(self) -> bool:
+        """Whether all motions are resisted without doubt: no row is round-off, which balancing would raise, and no pivot."""
+        if self.factors is None:
+            return False
+        K, J = abs(csr_array(self.stiffness)), np.abs(self.rows).max(axis=0, initial=0.0)
+        rows = np.maximum(K.max(axis=1).toarray().ravel() / max(K.max(), 1e-300), J)
+        pivots = np.abs(self.factors.factors.pivots())
+        return bool(min(rows.min(), pivots.min() / pivots.max()) > CLEAR)
+
+    @property
     def negative(self) -> int | None:
         """Negative pivots on what joints leave; None where the tangent is singular or not symmetric."""
         return None if self.factors is None else inertia.count_negative(self.stiffness, self.rows, self.factors)
@@ -64,6 +76,7 @@ class Equilibrium:
     iterations: int
     memory: np.ndarray | None = None  #: (l,) what forces keep of it; None: nothing but what they start with
     negative: int | None = None  #: negative pivots of its tangent; None where there is no such number
+    held: bool = False  #: whether it resists all motions without doubt
     first: np.ndarray | None = field(default=None, repr=False)  #: (n,) the first correction on the way to it; None: least of many
     tangent: Tangent | None = field(default=None, repr=False)  #: None where it is not wanted any more
 
@@ -96,8 +109,10 @@ def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: fl
         short = min(1.0, reach / max(norm, 1e-300))
         x, multipliers = x - short * step[:n], multipliers - short * step[n:]
         if is_enough(model.system, newton, norm, last):
+            if np.abs(step[n:]).max(initial=0.0) > STALE * np.abs(multipliers).max(initial=0.0):  # as of rigid bodies that stay
+                tangent = tangent_at(model, x, multipliers, time, memory)
             kept = compiled.accepted(model, x, memory=memory)
-            return Equilibrium(time, x, multipliers, iteration + 1, kept, tangent.negative, first, tangent)
+            return Equilibrium(time, x, multipliers, iteration + 1, kept, tangent.negative, tangent.holds, first, tangent)
     raise static_failure(model, Reason.NOT_CONVERGED, place, R)
 
 
