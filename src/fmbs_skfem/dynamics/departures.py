@@ -116,7 +116,7 @@ def copies(parts: list[Elastic]) -> list[list[Elastic]]:
 
 def find(trajectory: Trajectory) -> list[Departure]:
     """What leaves the training in a motion, every body and kind once, with the value that is farthest away."""
-    return find_in(trajectory.system, trajectory.times, trajectory.x, trained_parts(trajectory.system))
+    return find_in(trajectory.system, trajectory.times, trajectory.x)
 
 
 def count_parts(trajectory: Trajectory) -> int | None:
@@ -124,9 +124,9 @@ def count_parts(trajectory: Trajectory) -> int | None:
     return len({one.body for one in find(trajectory)}) if trained_parts(trajectory.system) else None
 
 
-def find_in(system: System, times: np.ndarray, x: np.ndarray, mine: list[Elastic]) -> list[Departure]:
-    """The same of some parts in states (s, n) at times (s,)."""
-    found = list[Departure]()
+def find_in(system: System, times: np.ndarray, x: np.ndarray, parts: list[Elastic] | None = None) -> list[Departure]:
+    """The same of some parts, by default all, in states (s, n) at times (s,)."""
+    found, mine = list[Departure](), trained_parts(system) if parts is None else parts
     if not mine or not len(x):
         return found
     q = np.asarray(system.lift.matrix @ x.T).T + system.lift.offset
