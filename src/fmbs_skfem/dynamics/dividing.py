@@ -10,6 +10,7 @@ import numpy as np
 from ..core.notices import notify
 from . import stepping
 from .histories import leading_signals
+from .initial import consistent_start, first_state
 from .scheme import method_of
 from .step import HALVED, STEPS, State, Workspace
 
@@ -28,6 +29,8 @@ def divided(run: OpenRun, status: int, begin: float, span: float, row: int, firs
     next step is tried in half as many parts, and the shortest stand.
     """
     state, counters, full = run.step.state, run.step.job.counters, run.step.method
+    if begin == 0.0 and status == stepping.DIVERGED:  # M^-1 f in waves that no step resolves is no guess of the next q''
+        put(state, first_state(run.model, consistent_start(run.model, run.scheme, filtered=True), full.c))
     saved = [array.copy() for array in state]
     touching, reached = status == stepping.TOO_LONG, begin
     for halving, judging in TRIALS[first:]:

@@ -138,22 +138,25 @@ def start_of(model: Compiled) -> Instant:
     return Instant(0.0, model.system.x0, model.system.v0, np.zeros(model.constraints, bool), first=True)
 
 
-def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | None = None, span: float | None = None) -> Start:
+def consistent_start(
+    model: Compiled, scheme: GeneralizedAlpha, at: Instant | None = None, span: float | None = None, filtered: bool = False
+) -> Start:
     """x, v with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0, of the rows that hold.
 
     The first step from there is one of `span` [s], if not that of the scheme. Plates take M + (gh C + K) / bh in place of M: under
-    a load that starts as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry them on. An
-    impulse behind the start, of joints that lock, changes velocities by `jump`.
+    a load that starts as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry them on. So
+    does whatever is `filtered`, with C and K of its forces too: what that leaves out is of second order in h. An impulse behind the
+    start, of joints that lock, changes velocities by `jump`.
     """
     at = at or start_of(model)
     system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
     phi, J = (part[on] for part in compilation.gap(model, x, at.time))
     closed(held(system, on), phi, J)
     M = system.mass
-    if has_plates(system):
+    if filtered or has_plates(system):
         method = method_of(scheme, Newton(), h, model)
         M = M + (compilation.tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory)) / method.bh
-    if len(model.arrays.forces.judged):  # what touches at the start is held by it
+    if filtered or len(model.arrays.forces.judged):  # what touches at the start is held by it
         method = method_of(scheme, Newton(), h, model)
         M = M + compilation.probe_tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory, v) / method.bh
     invert = partial(augmented, model) if model.pattern else None
