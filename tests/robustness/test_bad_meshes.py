@@ -156,7 +156,8 @@ def test_rows_19_to_26_cells(row: str, tmp_path: Path) -> None:
     words, points, cells = CELLS[row]
     points = [(*point, 0)[:3] for point in points]
     text = msh(points, cells)
-    refused(plate(tmp_path, text), "scene.yaml:4: bodies.plate: mesh", "a.msh: expected ", *words)
+    scene = PLATE.replace("type: plate\n", "type: plate\n    interpolation: ancf\n")
+    refused(plate(tmp_path, text, scene), "scene.yaml:4: bodies.plate: mesh", "a.msh: expected ", *words)
 
 
 def test_row_19_all_clockwise_is_turned(tmp_path: Path) -> None:

@@ -315,8 +315,9 @@ def in_symbols(law: ForceLaw) -> tuple[list[Any], Any]:
     r = sum(sympy.diff(c, one) * rate for one, rate in zip(y, v, strict=True))
     if law.name == "constant_pull":
         f, potential = -h * p[0], h * p[0] * c
-    elif law.name.startswith("one_sided"):
-        f, potential = one_sided(*([p[0], c, r, *p[1:]] if law.numbers == 6 else [-1, c, r, *p]))
+    elif law.name.startswith(("one_sided", "impact")):
+        p = p[:-1] if law.judge else p  # whose last number is no part of the force
+        f, potential = one_sided(*([p[0], c, r, *p[1:]] if len(p) == 6 else [-1, c, r, *p]))
     else:
         f, potential = -p[0] * (along - p[2]) - p[1] * r, p[0] * (along - p[2]) ** 2 / 2
     return [f * sympy.diff(c, one) for one in y], potential
@@ -338,7 +339,7 @@ def test_forces_of_the_package_are_what_their_symbols_say(name: str) -> None:
     turned = sympy.lambdify([list(y)], coordinate(law, y) if law.memory else 0, "math")
     for _ in range(20):
         rows, rates, numbers = rng.normal(size=law.rows), rng.normal(size=law.rows), rng.uniform(0.3, 1.5, law.numbers)
-        if name == "one_sided":
+        if name in ("one_sided", "impact"):
             numbers[0] = rng.choice([-1.0, 1.0])
         h, H, g, energy = rng.normal(size=1), np.zeros(len(law.pairs)), np.zeros((2, law.rows)), np.zeros(1)
         memory = np.full(law.memory, turned(list(rows)) + TURNS)
