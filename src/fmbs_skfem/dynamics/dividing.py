@@ -10,7 +10,7 @@ import numpy as np
 from ..core.notices import notify
 from . import stepping
 from .histories import leading_signals
-from .initial import consistent_start, first_state
+from .initial import filtered_start, first_state
 from .scheme import method_of
 from .step import HALVED, STEPS, State, Workspace
 
@@ -22,15 +22,17 @@ HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
 TRIALS = [*((k, True) for k in range(HALVINGS)), *((k, False) for k in range(HALVINGS, -1, -1)), (HALVINGS, False)]
 
 
-def divided(run: OpenRun, status: int, begin: float, span: float, row: int, first: int) -> tuple[int, float]:
+def divided(
+    run: OpenRun, status: int, begin: float, span: float, row: int, first: int, filtered: bool = False
+) -> tuple[int, float]:
     """A span [s] of time in 2^first or more equal parts, with a status that says why; status and time of the failure in the finest.
 
     The state at its end goes into a row of the trajectory, -1 for none. Where forces began or ended too fast for longer steps, the
-    next step is tried in half as many parts, and the shortest stand.
+    next step is tried in half as many parts, and the shortest stand. What fails at the start of a motion in all of them is tried
+    once more from accelerations that are `filtered`: M^-1 f of a force that begins at once is huge in waves that no step resolves,
+    and no guess of the next q''.
     """
     state, counters, full = run.step.state, run.step.job.counters, run.step.method
-    if begin == 0.0 and status == stepping.DIVERGED:  # M^-1 f in waves that no step resolves is no guess of the next q''
-        put(state, first_state(run.model, consistent_start(run.model, run.scheme, filtered=True), full.c))
     saved = [array.copy() for array in state]
     touching, reached = status == stepping.TOO_LONG, begin
     for halving, judging in TRIALS[first:]:
@@ -58,6 +60,9 @@ def divided(run: OpenRun, status: int, begin: float, span: float, row: int, firs
             status, reached = stepping.NOT_FINITE, broken.time
         touching = touching or status == stepping.TOO_LONG
         put(state, saved)
+    if begin == 0.0 and status == stepping.DIVERGED and not filtered and (start := filtered_start(run.model, run.scheme)):
+        put(state, first_state(run.model, start, full.c))
+        return divided(run, status, begin, span, row, first, filtered=True)
     return status, reached
 
 

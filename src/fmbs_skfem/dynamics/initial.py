@@ -182,6 +182,13 @@ def consistent_start(
     return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
 
 
+def filtered_start(model: Compiled, scheme: GeneralizedAlpha) -> Start | None:
+    """The start of a motion without the waves that its step does not resolve; None where nothing holds what begins to move."""
+    start, method = consistent_start(model, scheme, filtered=True), method_of(scheme, Newton(), scheme.step, model)
+    K = compilation.tangent(model, start.x, np.zeros(model.constraints), 0.0, method.gh, None)
+    return start if float(start.a @ (K @ start.a)) >= 0.0 else None
+
+
 def jump(
     model: Compiled, system: System, x: np.ndarray, J: np.ndarray, gap: np.ndarray, h: float, invert: Inverter | None
 ) -> np.ndarray:
