@@ -183,7 +183,12 @@ def consistent_start(
 
 
 def filtered_start(model: Compiled, scheme: GeneralizedAlpha) -> Start | None:
-    """The start of a motion without the waves that its step does not resolve; None where nothing holds what begins to move."""
+    """The start of a motion without the waves that its step does not resolve; None where nothing holds what begins to move.
+
+    None for plates without springs and the like, too, which start so anyway.
+    """
+    if has_plates(model.system) and not model.system.loads.forces:
+        return None
     start, method = consistent_start(model, scheme, filtered=True), method_of(scheme, Newton(), scheme.step, model)
     K = compilation.tangent(model, start.x, np.zeros(model.constraints), 0.0, method.gh, None)
     return start if float(start.a @ (K @ start.a)) >= 0.0 else None

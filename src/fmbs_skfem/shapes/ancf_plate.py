@@ -93,25 +93,26 @@ def surface(
 ) -> Surface:
     """The plate on anticlockwise quads (e, 4) of the points (n, 2) whose edges on `arcs` are curved; groups as in `groups`."""
     places, cells = groups.flat_mesh("ancf_plate.surface", points, quads, Parent.SQUARE)
-    tangents = _tangents(places, cells, arcs)
+    tangents = side_tangents(places, cells, arcs)
     _check_corners(places, cells, tangents)
-    result = _plate(places, cells, tangents, *groups.check_groups(cells, point_groups, edge_groups, face_groups))
+    named = groups.check_groups(cells, point_groups, edge_groups, face_groups)
+    result = of_nodes(Plate(_tangents(tangents)), Parent.SQUARE, ORDER, places, cells, *named)
     check_folds(result, cells)
     return result
 
 
-def _plate(places: Floats, cells: Ints, tangents: Floats, *named: Any) -> Surface:
-    """The plate with the tangents (e, 4, 2, 2) and named points, edges, faces."""
+def of_nodes(space: Any, parent: Parent, order: int, places: Floats, cells: Ints, *named: Any) -> Surface:
+    """The flat surface whose coordinates are r, r_X, r_Y of every node, of cells (e, v), with named points, edges, faces."""
     count = len(places)
     reference = np.empty((count, 3, 2))
     reference[:, 0], reference[:, 1:] = places, np.eye(2)
     return Surface(
-        Plate(tangents),
-        Parent.SQUARE,
-        (3 * cells[:, :, None] + np.arange(3)).reshape(len(cells), 12),
+        space,
+        parent,
+        (3 * cells[:, :, None] + np.arange(3)).reshape(len(cells), -1),
         reference.reshape(3 * count, 2),
         np.tile([1.0, 0.0, 0.0], count),
-        ORDER,
+        order,
         *named,
     )
 
@@ -122,10 +123,11 @@ def fitting(points: ArrayLike, cells: ArrayLike, arcs: Iterable[Arc]) -> list[Ar
     These stay straight, which errs by R theta^2 / 8 there, and clamps a hinged edge at its corners; a warning says where.
     """
     places, numbers, found, kept = np.asarray(points, dtype=float), np.asarray(cells), list(arcs), list[Arc]()
-    straight, curved = (_corners(side_tangents(places, numbers, some)).min(axis=1) for some in ((), found))
+    chords, tangents = (side_tangents(places, numbers, some) for some in ((), found))
+    straight, curved = (_sines(some).min(axis=1) for some in (chords, tangents))
     bad = (curved < BLUNT) & (curved < straight)
     if numbers.shape[1] == int(Parent.SQUARE):
-        bad |= _folded(_plate(places, numbers, _tangents(places, numbers, found)))
+        bad |= _folded(of_nodes(Plate(_tangents(tangents)), Parent.SQUARE, ORDER, places, numbers))
     bent = plate_audit.sides(numbers)[bad].reshape(-1, 2)
     gone = plate_audit.side_keys(bent, len(places))
     left = list[Ints]()
@@ -141,9 +143,9 @@ def fitting(points: ArrayLike, cells: ArrayLike, arcs: Iterable[Arc]) -> list[Ar
 
 
 # ------------------------------------------------------------------------------------------------------------- tangents
-def _tangents(points: Floats, cells: Ints, arcs: Iterable[Arc]) -> Floats:
-    """Tangents (e, 4, 2, 2) in xi and eta at every vertex."""
-    return TANGENT_SIGN[..., None] * side_tangents(points, cells, arcs)[:, TANGENT_SIDE, TANGENT_END]
+def _tangents(along: Floats) -> Floats:
+    """Tangents (e, 4, 2, 2) in xi and eta at every vertex of quads, of those along their sides (e, side, 2 ends, 2)."""
+    return np.asarray(TANGENT_SIGN[..., None] * along[:, TANGENT_SIDE, TANGENT_END])
 
 
 def side_tangents(points: Floats, cells: Ints, arcs: Iterable[Arc]) -> Floats:
@@ -189,13 +191,6 @@ def _place(point: Floats) -> str:
     return f"({point[0]:g}, {point[1]:g})"
 
 
-def _sines(tangents: Floats) -> Floats:
-    """Sine (e, 4) of the angle from the tangent in xi to the tangent in eta."""
-    lengths = np.linalg.norm(tangents, axis=3)
-    area = tangents[:, :, 0, 0] * tangents[:, :, 1, 1] - tangents[:, :, 0, 1] * tangents[:, :, 1, 0]
-    return np.asarray(area / np.maximum(lengths.prod(axis=2), np.finfo(float).tiny))
-
-
 def _check_corners(points: Floats, cells: Ints, tangents: Floats) -> None:
     """Every corner turns left by more than nothing and less than 180 degrees."""
     wrong = _sines(tangents) <= FLAT
@@ -203,7 +198,7 @@ def _check_corners(points: Floats, cells: Ints, tangents: Floats) -> None:
         return
     bad = np.flatnonzero(wrong.any(axis=1))
     cell = bad[0]
-    straight = _sines(_tangents(points, cells[[cell]], ()))[0]
+    straight = _sines(side_tangents(points, cells[[cell]], ()))[0]
     kinds = (
         (
             (straight > FLAT).all(),
@@ -221,7 +216,7 @@ def _check_corners(points: Floats, cells: Ints, tangents: Floats) -> None:
     raise InputError(say("ancf_plate.surface: cells", "convex anticlockwise cells", got, remedy))
 
 
-def _corners(tangents: Floats) -> Floats:
+def _sines(tangents: Floats) -> Floats:
     """Sine (e, v) of the angle at every vertex of cells with tangents (e, side, 2 ends, 2)."""
     out, back = tangents[:, :, 0], -np.roll(tangents[:, :, 1], 1, axis=1)
     area = out[..., 0] * back[..., 1] - out[..., 1] * back[..., 0]

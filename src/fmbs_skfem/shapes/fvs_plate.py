@@ -226,18 +226,9 @@ def surface(
     parent = Parent(np.shape(cells)[1]) if np.ndim(cells) == 2 and np.shape(cells)[1] in (3, 4) else Parent.SQUARE
     places, numbers = groups.flat_mesh(where, points, cells, parent)
     numbers = plate_audit.check_flat(where, places, numbers)
-    count = len(places)
-    reference = np.empty((count, 3, 2))
-    reference[:, 0], reference[:, 1:] = places, np.eye(2)
-    result = Surface(
-        Conforming(places[numbers] - places[numbers[:, :1]], _slopes(places, numbers, arcs)),
-        parent,
-        (3 * numbers[:, :, None] + np.arange(3)).reshape(len(numbers), -1),
-        reference.reshape(3 * count, 2),
-        np.tile([1.0, 0.0, 0.0], count),
-        ORDER,
-        *groups.check_groups(numbers, point_groups, edge_groups, face_groups),
-    )
+    space = Conforming(places[numbers] - places[numbers[:, :1]], _slopes(places, numbers, arcs))
+    named = groups.check_groups(numbers, point_groups, edge_groups, face_groups)
+    result = ancf_plate.of_nodes(space, parent, ORDER, places, numbers, *named)
     ancf_plate.check_folds(result, numbers)
     return result
 

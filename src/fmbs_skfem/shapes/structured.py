@@ -221,15 +221,13 @@ def unevenness(points: Floats, cells: Ints) -> float:
     """
     count = len(points)
     start, end = plate_audit.sides(cells).reshape(-1, 2).T
-    keys, against = start * np.int64(count) + end, end * np.int64(count) + start
-    order = np.argsort(keys)
-    at = np.minimum(np.searchsorted(keys[order], against), len(keys) - 1)
-    twin = np.where(keys[order][at] == against, order[at], -1)
+    cell, side = _neighbours(cells, count).reshape(-1, 2).T
+    twin = np.where(cell < 0, -1, 4 * cell + side)
     times, inner = np.bincount(start, minlength=count), np.ones(count, dtype=bool)
     inner[start[twin < 0]] = inner[end[twin < 0]] = False
     if (times[inner & (times > 0)] != 4).any():
         return np.inf
-    sides = np.arange(len(keys))
+    sides = np.arange(len(twin))
     along, opposite = points[end] - points[start], sides - sides % 4 + (sides + 2) % 4
     shared = np.flatnonzero(twin >= 0)
     rungs = _turn(-along[opposite[shared]], along[shared]) - _turn(along[shared], along[opposite[twin[shared]]])
