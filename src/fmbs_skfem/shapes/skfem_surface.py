@@ -209,5 +209,5 @@ def _check_rectangles(points: Floats, quads: Ints, axes: Floats) -> None:
         cell = int(np.argmax(off))
         x, y = points[quads[cell]].mean(axis=0)
         got = f"cell {cell} at ({x:g}, {y:g}), off by {off[cell]:.1e} of its diagonal"
-        remedy = "take ancf_plate for quads of any shape, or argyris on triangles"
+        remedy = "take fvs for quads of any shape, or argyris on triangles"
         raise InputError(say("skfem_surface.bfs", "rectangles whose sides have two directions in all", got, remedy))
