@@ -366,7 +366,7 @@ TWO_TURNED = np.concatenate([SQUARE, [[2.0, 0.0], [2.0, 1.0], [1.2, 2.0]]])
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: skfem_surface.bfs(SKEWED, [[0, 1, 2, 3]]), r"expected rectangles .* cell 0 at \(0.525, 0.5\).* ancf_plate"),
+        (lambda: skfem_surface.bfs(SKEWED, [[0, 1, 2, 3]]), r"expected rectangles .* cell 0 at \(0.525, 0.5\).* fvs for quads"),
         (lambda: skfem_surface.bfs(SQUARE @ [[1.0, 0.0], [0.3, 1.0]], [[0, 1, 2, 3]]), "expected rectangles"),
         (lambda: skfem_surface.bfs(SQUARE * 1.0, [[0, 3, 1, 2]]), "cells whose sides do not cross"),
         (lambda: skfem_surface.bfs(np.column_stack([SQUARE, SQUARE]), [[0, 1, 2, 3]]), r"finite points \(n, 2\)"),
