@@ -8,7 +8,7 @@ import pytest
 
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
 from fmbs_skfem.reduction import files
-from tests.cli.calls import EXAMPLES, Call, fmbs, scene
+from tests.cli.calls import CANTILEVER, EXAMPLES, Call, fmbs, scene
 
 SCENE = EXAMPLES / "double_pendulum.yaml"
 
@@ -64,6 +64,19 @@ def test_a_number_of_modes_at_system_level(tmp_path: Path) -> None:
     call = fmbs("reduce", SCENE, "--duration", "0.1", "--level", "system", "--modes", "8", "--hyper", "0", "--out", tmp_path)
     assert call.code == 0, call.err
     assert files.load(tmp_path / "double_pendulum.h5").size == 8
+
+
+def test_outputs_that_are_off_are_named(tmp_path: Path) -> None:
+    """Four modes follow the tip of a shaken cantilever, and miss most of the force that its clamp has of the waves along it."""
+    text = CANTILEVER + "reduction: {{snapshots: 2 ms, modes: 4, hyper_reduction: {{sample: none}}}}\n"
+    path = scene(tmp_path, "{type: dynamic, duration: 0.1 s, step: 1 ms}", "sin(60*t)", text)
+    call = fmbs("reduce", path, "--out", tmp_path / "model.h5", "--json")
+    assert call.code == 0, call.err
+    off = {name: one["relative"] for name, one in call.json["output_errors"].items()}
+    assert off["tip_y"] < 0.1 < off["clamp_x"]
+    told = next(line for line in call.json["notices"] if "gives outputs wrong over its own training" in line)
+    assert "clamp_x is off by" in told
+    assert "tip_y" not in told
 
 
 @pytest.mark.parametrize(

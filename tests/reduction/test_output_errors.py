@@ -67,12 +67,34 @@ def test_the_energy_balance_counts_relative_to_the_energies() -> None:
 
 
 def test_what_stands_still_has_no_part_of_a_range_and_what_is_unknown_no_error() -> None:
-    found = output_errors.between(reference(), {**changed(), "clamp_x": np.full(len(T), np.nan)}, KNOWN)
+    only = {"still": KNOWN["still"], "clamp": KNOWN["clamp"]}
+    found = output_errors.between(reference(), {**changed(), "clamp_x": np.full(len(T), np.nan)}, only)
     assert math.isnan(found["still"].relative)
     assert found["still"].error == 0.0
     assert math.isnan(found["clamp_x"].error)
     assert output_errors.measure(found) == 0.0
     assert math.isnan(output_errors.measure({"still": found["still"]}))
+
+
+def test_what_is_zero_up_to_round_off_counts_with_what_moves_elsewhere() -> None:
+    """A force of 1e-9 N beside one of 20 N: other round-off is no error, 2 N in its place are ten times a hundredth of the 20 N."""
+    known = {**KNOWN, "link": Output("reaction", (), ("link_x",), "link")}
+    mine = {**reference(), "link_x": 1e-9 * np.sin(9.0 * T)}
+    found = output_errors.between(mine, {**mine, "link_x": 2e-9 * np.cos(7.0 * T)}, known)
+    assert found["link_x"].relative < 2e-8
+    assert output_errors.between(mine, {**mine, "link_x": 2.0 * T}, known)["link_x"].relative == pytest.approx(10.0, rel=1e-6)
+    assert output_errors.between(mine, {**mine, "still": 200.0 + 2.0 * T}, known)["still"].relative == pytest.approx(100.0)
+
+
+def test_round_off_of_the_only_force_is_known_by_the_mechanism() -> None:
+    """2 kg that cross 1 m in 0.1 ms take 2e8 N: 1 N is round-off of it."""
+    system = replace(models.cantilever(2), scale=1.0, weight=2.0)
+    nothing = output_errors.round_off(system, np.array([0.0, 1e-4]))
+    assert nothing["N"] == pytest.approx(2.0, rel=1e-9)
+    assert (nothing["m"], nothing["J"]) == pytest.approx((1e-8, 2.0), rel=1e-9)
+    known = {"link": Output("reaction", (), ("link_x",), "link")}
+    found = output_errors.between({"link_x": T}, {"link_x": 0.0 * T}, known, nothing=nothing)
+    assert math.isnan(found["link_x"].relative)
 
 
 def test_tolerances_are_met_in_their_unit() -> None:

@@ -28,7 +28,7 @@ from ..systems import finer_systems
 from ..systems.assembly import eliminate
 from ..systems.system import Elastic, System, remembered
 from . import departures, loads_met
-from .output_errors import between, columns, common_times
+from .output_errors import between, columns, common_times, smallest_ranges
 from .trajectory import Trajectory
 
 TOLD = 1e-2  #: error over the range of an output, or of a frequency, from which a warning is shown
@@ -117,7 +117,7 @@ def errors(reference: Trajectory, motion: Trajectory, marks: Callable[[Trajector
     if motion.v.any():
         mine = {name: settled(values, others[name]) for name, values in mine.items()}
     found = between(mine, others, outputs, QUIET)
-    least = smallest_ranges(motion)
+    least = smallest_ranges(motion.system, float(np.ptp(motion.times)), ROUND)
     for one in found.values():
         least[one.unit] = max(least.get(one.unit, 0.0), ROUND * one.range)
     return {
@@ -138,15 +138,6 @@ def settled(reference: np.ndarray, other: np.ndarray) -> np.ndarray:
             near = reference[max(0, k - BESIDE) : k + BESIDE + 1]
             found[k] = np.clip(other[k], near.min(), near.max())
     return found
-
-
-def smallest_ranges(motion: Trajectory) -> dict[str, float]:
-    """What counts as none by the unit, for the size, mass and duration of a motion."""
-    system, span = motion.system, float(np.ptp(motion.times)) or 1.0
-    s, w = system.scale, system.weight
-    found = {"m": s, "m/s": s / span, "m/s^2": s / span**2, "rad": 1.0, "rad/s": 1.0 / span, "N": w * s / span**2}
-    found |= {"N m": w * s**2 / span**2, "J": w * s**2 / span**2}
-    return {unit: ROUND * size for unit, size in found.items()}
 
 
 def errors_of_places(reference: Trajectory, motion: Trajectory) -> dict[str, float]:

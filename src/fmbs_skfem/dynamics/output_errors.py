@@ -1,6 +1,9 @@
 r"""Errors of outputs, column by column, over the ranges that count.
 
 e = max_t |y(t) - y_ref(t)| / range,    range = max(range of the column, `still` times the largest one of its output and unit)
+
+A column that is zero up to round-off counts with `still` times the largest range of its unit in all outputs: a force that is 1e-9 N
+beside one of 10 N is as wrong as what another model gives in its place is to the 10 N.
 """
 
 from __future__ import annotations
@@ -15,12 +18,15 @@ from ..core.errors import InputError, say
 from ..core.notices import Notice
 from ..core.records import dataclass
 from ..systems import probes
-from ..systems.system import Output
+from ..systems.system import Output, System
 from .outputs import outputs as histories
 from .trajectory import Trajectory
 
 STILL = 1e-2  #: least part of the range of its output that a column counts with
 ROUND = 1e-12  #: range, over the largest number, of an output that stands still
+#: range, over the largest of its unit or what a mechanism of this size and mass does in its time, that is round-off of the motion:
+#: 1e-10 of the forces at Newton's usual tolerance, 100 times more where joints fight a stiff body
+NOTHING = 1e-8
 
 
 @dataclass(frozen=True)
@@ -52,27 +58,61 @@ def columns(motion: Trajectory) -> dict[str, np.ndarray]:
 
 
 def between(
-    reference: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], outputs: Mapping[str, Output], still: float = STILL
+    reference: Mapping[str, np.ndarray],
+    other: Mapping[str, np.ndarray],
+    outputs: Mapping[str, Output],
+    still: float = STILL,
+    nothing: Mapping[str, float] | None = None,
 ) -> dict[str, OutputError]:
-    """Errors of columns (s,) at common times, of those that both have."""
+    """Errors of columns (s,) at common times, of those that both have; `nothing` are ranges by unit that are round-off."""
+    titles = {
+        name: [(column, unit) for column, unit in zip(one.columns, probes.units(name, one), strict=True) if column in reference]
+        for name, one in outputs.items()
+    }
+    widest: dict[str, float] = {}
+    for column, unit in (pair for mine in titles.values() for pair in mine):
+        widest[unit] = float(np.fmax(widest.get(unit, 0.0), np.ptp(reference[column])))
     found: dict[str, OutputError] = {}
-    for name, output in outputs.items():
-        mine = [
-            (column, unit) for column, unit in zip(output.columns, probes.units(name, output), strict=True) if column in reference
-        ]
+    for name, mine in titles.items():
         for column, unit in mine:
             if column in other:
                 group = [reference[sister] for sister, same in mine if same == unit]
-                least = 1.0 if probes.kind_of(output).on_largest else still
-                found[column] = single(name, unit, reference[column], other[column], group, least)
+                least = 1.0 if probes.kind_of(outputs[name]).on_largest else still
+                zero = max((nothing or {}).get(unit, 0.0), NOTHING * widest[unit])
+                found[column] = single(name, unit, reference[column], other[column], group, least, zero, still * widest[unit])
     return found
 
 
 def single(
-    output: str, unit: str, reference: np.ndarray, other: np.ndarray, group: Sequence[np.ndarray], least: float
+    output: str,
+    unit: str,
+    reference: np.ndarray,
+    other: np.ndarray,
+    group: Sequence[np.ndarray],
+    least: float,
+    zero: float,
+    elsewhere: float,
 ) -> OutputError:
-    """The error of one column; `group` are the columns of its output and unit, of whose range it counts with the `least` part."""
+    """The error of one column; `group` are the columns of its output and unit, of whose range it counts with the `least` part.
+
+    Where that is no more than `zero` [unit], it counts with the range `elsewhere` [unit].
+    """
     error, span = float(np.abs(other - reference).max()), float(np.ptp(reference))
     widest, size = max(float(np.ptp(values)) for values in group), max(float(np.abs(values).max()) for values in group)
     scale = max(span, least * widest)
-    return OutputError(output, unit, error, span, error / scale if scale > ROUND * size else math.nan)
+    if scale <= max(ROUND * size, zero):
+        scale = elsewhere if elsewhere > zero else 0.0
+    return OutputError(output, unit, error, span, error / scale if scale > 0.0 else math.nan)
+
+
+def smallest_ranges(system: System, span: float, part: float) -> dict[str, float]:
+    """A part of what a mechanism of this size and mass does in a time `span` [s], by the unit."""
+    s, w, t = system.scale, system.weight, span or 1.0
+    sizes = {"m": s, "m/s": s / t, "m/s^2": s / t**2, "rad": 1.0, "rad/s": 1.0 / t, "N": w * s / t**2}
+    sizes |= {"N m": w * s**2 / t**2, "J": w * s**2 / t**2}
+    return {unit: part * size for unit, size in sizes.items()}
+
+
+def round_off(system: System, times: np.ndarray) -> dict[str, float]:
+    """Ranges by unit that are round-off of a motion at times (s,) [s]."""
+    return smallest_ranges(system, float(np.ptp(times)), NOTHING)

@@ -212,7 +212,8 @@ def errors_of_outputs(raw: System, run: FullRun, motion: Trajectory) -> dict[str
     if not run.outputs:
         return {}
     run, motion = while_both_run(run, motion)
-    return output_errors.between(run.outputs, output_errors.columns(motion), raw.outputs)
+    nothing = output_errors.round_off(raw, run.times)
+    return output_errors.between(run.outputs, output_errors.columns(motion), raw.outputs, nothing=nothing)
 
 
 def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) -> float:

@@ -5,8 +5,9 @@ r"""Errors of the outputs that a user reads: of every column its largest error, 
 
 r_c is a column of the reference, y_c that of another motion at the same times, range_o the largest range of the columns of one
 output and unit: a column that hardly moves beside the others of its vector counts relative to them, and energies, the balance
-among them, count relative to the largest. A column whose output stands
-still has no relative error, one that a model does not know (a reaction whose constraint it has dropped) no error at all: NaN.
+among them, count relative to the largest, and what is zero up to round-off relative to other outputs of its unit. A column whose
+output stands still has no relative error where nothing of its unit moves, one that a model does not know (a reaction whose
+constraint it has dropped) no error at all: NaN.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..dynamics.output_errors import OutputError, between, columns, common_times
+from ..dynamics.output_errors import OutputError, between, columns, common_times, round_off
 from ..dynamics.trajectory import Trajectory
 
-__all__ = ["OutputError", "between", "columns", "compare", "measure", "parts"]
+__all__ = ["OutputError", "between", "columns", "compare", "measure", "parts", "round_off"]
 
 
 def compare(reference: Trajectory, other: Trajectory, known: Mapping[str, np.ndarray] | None = None) -> dict[str, OutputError]:
@@ -30,7 +31,7 @@ def compare(reference: Trajectory, other: Trajectory, known: Mapping[str, np.nda
     i, j = common_times("output_errors.compare", reference.times, other.times)
     mine, others = columns(reference) if known is None else known, columns(other)
     mine, others = ({name: values[k] for name, values in found.items()} for found, k in ((mine, i), (others, j)))
-    return between(mine, others, reference.system.outputs)
+    return between(mine, others, reference.system.outputs, nothing=round_off(reference.system, reference.times))
 
 
 def measure(found: Mapping[str, OutputError], tolerances: Mapping[str, float] | None = None) -> float:

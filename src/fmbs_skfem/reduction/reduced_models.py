@@ -15,7 +15,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from functools import partial
 
@@ -172,7 +172,7 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
         alone = galerkin.bases(raw, data, plan.components, plan.tolerance, plan.modes, plan.invariant)
         found = {name: replace(one, mean=one.mean - start[rows_of(raw, plan.components[name])]) for name, one in alone.items()}
         tell_truncated(found, raw, plan.components)
-        return found if plan.invariant else against_joints.add_directions(raw, plan.components, found)
+        return found if plan.invariant else against_joints.add_directions(raw, plan.components, found, few_states(task, raw, runs))
     moved = {name: max(run.factors[name].values.max(initial=0.0) for run in runs) for name in plan.components}
     component.refuse_rest(raw, plan.components, moved)
     for name, members in plan.components.items():
@@ -193,7 +193,14 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
         basis = pod.update(known, np.zeros(len(rows)), *wanted, metric=W)
         found[name] = galerkin.keeping(raw, rows, A, basis)
     tell_truncated(found, raw, plan.components)
-    return found if plan.invariant else against_joints.add_directions(raw, plan.components, found)
+    return found if plan.invariant else against_joints.add_directions(raw, plan.components, found, few_states(task, raw, runs))
+
+
+def few_states(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> Iterator[against_joints.State]:
+    """Some states of every run, (q,), and their times [s]."""
+    for run in runs:
+        few = np.arange(0, len(run.times), max(1, len(run.times) // FEW))
+        yield from zip(states(task, raw, run, few), run.times[few].tolist(), strict=True)
 
 
 def tell_truncated(found: Bases, raw: System, components: Components) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from .. import reduction
 from ..core.notices import notify
 from ..core.records import dataclass
+from ..dynamics import finer_parts
 from ..reduction import cases, costs, files, output_errors
 from ..reduction.plan import newton_for
 from ..reduction.runs import kept_steps
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 
 ROUGH = 0.01  #: error over the largest displacement, above which a warning is shown
+OFF = 0.1  #: error of an output over its range, above which a warning is shown: reactions err by ten times what positions do
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -75,6 +77,10 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan) -> ReductionResult:
     if errors.maximum > ROUGH:
         size = f"{errors.maximum:.1%} of the largest displacement"
         notify(f"the reduced model errs by {size} over its own training: take a smaller eps or eta, or more modes")
+    wrong = output_errors.compare(full, motion)
+    if off := {name: one.relative for name, one in wrong.items() if one.relative > OFF}:
+        text = f"the reduced model gives outputs wrong over its own training: {finer_parts.largest(off)} of the range"
+        notify(f"{text}; take a smaller eps, or leave them to the full model")
     report = {
         "status": "ok",
         "scene": jobs.title(scene),
@@ -87,7 +93,7 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan) -> ReductionResult:
         "hyper_tolerance": plan.hyper.tolerance,
         "hyper_reduction": plan.hyper.name,
         **errors.summary,
-        "output_errors": {column: asdict(one) for column, one in output_errors.compare(full, motion).items()},
+        "output_errors": {column: asdict(one) for column, one in wrong.items()},
         "cpu_s_full": full.statistics.cpu_s,
         "cpu_s": motion.statistics.cpu_s,
         "training_s": model.training_s,
