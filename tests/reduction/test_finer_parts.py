@@ -18,7 +18,7 @@ from fmbs_skfem.bodies.body import locate, probe
 from fmbs_skfem.bodies.plate import Rim, plate
 from fmbs_skfem.bodies.values import changed
 from fmbs_skfem.core.errors import Reason, SolverError
-from fmbs_skfem.core.notices import Notice, Remark
+from fmbs_skfem.core.notices import Labelled, Notice, Progress, Remark
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import (
     ArcLength,
@@ -37,7 +37,8 @@ from fmbs_skfem.dynamics import (
     vibration_modes,
 )
 from fmbs_skfem.dynamics.live import LiveRun
-from fmbs_skfem.reduction import output_errors, part_files, parts
+from fmbs_skfem.reduction import output_errors, part_files, parts, runs
+from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.excitation import Excitation, excite
 from fmbs_skfem.reduction.part_files import Part
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads, probes
@@ -404,13 +405,65 @@ def test_a_live_run_says_what_it_errs_by() -> None:
 
 
 def test_the_second_run_may_fail() -> None:
-    def fails(system: System) -> Trajectory:
+    def fails(system: System, progress: Progress | None) -> Trajectory:
         raise SolverError("Newton's iteration diverged", Reason.DIVERGED)
 
     motion = clamped(alone().body)
     with pytest.warns(Notice, match="it fails .Newton's iteration diverged.: their error is not known"):
         found = finer_parts.hold_against(motion, hung(alone().body), fails)
     assert found.part_errors == motion.part_errors
+
+
+def test_the_second_run_is_shown_and_its_cost_is_known() -> None:
+    shown: list[tuple[str, float]] = []
+    system = hung(alone().body)
+    run = integrate(system, SCHEME, 0.6, SHARP, 3, Labelled(lambda label, done: shown.append((label, done)), "integrating"))
+    assert list(dict.fromkeys(label for label, _ in shown)) == ["integrating", "checking parts"]
+    assert shown[-1] == ("checking parts", 1.0)
+    other = finer_parts.finer(system)
+    assert other is not None
+    assert (run.part_check or {})["unknowns"] == other.size > system.size
+    plain: list[float] = []
+    integrate(system, SCHEME, 0.6, SHARP, 3, plain.append)
+    assert plain == sorted(plain), "a progress without a name does not begin again"
+
+
+def test_a_part_that_is_not_to_be_checked_says_nothing_but_of_its_strains() -> None:
+    given = parts.placed(pinned().body, "arm", check=False)
+    run = silent(lambda: clamped(given))
+    assert (run.part_errors, run.part_check) == (None, None)
+    with pytest.warns(Notice, match="outside since"):
+        clamped(given, 30.0 * WEIGHT)
+
+
+def test_a_scene_may_ask_for_no_check(tmp_path: Path) -> None:
+    part_files.save(pinned(), tmp_path / "arm.part.h5")
+    text = SCENE.replace("ANALYSIS", "dynamic, duration: 0.2 s, step: 2 ms")
+    for name, asked in (("with", ""), ("without", ", check: false")):
+        (tmp_path / f"{name}.yaml").write_text(text.replace("arm.part.h5", f"arm.part.h5{asked}"), encoding="utf-8")
+    checked, plain = (
+        fmbs("run", tmp_path / f"{name}.yaml", "--json", "--no-plots", "--out", tmp_path / name).json
+        for name in ("with", "without")
+    )
+    assert set(checked["part_check"]) == {"unknowns", "cpu_s", "wall_s"}
+    assert "part_errors" not in plain
+    assert not any("parts" in line for line in plain["notices"])
+    assert plain["outputs"] == checked["outputs"]
+
+
+def test_runs_that_differ_in_their_step_alone_are_checked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither the run that says how far the step is off nor a repeated one finds the errors of parts again."""
+    found: list[float] = []
+    errors_of = finer_parts.errors
+    monkeypatch.setattr(finer_parts, "errors", lambda *given: found.append(1.0) or errors_of(*given))
+    case = Case(hung(alone().body), SCHEME, 0.2, SHARP)
+    kept = np.arange(0, 101, 5)
+    full = runs.run_fastest(case, kept, 3)
+    assert full.part_errors is not None
+    assert len(found) == 1
+    others = runs.run_other_steps(case, kept, [], order=True, expensive=False)
+    assert len(found) == 1
+    assert runs.step_error(full, others, SCHEME.step) is not None
 
 
 def test_parts_made_of_other_numbers_err_alike_where_all_forces_grow_alike() -> None:

@@ -117,6 +117,7 @@ class ShapePoints:
     missing: Annotated[MissingShapes | None, Inside("k i b c")] = None  #: shapes that it lacks, where it knows some
     #: (2,) largest errors of axial or membrane strains and of curvatures in its training, over the largest ones; none where unknown
     strain_errors: Annotated[np.ndarray, Reals("*")] = field(default_factory=lambda: np.zeros(0))
+    checked: bool = True  #: whether what it takes part in is held against the shapes that it lacks
 
 
 storable(
@@ -126,6 +127,7 @@ storable(
     positions=lambda values: np.zeros((0, 0)),
     missing=lambda values: None,
     strain_errors=lambda values: np.zeros(0),
+    checked=lambda values: True,
 )
 
 

@@ -16,8 +16,8 @@ from .body import Body, ShapePoints
 
 
 def knows_more(part: Body) -> bool:
-    """Whether a body is a part that knows shapes beside its own."""
-    return part.shapes is not None and knows_shapes(part.shapes)
+    """Whether a body is a part that knows shapes beside its own, and is to be held against them."""
+    return part.shapes is not None and part.shapes.checked and knows_shapes(part.shapes)
 
 
 def knows_shapes(points: ShapePoints) -> bool:

@@ -4,9 +4,28 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, TypeAlias
 
+from .records import dataclass
+
 Progress: TypeAlias = Callable[[float], None]  #: is called with the finished part of some work, 0 to 1
+
+
+@dataclass(frozen=True)
+class Labelled:
+    """Progress of work with a name, as a screen shows it."""
+
+    show: Callable[[str, float], None]  #: takes the name and the finished part
+    label: str
+
+    def __call__(self, fraction: float) -> None:
+        self.show(self.label, fraction)
+
+
+def follow_up(progress: Progress | None, label: str) -> Progress | None:
+    """The progress of what is done after some work; none where that has no name, which would seem to begin again."""
+    return replace(progress, label=label) if isinstance(progress, Labelled) else None
 
 
 class Notice(UserWarning):

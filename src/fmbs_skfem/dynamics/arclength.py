@@ -147,7 +147,8 @@ def follow_path(
     if problem.control.branch == "other" and not any(one.kind == "branch point" for one in walk.crossings):
         notify("no branch point lies on the way to the load: `branch: other` does nothing")
     motion = whole(system, walk)
-    return finer_parts.hold_against(motion, given, lambda other: follow_path(other, control, newton, time), marks)
+    again = lambda other, shown: follow_path(other, control, newton, time, shown)  # noqa: E731
+    return finer_parts.hold_against(motion, given, again, marks, progress=progress)
 
 
 def whole(system: System, walk: Walk) -> Trajectory:

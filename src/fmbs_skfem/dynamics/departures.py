@@ -68,9 +68,9 @@ def trained_parts(system: System) -> list[Elastic]:
 
 
 def unknown_parts(system: System) -> list[Elastic]:
-    """Those that know no shapes beside their own, by which their errors could be found."""
+    """Those whose errors nothing finds: that know no shapes beside their own, or are not to be held against them."""
     known = finer_systems.maker(system.full or system) is not None
-    return [one for one in trained_parts(system) if not known or not knows_shapes(one.gather)]
+    return [one for one in trained_parts(system) if not (known and one.gather.checked and knows_shapes(one.gather))]
 
 
 def first_of(names: list[str]) -> str:

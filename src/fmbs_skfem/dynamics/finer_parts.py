@@ -16,6 +16,7 @@ Source: errors by a finer space: R. E. Bank, A. Weiser, Math. Comp. 44 (1985) 28
 from __future__ import annotations
 
 import contextlib
+import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -23,7 +24,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..core.errors import FmbsError
-from ..core.notices import Notice, notify, remark
+from ..core.notices import Notice, Progress, follow_up, notify, remark
 from ..systems import finer_systems
 from ..systems.assembly import eliminate
 from ..systems.system import Elastic, System, remembered
@@ -42,7 +43,7 @@ WHY = "they know no others (`fmbs part info` says why)"
 
 def warn_unknown(system: System) -> None:
     """A remark of parts of which nothing can be said."""
-    if names := [f"'{one.name}'" for one in departures.unknown_parts(system)]:
+    if names := [f"'{one.name}'" for one in departures.unknown_parts(system) if one.gather.checked]:
         remark(f"parts {departures.first_of(names)}: nothing can be said of shapes that they lack, as {WHY}; {HOLD}")
 
 
@@ -68,33 +69,46 @@ def finer(system: System) -> System | None:
     return remembered(system, "finer", made)
 
 
+def unchecked(system: System) -> System:
+    """The system with parts that are not held against finer ones: for runs whose errors of parts another run has found."""
+    if finer_systems.maker(system.full or system) is None:
+        return system
+    parts = {one.name for one in departures.trained_parts(system)}
+    elastic = tuple(replace(one, gather=replace(one.gather, checked=False)) if one.name in parts else one for one in system.elastic)
+    return replace(system, elastic=elastic, full=None if system.full is None else unchecked(system.full))
+
+
 def hold_against(
     motion: Trajectory,
     system: System,
-    again: Callable[[System], Trajectory],
+    again: Callable[[System, Progress | None], Trajectory],
     marks: Callable[[Trajectory], np.ndarray] | None = None,
     watched: bool = False,
+    progress: Progress | None = None,
 ) -> Trajectory:
     """A motion, or equilibria, with the errors (1) of its outputs; a warning is shown where they are large.
 
-    `again` finds those of the finer system. States are compared at the same times, or at numbers `marks` (k,) of paths that have
-    other ones. Strains that have left their training are told where the errors are large; where they are not known, too, unless the
-    motion was `watched` for that.
+    `again` finds those of the finer system, with its progress. States are compared at the same times, or at numbers `marks` (k,)
+    of paths that have other ones. Strains that have left their training are told where the errors are large; where they are not
+    known, too, unless the motion was `watched` for that.
     """
     try:
         warn_unknown(system)
+        cpu, wall = time.process_time(), time.perf_counter()
         departed, other = departures.find(motion), finer(system)
         if other is None:
             departures.warn([] if watched else departed)
             return motion
         try:
             with quietly():
-                reference = again(other)
+                reference = again(other, follow_up(progress, "checking parts"))
         except FmbsError as error:
             notify(f"with the shapes that parts lack it fails ({str(error).partition(';')[0]}): their error is not known; {HOLD}")
             departures.warn(departed)
             return motion
         motion = replace(motion, part_errors=errors(reference, motion, marks))
+        spent = {"cpu_s": time.process_time() - cpu, "wall_s": time.perf_counter() - wall}
+        motion = replace(motion, part_check={"unknowns": other.size, **spent})
         warn(motion.part_errors or {}, motion, departed)
     except Notice as notice:
         notice.partial = motion

@@ -78,8 +78,8 @@ def integrate(
     try:
         follow(run, looks, progress)
         motion = trajectory(run)
-        again = lambda other: integrate(other, scheme, duration, newton, every)  # noqa: E731
-        motion = finer_parts.hold_against(motion, system, again, watched=True)
+        again = lambda other, shown: integrate(other, scheme, duration, newton, every, shown)  # noqa: E731
+        motion = finer_parts.hold_against(motion, system, again, watched=True, progress=progress)
         warn_of_division(motion.statistics)
         plain = run.feed.plain if run.feed else motion.system
         warn_of_coarse_steps(motion, plain, scheme.step, steps)

@@ -100,7 +100,8 @@ def solve_statics(
     first = start if begin is not None else at_rest(problem, start)
     problem = replace(problem, judged=first is not None and begin is None)
     found = reach_targets(problem, start, np.arange(1, steps + 1) / steps, progress, first)
-    return finer_parts.hold_against(found, given, lambda other: solve_statics(other, steps, newton, time))
+    again = lambda other, shown: solve_statics(other, steps, newton, time, shown)  # noqa: E731
+    return finer_parts.hold_against(found, given, again, progress=progress)
 
 
 def at_rest(problem: Problem, start: Equilibrium) -> Equilibrium | None:
@@ -139,7 +140,7 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
 
     problem = Problem(system, system.x0, at, newton, "time [s]")
     found = reach_targets(problem, problem.solve(float(targets[0]), unloaded(model)), targets[1:])
-    return finer_parts.hold_against(found, given, lambda other: solve_equilibria(other, times, newton))
+    return finer_parts.hold_against(found, given, lambda other, shown: solve_equilibria(other, times, newton))
 
 
 def reach_targets(

@@ -97,6 +97,7 @@ class Trajectory:
     way: Way | None = None  #: of a path of equilibria
     #: errors of outputs by column, over their ranges, that parts make, see `finer_parts`; None where they are not known
     part_errors: Mapping[str, float] | None = None
+    part_check: Mapping[str, float] | None = None  #: what finding these took: `unknowns`, `cpu_s` and `wall_s` [s]
 
     def part(self, states: slice | np.ndarray) -> Trajectory:
         """The motion at some of its times."""

@@ -19,6 +19,7 @@ from ..core.expressions import Expression
 from ..core.linalg import is_sparse
 from ..core.notices import Progress, notify
 from ..core.records import dataclass
+from ..dynamics import finer_parts
 from ..dynamics.checkpoint import Record, Resumed
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
@@ -62,6 +63,11 @@ def run(
 def with_step(case: Case, step: float) -> Case:
     """The case with another step [s]."""
     return replace(case, scheme=replace(case.scheme, step=step))
+
+
+def unchecked(case: Case) -> Case:
+    """The case for one more run, which finds no errors of parts: another run of it has found them."""
+    return replace(case, system=finer_parts.unchecked(case.system))
 
 
 def at_times(

@@ -255,14 +255,17 @@ def relative(found: np.ndarray) -> np.ndarray:
     return np.divide(found[1], found[0], out=np.zeros(2), where=found[0] > 0.0)
 
 
-def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np.ndarray | None = None) -> Body:
-    """A reduced body elsewhere under another name: x -> origin + rotation x, (c,) [m] and a proper rotation (c, c)."""
+def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np.ndarray | None = None, check: bool = True) -> Body:
+    """A reduced body elsewhere under another name: x -> origin + rotation x, (c,) [m] and a proper rotation (c, c).
+
+    Without `check` what it takes part in is not held against the shapes that it lacks, see `dynamics.finer_parts`.
+    """
     R = np.eye(part.dim) if rotation is None else np.asarray(rotation, dtype=float)
     if R.shape != (part.dim, part.dim) or np.abs(R @ R.T - np.eye(part.dim)).max() > MISSES or np.linalg.det(R) < 0.0:
         remedy = "a mirrored part is another part: train it from a mirrored mesh"
         raise InputError(say(f"part '{name}'", f"a rotation ({part.dim}, {part.dim}) that mirrors nothing", R.tolist(), remedy))
     shift = np.zeros(part.dim) if origin is None else np.asarray(origin, dtype=float)
-    points = part.shapes
+    points = part.shapes if part.shapes is None else replace(part.shapes, checked=check)
     if points is not None and points.positions.size:
         points = replace(points, positions=points.positions @ R.T + shift)
     if points is not None and points.missing is not None:

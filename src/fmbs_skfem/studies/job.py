@@ -8,7 +8,6 @@ with job.begin("scene.yaml", parameters={"E": 2e9}, out="results") as work:
 from __future__ import annotations
 
 import contextlib
-import functools
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import field, replace
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from ..core import compilation
 from ..core.errors import InputError, Warned, say
-from ..core.notices import Notice, Progress, Remark, notify
+from ..core.notices import Labelled, Notice, Progress, Remark, notify
 from ..core.records import dataclass
 from . import notebooks, reports
 
@@ -79,7 +78,7 @@ class Job:
     def progress(self, label: str) -> Progress:
         """A function that takes the finished part of the work `label`."""
         self.listener.progress(label, 0.0)
-        return functools.partial(self.listener.progress, label)
+        return Labelled(self.listener.progress, label)
 
 
 @contextlib.contextmanager

@@ -120,6 +120,7 @@ def finish(
         **({"large_strains": [asdict(one) for one in strained]} if strained else {}),
         **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
         **({} if trajectory.part_errors is None else {"part_errors": trajectory.part_errors}),
+        **({} if trajectory.part_check is None else {"part_check": trajectory.part_check}),
         "outputs": {name: extremes(values) for name, values in outputs.items()},
         **({"stress_errors": uncertain} if uncertain else {}),
         "units": probes.column_units(task.system.outputs),
