@@ -79,3 +79,18 @@ analysis: {type: modes, spin: {rate: 3.0}, count: 1}
     falling = scenes.loads(text.replace("{axle: {type: revolute, at: disc, axis: AXIS}}", "{}"))
     with pytest.raises(InputError, match="free motions: disc moves along"):
         falling.analysis.find(falling)
+
+
+def test_what_the_spin_holds_where_it_is_drawn_is_not_free() -> None:
+    """A bead where cos(theta) = g / (rate^2 R), which weight alone would push: it vibrates by rate sin(theta)."""
+    cosine = 9.81 / (49.0 * 0.5)
+    sine = np.sqrt(1.0 - cosine**2)
+    center = f"[{0.5 * sine}, 0, {-0.5 * cosine}]"
+    body = f"{{type: rigid, mass: 1, inertia: [1e-6, 1e-6, 1e-6], center: {center}, points: {{o: [0, 0, 0]}}}}"
+    joint = "{type: revolute, at: arm.o, axis: [0, 1, 0]}"
+    scene = scenes.loads(SCENE.format(bodies=f"\n  arm: {body}", joints=f"arm: {joint}", rate=7.0, count=1, gravity=-9.81))
+    found = scene.analysis.find(scene)
+    assert found.columns["omega_rad_per_s"] == pytest.approx([7.0 * sine], rel=1e-5)
+    still = scenes.loads(SCENE.format(bodies=f"\n  arm: {body}", joints=f"arm: {joint}", rate=0.0, count=1, gravity=-9.81))
+    with pytest.raises(InputError, match=r"free motions: arm turns about .*draw what weight holds as it hangs"):
+        still.analysis.find(still)

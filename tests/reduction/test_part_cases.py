@@ -229,10 +229,26 @@ def test_many_strains_outside_are_summed_up_in_two_lines(monkeypatch: pytest.Mon
     assert f"; outside as well: parts {', '.join(repr(one.body) for one in others)}; its error" in told[1]
 
 
-def look_often(patch: pytest.MonkeyPatch) -> None:
-    """Runs are looked at after as few steps as may be, and every look is due."""
-    wind(patch, departures, tick=0.0)
-    wind(patch, integration, tick=integration.PACE)
+@pytest.mark.parametrize("tick", [0.0, integration.PACE, 100.0])
+def test_warnings_of_departures_do_not_depend_on_the_clock(tick: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A slow machine shows a run often, a fast one once: both warn after LOOK states, and at the end."""
+    look_often(monkeypatch, tick)
+    bodies = [parts.placed(unknown(alone().body), f"{k}", np.array([0.0, 2.0 * k, 0.0])) for k in range(2)]
+    held = [joints.Pin(f"A{k}", At(f"{k}", "left")) for k in range(2)]
+    pull = loads.PointForce("pull", At("0", "right"), (1e3, 0.0, 0.0), lambda t: 100.0 * t * t)
+    turns = {"1": Motion((120.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 60.0))}
+    with pytest.warns(Notice) as shown:
+        integrate(eliminate(assemble(bodies, held, [pull], initial=turns)), SCHEME, 0.1, SHARP)
+    first, last = (str(one.message) for one in shown if one.category is Notice)
+    assert first.startswith("part '1': ")
+    assert "part '0'" not in first
+    assert "part '0'" in last
+
+
+def look_often(patch: pytest.MonkeyPatch, tick: float = integration.PACE) -> None:
+    """Runs show their states as often as a machine does on which a moment takes `tick` seconds, and looks take few of them."""
+    patch.setattr(departures, "LOOK", 10)
+    wind(patch, integration, tick=tick)
 
 
 def test_a_caller_that_takes_warnings_for_errors_stops_the_run_when_strains_leave_the_training(

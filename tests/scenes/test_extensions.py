@@ -18,7 +18,7 @@ from fmbs_skfem import dynamics, scenes, studies, systems
 from fmbs_skfem.bodies import laws
 from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import CorruptFile, InputError
-from fmbs_skfem.core.notices import Remark
+from fmbs_skfem.core.notices import Notice, Remark
 from fmbs_skfem.reduction import files, parametric_model
 from fmbs_skfem.scenes import build, extensions, schema
 from fmbs_skfem.scenes.analyses import Analysis
@@ -127,6 +127,18 @@ def test_a_body_and_an_analysis(project: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"whole.yaml:6: bodies.rod.mass: expected a mass \[kg\], got '3 m'"):
         quiet(path)
     assert {"Rod", "Periods"} <= set(scenes.json_schema()["$defs"])
+
+
+def test_outputs_that_an_own_analysis_names_do_something(project: Path) -> None:
+    own = FILES["my_periods.py"].replace("    count: Count = 3\n", '    count: Count = 3\n    output: str = ""\n')
+    (project.parent / "my_periods.py").write_text(own)
+    path = project.parent / "whole.yaml"
+    outputs = "outputs: {tip: {type: position, at: rod.b}, other: {type: position, at: rod.a}}\n"
+    path.write_text(OWN.replace("count: 1}", "count: 1, output: tip}") + outputs)
+    with pytest.warns(Notice) as shown:
+        quiet(path)
+    (said,) = (str(one.message) for one in shown if "outputs: do" in str(one.message))
+    assert said.endswith("whole.yaml:10: outputs: do nothing, an analysis of periods has none: other")
 
 
 ARM = """\

@@ -59,7 +59,7 @@ def test_what_swings_about_a_rim_is_counted(scene: scenes.Scene, count: int) -> 
 @pytest.mark.filterwarnings("ignore")
 def test_equilibria_of_such_plates_are_refused() -> None:
     """Under its weight it would swing from horizontal to hanging."""
-    with pytest.raises(InputError, match=r"p turns about the axis \(0, 1, 0\) through \(0, .*\); \n`slopes: true` of the rim"):
+    with pytest.raises(InputError, match=r"p turns about the axis \(0, 1, 0\) through \(0, .*\); `slopes: true` of the rim"):
         plate().run()
     with pytest.raises(InputError, match="1 rigid motion that nothing resists"):
         studies.check(plate())

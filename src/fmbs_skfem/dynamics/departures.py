@@ -9,7 +9,6 @@ is known of parts that know no more shapes, and stored states of a run are looke
 
 from __future__ import annotations
 
-import time as clock
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +27,7 @@ from .trajectory import Trajectory
 
 BLOCK = 200  #: states whose strains are found at a time
 BEYOND = 0.1  #: part of the trained range that strains may leave it by
-RARELY = 100.0  #: time between two looks at a run, over that of a look
+LOOK = 50  #: stored states between two looks at a run: the clock decides nothing, so that every run shows the same warnings
 KINDS = ("axial strain", "curvature [1/m]"), ("smallest strain", "largest strain")  #: of lines, of surfaces
 SHOWN = 3  #: names that a message lists
 REMEDY = "its error is not known there: train it on such motions, or with other forces and moments (fmbs part train --alone)"
@@ -173,25 +172,25 @@ def watch(system: System, parts: list[Elastic]) -> Record | None:
     """A record of `integrate` that shows a notice when strains first leave the training of some parts, see `unknown_parts`.
 
     A second one at the end of the run sums up what has left it since. A caller that takes notices for errors stops the run with the
-    first. None where there are no parts. Looks are rare enough to cost little.
+    first. None where there are no parts. Looks are taken after every LOOK stored states and at the end, however often the run
+    shows its states.
     """
     if not parts:
         return None
-    seen, due, told, known = 0, 0.0, 0, dict[tuple[str, str], Departure]()
+    seen, told, known = 0, 0, dict[tuple[str, str], Departure]()
 
     def look(moment: RunState) -> None:
-        nonlocal seen, due, told
-        begun, last = clock.perf_counter(), moment.done >= moment.steps
-        if not last and begun < due:
-            return
-        rows = moment.rows(seen, moment.kept)
-        for one in find_in(system, rows.times, rows.x, parts):
-            before = known.get((one.body, one.kind), one)
-            farthest = max(before, one, key=lambda each: each.excess)
-            known[one.body, one.kind] = replace(farthest, time=before.time)
-        seen, due = moment.kept, clock.perf_counter() + RARELY * (clock.perf_counter() - begun)
-        if len(known) > told and (last or not told):
-            told = len(known)
-            warn(list(known.values()))
+        nonlocal seen, told
+        last = moment.done >= moment.steps
+        for end in [*range(seen + LOOK, moment.kept, LOOK), moment.kept] if last else range(seen + LOOK, moment.kept + 1, LOOK):
+            rows = moment.rows(seen, end)
+            for one in find_in(system, rows.times, rows.x, parts):
+                before = known.get((one.body, one.kind), one)
+                farthest = max(before, one, key=lambda each: each.excess)
+                known[one.body, one.kind] = replace(farthest, time=before.time)
+            seen = end
+            if len(known) > told and (not told or (last and end == moment.kept)):
+                told = len(known)
+                warn(list(known.values()))
 
     return look

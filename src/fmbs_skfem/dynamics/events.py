@@ -260,11 +260,11 @@ class Watch:
         system, back = model.system, np.argsort(model.order)
         time, x, v = h * (run.done + place), state.x[back], state.v[back]
         late = max(time, h * (run.done + LATE))
-        self.tell_of_both(due, time)
+        self.warn_of_conflict(due, time)
         gaps = list[tuple[Gap, ...]]()
         for one in (self.triggers[k] for k in due):
-            self.let_go(model, one.name, one.release, x, late)
-            gaps.append(tuple(self.hold(model, one.name, name, x, late) for name in one.lock))
+            self.release(model, one.name, one.release, x, late)
+            gaps.append(tuple(self.lock(model, one.name, name, x, late) for name in one.lock))
         off = run.step.space.off
         off[:] = ~self.closed | follows(model, x, late, self.closed)
         at = Instant(late, x, v, off > 0.0, state.memory)
@@ -281,7 +281,7 @@ class Watch:
             self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss if one.lock else 0.0, gap))
             loss = 0.0 if one.lock else loss
 
-    def tell_of_both(self, due: np.ndarray, time: float) -> None:
+    def warn_of_conflict(self, due: np.ndarray, time: float) -> None:
         """A notice of joints that some events lock and others release at one instant: in order, as if the last were alone."""
         last: dict[str, str] = {}
         for one in (self.triggers[k] for k in due):
@@ -293,7 +293,7 @@ class Watch:
                     )
                 last[name] = act
 
-    def tell_of_nothing(self, event: str, act: str, state: str, name: str, time: float) -> None:
+    def remark_no_effect(self, event: str, act: str, state: str, name: str, time: float) -> None:
         """A remark, made once, of a joint that an event locks or releases and that is so already."""
         text = f"event '{event}' {act} joint '{name}', which is {state} already"
         if text not in self.idle:
@@ -301,17 +301,17 @@ class Watch:
             again = "; say 'once: true' if it is to happen once" if any(one.name == event for one in self.happened) else ""
             remark(f"{text}, at t = {time:.6g} s{again}")
 
-    def hold(self, model: Compiled, event: str, name: str, x: np.ndarray, time: float) -> Gap:
-        """Let the rows of a lock hold in the state x (n,); the gap between its places, with a notice where a latch is far open."""
+    def lock(self, model: Compiled, event: str, name: str, x: np.ndarray, time: float) -> Gap:
+        """Lock a joint in the state x (n,); the gap between its places, with a notice where a latch is far open."""
         system, lock, mine = model.system, self.locks[name], self.joints == name
         own, y = rows_of_locks(system)[mine], system.probes(x)
         already = bool(self.closed[mine][own].any())
         self.closed[mine] = own
         for signal, value in zip(lock.signals, numbers_of(lock, y), strict=True):
-            self.feed.hold(self.feed.plain.signals[signal], float(value))
+            self.feed.set_input(self.feed.plain.signals[signal], float(value))
         gap = Gap(name, *gap_of(lock, y))
         if already:
-            self.tell_of_nothing(event, "locks", "locked", name, time)
+            self.remark_no_effect(event, "locks", "locked", name, time)
         elif own.all() and gap.distance is not None and gap.distance > FAR * system.scale:
             text = (
                 f"event '{event}', t = {time:.6g} s: latch '{name}' locks its places {gap.distance:.3g} m apart and keeps them so"
@@ -319,8 +319,8 @@ class Watch:
             notify(f"{text}; let 'when' watch their distance, or name places that meet")
         return gap
 
-    def let_go(self, model: Compiled, event: str, joints: Sequence[str], x: np.ndarray, time: float) -> None:
-        """Let rows of joints go; SolverError where a trained space knows no motion in which they do not hold."""
+    def release(self, model: Compiled, event: str, joints: Sequence[str], x: np.ndarray, time: float) -> None:
+        """Release rows of joints; SolverError where a trained space knows no motion in which they do not hold."""
         size = lengths(model, x, time)
         for name in joints:
             mine = self.joints == name
@@ -329,7 +329,7 @@ class Watch:
                 remedy = "train it with a run in which the event happens"
                 raise SolverError(f"{text}; {remedy}", Reason.INCONSISTENT, time, ((f"joint {name}", 0.0),))
             if not self.closed[mine].any():
-                self.tell_of_nothing(event, "releases", "free", name, time)
+                self.remark_no_effect(event, "releases", "free", name, time)
             self.closed[mine] = False
 
     def arrays(self, run: OpenRun) -> dict[str, np.ndarray]:

@@ -95,7 +95,7 @@ class Feed:
         expected = f"one of the inputs {listed(self.free, name, 'of which there are none')}"
         raise InputError(say("run.step", expected, got) + closest(name, self.free))
 
-    def hold(self, one: Held, value: float) -> None:
+    def set_input(self, one: Held, value: float) -> None:
         """Set an input from an event on."""
         self.given[one.name].values[:] = [value] * KEPT
         self.record[one.name][-1] = value

@@ -18,8 +18,8 @@ from ..bodies.laws import Law
 from ..core import lapack, ranks, saddle, supernodes
 from ..core.errors import Reason, SolverError
 from ..core.linalg import Array
+from ..systems import assembly, evaluation, forces, layouts, mechanism
 from ..systems import compiled as compilation
-from ..systems import evaluation, forces, layouts, mechanism
 from ..systems.compiled import Compiled, signal_table
 from ..systems.layouts import Storage
 from ..systems.redundancy import notify_projected, rows_of, scale_of, singular_start, without_redundant
@@ -54,6 +54,9 @@ class Instant(NamedTuple):
     first: bool = False  #: whether the motion starts there: velocities are projected, and no impulse acts
 
 
+DRIVEN = "drives begin with rates that their bodies do not have, an impulse: let them begin gently, or give the bodies these rates"
+
+
 class Start(NamedTuple):
     """Consistent initial state, in the order of the system's unknowns."""
 
@@ -73,24 +76,24 @@ def startable(system: System, scheme: GeneralizedAlpha) -> System:
 def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
     """x0 and v0 with Phi_q v + Phi_t = 0, as `consistent_start`; SolverError where Phi(x0) is not zero.
 
-    Of wide systems at rest nothing is solved. Nothing is compiled, but where velocities of plates, or beside forces, are projected.
+    Of wide systems at rest nothing is solved. Nothing is compiled, but where velocities of flexible bodies, or beside forces, jump.
     """
     if system.size >= layouts.WIDE and not system.v0.any() and not driven_rows(system.constraints).any():
-        hold(system)
+        jacobian_at_start(system)
         return system.x0, system.v0
     J, gap = velocity_gaps(system, scheme)
-    by_mass = not system.loads.forces and not has_plates(system)
-    if by_mass or np.abs(gap).max(initial=0.0) <= ROUND_OFF * speed_of(system.v0):
+    rigid = not system.loads.forces and not system.elastic
+    if rigid or np.abs(gap).max(initial=0.0) <= ROUND_OFF * speed_of(system.v0):
         try:
             solve = kkt_solver(system, system.mass, J)
-            return system.x0, projected(system, system.v0, solve, gap)
+            return system.x0, warned(system, system.v0, change_of(solve, np.zeros(system.size), gap))
         except SolverError:
-            if by_mass:
+            if rigid:
                 raise
     return consistent_start(compilation.compile_system(system), scheme)[:2]
 
 
-def hold(system: System) -> csr_array:
+def jacobian_at_start(system: System) -> csr_array:
     """Phi_x (m, n) at the start; SolverError(INCONSISTENT), by name, where the joints do not hold there: Phi(x0) is not zero."""
     if not system.constraints.names:
         return csr_array((0, system.size))
@@ -104,7 +107,7 @@ def hold(system: System) -> csr_array:
 
 def velocity_gaps(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np.ndarray]:
     """Phi_x (m, n) and Phi_x v + Phi_t (m,) at the start."""
-    J = hold(system).toarray()
+    J = jacobian_at_start(system).toarray()
     if is_linear(system.constraints).all():
         return J, J @ system.v0
     (rows, z), d = rows_of(system), DRIFT * scheme.step
@@ -145,8 +148,9 @@ def consistent_start(
 
     The first step from there is one of `span` [s], if not that of the scheme. Plates take M + (gh C + K) / bh in place of M: under
     a load that starts as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry them on. So
-    does whatever is `filtered`, with C and K of its forces too: what that leaves out is of second order in h. An impulse behind the
-    start, of joints that lock, changes velocities by `jump`.
+    does whatever is `filtered`, with C and K of its forces too: what that leaves out is of second order in h. An impulse, of drives
+    that begin with a rate or of joints that lock, changes velocities by `jump`. By M alone a drive would turn one node of a beam,
+    with rates of strain that no step resolves: a damped beam driven at 1 mrad/s then began with 0.16 J in place of 6e-7 J.
     """
     at = at or start_of(model)
     system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
@@ -171,8 +175,8 @@ def consistent_start(
     steady = (is_linear(system.constraints) | ~on).all()  # straight paths stay on what is linear and independent of time
     d = DRIFT * h
     drift = np.zeros(len(phi)) if steady else RATE @ along(d, still) / (12 * d)
-    gap = J @ v + drift
-    v = projected(system, v, solve, gap) if at.first else v + jump(model, held(system, on), x, J, gap, h, invert)
+    leap = partial(jump, model, held(system, on), x, J, h=h, invert=invert)
+    v = projected(held(system, on), v, J, drift, leap, invert) if at.first else v + leap(J @ v + drift)
     f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
     a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
@@ -197,7 +201,7 @@ def filtered_start(model: Compiled, scheme: GeneralizedAlpha) -> Start | None:
 def jump(
     model: Compiled, system: System, x: np.ndarray, J: np.ndarray, gap: np.ndarray, h: float, invert: Inverter | None
 ) -> np.ndarray:
-    """Change u (n,) of velocities by an impulse of the rows J (m, n) of joints that lock, which closes a gap Phi_x v + Phi_t (m,).
+    """Change u (n,) of velocities by an impulse of the rows J (m, n) of joints, which closes a gap Phi_x v + Phi_t (m,).
 
     M u + J^T mu = 0 of rigid bodies. Of strains that vibrate by w [rad/s], with the damping time beta, rates keep
 
@@ -220,12 +224,32 @@ def change_of(solve: Solver, f: np.ndarray, gap: np.ndarray) -> np.ndarray:
     return solve(f, -gap)[0] if len(gap) else np.zeros(len(f))
 
 
-def projected(system: System, v: np.ndarray, solve: Solver, gap: np.ndarray) -> np.ndarray:
-    """v (n,) at the first instant and what closes a gap Phi_x v + Phi_t (m,); a warning says so, and round-off stays."""
-    change = change_of(solve, np.zeros(len(v)), gap)
+def projected(
+    system: System,
+    v: np.ndarray,
+    J: np.ndarray,
+    drift: np.ndarray,
+    leap: Callable[[np.ndarray], np.ndarray],
+    invert: Inverter | None,
+) -> np.ndarray:
+    """v (n,) at the first instant and what closes Phi_x v + Phi_t (m,), `drift` the latter; a warning says so, and round-off stays.
+
+    Linear rows that nothing drives change v by the least kinetic energy, as where they are eliminated, and all others by `leap`.
+    """
+    given, fixed, least = v, is_linear(system.constraints), ROUND_OFF * speed_of(v)
+    if np.abs(J[fixed] @ v).max(initial=0.0) > least:
+        solve = kkt_solver(keep_constraints(system, np.flatnonzero(fixed)), assembly.mass_of_speeds(system), J[fixed], True, invert)
+        v = v + change_of(solve, np.zeros(len(v)), J[fixed] @ v)
+    if np.abs(gap := J @ v + drift).max(initial=0.0) > least:
+        v = v + leap(gap)
+    return warned(system, given, v - given, bool(np.abs(drift).max(initial=0.0) > least))
+
+
+def warned(system: System, v: np.ndarray, change: np.ndarray, driven: bool = False) -> np.ndarray:
+    """v (n,) at the first instant with its change (n,), of which a warning says; round-off is left out."""
     if float(np.abs(change).max(initial=0.0)) <= 1e-9 * speed_of(v):
         return v
-    notify_projected(system, change)
+    notify_projected(system, change, DRIVEN if driven else "")
     return np.asarray(v + change)
 
 

@@ -21,6 +21,7 @@ from .outputs import centre_lines, skins
 from .trajectory import Trajectory
 
 LARGE = 0.1  #: strain from which is warned: forces are then off by 15 %; half of it is 7 %
+ROUND_OFF = 1e-12  #: of the size of the system, below which a place is 0
 LOOKS = 40  #: states of a motion that are looked at
 SMALL = Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.MEMBRANE, Law.SHELL  #: laws that are linear in strains
 
@@ -63,7 +64,8 @@ def place_of(system: System, x: np.ndarray, name: str, shortened: bool) -> tuple
     surfaces = [(one.name, *on_surface(skins(system, q)[one.name], shortened)) for one in system.skins if one.name == name]
     for one, places, strain in [*lines, *surfaces]:
         if one == name and len(places):
-            return tuple((places[int(np.argmax(sign * strain))] + system.origin).tolist())
+            place = places[int(np.argmax(sign * strain))] + system.origin
+            return tuple(np.where(np.abs(place) > ROUND_OFF * system.scale, place, 0.0).tolist())
     return ()
 
 

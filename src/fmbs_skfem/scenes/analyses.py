@@ -86,9 +86,9 @@ class Analysis(Declared, ABC):
     def require(self, scene: Scene, raw: System) -> None:
         """Refuse, before it is run as well, what would have another solution than is meant."""
 
-    def hold(self, system: System) -> None:
+    def require_joints(self, system: System) -> None:
         """Refuse joints that no state fulfils at its begin."""
-        initial.hold(system)
+        initial.jacobian_at_start(system)
 
 
 class History(Analysis, ABC):
@@ -157,7 +157,7 @@ def refuse_unsupported(scene: Scene, raw: System, remedy: str = HOLD) -> None:
 
 def refuse_swings(scene: Scene, raw: System, time: float) -> None:
     """Refuse motions about rims that loads at a time [s] push: an equilibrium far away would be taken for that of a plate."""
-    refuse_motions(scene, list(map(str, hinged_rims.pushed(raw, time))), "\n`slopes: true` of the rim clamps it")
+    refuse_motions(scene, list(map(str, hinged_rims.pushed(raw, time))), "`slopes: true` of the rim clamps it")
 
 
 def refuse_motions(scene: Scene, found: list[str], remedy: str) -> None:

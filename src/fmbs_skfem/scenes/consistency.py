@@ -109,8 +109,10 @@ def _idle(scene: Scene) -> Iterator[Oddity]:
     """What a scene says without effect: keys that its analysis or body does not read, changed parameters that nothing uses."""
     for name, body in scene.bodies.items():
         yield from ((("bodies", name, key), text) for key, text in body.idle())
-    if scene.outputs and not scene.analysis.has_outputs:
-        yield ("outputs",), f"do nothing, an analysis of {scene.analysis.word} has none: {', '.join(scene.outputs)}"
+    named = [value for value in vars(scene.analysis).values() if isinstance(value, str)]  # by analyses that read outputs themselves
+    idle = [] if scene.analysis.has_outputs else [name for name in scene.outputs if name not in named]
+    if idle:
+        yield ("outputs",), f"do nothing, an analysis of {scene.analysis.word} has none: {', '.join(idle)}"
     yield from scene.analysis.idle(scene)
     for name, load in scene.loads.items():
         yield from ((("loads", name), text) for key, text in load.idle("") if not key)

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from ..systems import System
     from .schema import Scene
 
+DRAWN = "draw what weight holds as it hangs"
+CONTACT = "let contact that holds them overlap from the start (friction holds nothing here)"
+
 
 @dataclass(frozen=True, kw_only=True)
 class NearState(States, ABC):
@@ -50,13 +53,12 @@ class NearState(States, ABC):
         if about == "reference" and not kept:
             scene = dataclasses.replace(scene, loads={name: load for name, load in scene.loads.items() if load.resists})
         raw = build.system(scene, allow_outside=allow_outside)
+        turned = raw if self.spin is None else dynamics.in_rotating_frame(raw, self.spin)
         if about == "reference":
             self.examine(scene, raw)
-        elif free := [*free_motions.pushed(raw, self.time), *hinged_rims.pushed(raw, self.time)]:
+        elif free := [*free_motions.pushed(turned, self.time), *hinged_rims.pushed(raw, self.time)]:
             got = f"free motions: {'; '.join(map(str, free))}"
-            contact = "let contact that holds them overlap from the start (friction holds nothing here)"
-            refuse_free(scene, got, f"hold them by joints, {contact}, or take the modes about the reference")
-        turned = raw if self.spin is None else dynamics.in_rotating_frame(raw, self.spin)
+            refuse_free(scene, got, f"hold them by joints, {DRAWN}, {CONTACT}, or take the modes about the reference")
         return raw, build.chosen_form(scene, turned), about
 
     def equations(self, system: System, about: str) -> Linear:

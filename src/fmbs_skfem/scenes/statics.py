@@ -70,8 +70,8 @@ class Static(History):
                     remark(f"{text}; `branch: other` takes the other")
         return found
 
-    def hold(self, system: System) -> None:
-        initial.hold(loading.ramp(system, self.time))
+    def require_joints(self, system: System) -> None:
+        initial.jacobian_at_start(loading.ramp(system, self.time))
 
     def examine(self, scene: Scene, raw: System) -> None:
         """Rigid motions that nothing resists; weight may hold one, as of a chain."""

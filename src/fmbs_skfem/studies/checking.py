@@ -143,7 +143,7 @@ def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
     """The form the scene is solved in, and what its joints make of the initial state; velocities are those of motions alone."""
     reduced = without_redundant(build.chosen_form(scene, raw))
     if not scene.analysis.moves:
-        scene.analysis.hold(reduced)
+        scene.analysis.require_joints(reduced)
         return reduced, {"position_change": float(np.abs(reduced.lift(reduced.x0) - raw.x0).max(initial=0.0))}
     analysis, whole, begin = build.dynamic(scene), raw, reduced
     if not analysis.drawn:

@@ -13,6 +13,7 @@ from ..dynamics.histories import drives_that_jump
 from ..systems.system import sizes
 
 NOISE = 1e-3  #: noise of accelerations, relative to the largest, above which a warning is shown
+JUMP = 0.01  #: of the largest velocity, by which those at the start differ from the given ones where joints change them
 STILL = 1e-10  #: displacement, over the size of the system, up to which it rests: what Newton leaves of an equilibrium is less
 GAIN = 0.05  #: rise of the energy balance, relative to the largest energy, above which a warning is shown
 LOSS = 0.01  #: fall of the energy balance, likewise: by damping of the method that motions in small steps hardly feel
@@ -26,6 +27,8 @@ def balances(scheme: GeneralizedAlpha | None, trajectory: Trajectory) -> dict[st
     cause, remedy = f"a step of {scheme.step:g} s is too large for this motion", "halve it and compare, or take a larger rho_inf"
     if drives_that_jump(trajectory.system, scheme.step, steps):  # an impulse, which no step and no damping makes right
         cause, remedy = "a drive jumps within one step", "let it change over many steps"
+    elif np.abs(trajectory.v[0] - trajectory.system.v0).max(initial=0.0) > JUMP * np.abs(trajectory.v).max(initial=0.0):
+        cause, remedy = "velocities jump at the start", "give bodies those of their joints and drives, or let drives begin gently"
     drift = energy_drift(trajectory, cause, remedy)
     return {"energy_drift": drift, "acceleration_noise": acceleration_noise(scheme, trajectory)}
 

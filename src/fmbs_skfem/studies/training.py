@@ -201,7 +201,8 @@ def warn_of_cost(order: TrainingOrder, cost: float, checked: Checked | None) -> 
     """Say that a reduced model does not pay, and which one of the training does at the error that is wanted."""
     if not cost >= 1.0:
         return
-    text = f"the reduced model does not pay: a run of it takes {cost:.2g} times as long as the cheapest full run"
+    times = f"{cost:.2g} times as long as" if cost >= 1.05 else "as long as"
+    text = f"the reduced model does not pay: a run of it takes {times} the cheapest full run"
     remedy = "sweep with the full model (fmbs sweep SCENE)"
     stages = checked.rows[: checked.models] if checked else ()
     for number, row in enumerate(stages, start=1):

@@ -421,14 +421,16 @@ def report_moved(system: System, rows: np.ndarray, gap: np.ndarray) -> None:
         notify(f"the initial state is moved, because it does not satisfy the joints: {listed}")
 
 
-def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarray:
-    """Initial velocities in the unknowns of `free`: (T^T M T) v = T^T M v0; a notice names a change.
+def mass_of_speeds(system: System) -> csr_array:
+    """M (n, n) in which axes without mass, of laminae and rods, weigh next to nothing: they keep velocities that joints let be."""
+    return csr_array(system.mass + LIGHT * (system.metric - system.mass))
 
-    Axes without mass, of laminae and rods, weigh next to nothing, so that they keep their velocities where joints let them.
-    """
+
+def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarray:
+    """Initial velocities in the unknowns of `free`: (T^T M T) v = T^T M v0; a notice names a change."""
     if not system.v0.any():
         return free.v0
-    M = csr_array(system.mass + LIGHT * (system.metric - system.mass))
+    M = mass_of_speeds(system)
     v = np.asarray(spsolve(csr_array(T.T @ M @ T).tocsc(), T.T @ (M @ system.v0))).reshape(free.size)
     change = T @ v - system.v0
     if np.abs(change).max() > 1e-9 * max(1.0, float(np.abs(system.v0).max())):

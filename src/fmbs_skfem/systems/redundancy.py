@@ -268,10 +268,11 @@ def notify_left_out(names: list[tuple[str, str]]) -> None:
     notify(f"redundant constraint rows are left out (their reactions are not unique): {listed}")
 
 
-def notify_projected(system: System, change: np.ndarray) -> None:
-    """Notice by how much initial velocities change (n,) where joints do not let them be."""
+def notify_projected(system: System, change: np.ndarray, why: str = "") -> None:
+    """Notice by how much initial velocities change (n,) where joints do not let them be, and why."""
     size = float(sizes(system, change)[0])
-    notify(f"initial velocities are projected onto the joints; that changes them by {size:.3g} m/s, root mean square over the mass")
+    text = f"initial velocities are projected onto the joints; that changes them by {size:.3g} m/s, root mean square over the mass"
+    notify(f"{text}; {why}" if why else text)
 
 
 def dependent_rows(J: np.ndarray, candidate: np.ndarray, driven: np.ndarray) -> np.ndarray:
