@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import resource
 import shutil
@@ -20,7 +21,7 @@ from fmbs_skfem.dynamics import integration
 from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import HistoryState, Recorder
-from fmbs_skfem.studies import reports
+from fmbs_skfem.studies import recording, reports
 
 from ..hard_cases import child, ended
 from .calls import Call, fmbs, scene
@@ -350,3 +351,16 @@ def test_the_same_input_gives_the_same_bits_in_another_process(tmp_path: Path) -
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "here" / "outputs.csv").read_bytes() == (tmp_path / "there" / "outputs.csv").read_bytes()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_that_has_shown_no_state_yet_is_stopped_at_once(number: int, tmp_path: Path) -> None:
+    """On the way to the equilibrium in which it starts there is nothing to keep: the signal acts as it does elsewhere."""
+    heard: list[int] = []
+    usual = signal.signal(number, lambda one, _: heard.append(one))
+    try:
+        with recording.stoppable(Recorder(tmp_path, {}), math.inf):
+            signal.raise_signal(number)
+            assert heard == [number]
+    finally:
+        signal.signal(number, usual)

@@ -217,3 +217,11 @@ def test_no_equilibrium() -> None:
 def test_what_is_no_start() -> None:
     with pytest.raises(InputError, match=r"analysis\.start: expected reference or equilibrium, got rest"):
         GeneralizedAlpha(1e-3, start="rest")  # type: ignore[arg-type]
+
+
+def test_the_way_to_the_equilibrium_shows_progress() -> None:
+    """No part of the motion is done on it, but who watches hears of every load step."""
+    heard: list[float] = []
+    integrate(eliminate(sagging()), FROM_REST, 2e-3, progress=heard.append)
+    assert heard.count(0.0) >= 10
+    assert heard[-1] == 1.0

@@ -9,6 +9,7 @@ import pytest
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.scenes import build
+from fmbs_skfem.scenes.family import equilibria
 from fmbs_skfem.systems import hinged_rims
 
 MESHES = Path(__file__).parents[2] / "meshes"
@@ -64,6 +65,19 @@ def test_equilibria_of_such_plates_are_refused() -> None:
     with pytest.raises(InputError, match="1 rigid motion that nothing resists"):
         studies.check(plate())
     plate(slopes="true").run()
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("analysis", ["{type: buckling}", "{type: dynamic, duration: 2 ms, step: 1 ms, start: equilibrium}"])
+def test_other_doors_to_such_equilibria_are_shut(analysis: str) -> None:
+    with pytest.raises(InputError, match=r"p turns about the axis \(0, 1, 0\) through \(0, .*\); `slopes: true` of the rim"):
+        plate(analysis=analysis).run()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_sweeps_over_such_equilibria_are_refused() -> None:
+    with pytest.raises(InputError, match="1 rigid motion that nothing resists"):
+        equilibria({}, plate())
 
 
 @pytest.mark.filterwarnings("ignore")

@@ -72,7 +72,7 @@ def integrate(
     """
     steps = steps_in(scheme, duration)
     fitting(system, steps, len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1)
-    run = begun(startable(system, scheme), scheme, newton or Newton(), kept_steps(every, steps), steps, resume)
+    run = begun(startable(system, scheme), scheme, newton or Newton(), kept_steps(every, steps), steps, resume, progress=progress)
     before = forces.cost_of(run.model.forces)
     looks = [one for one in (record, departures.watch(run.model.system, departures.unknown_parts(system))) if one is not None]
     try:
@@ -146,10 +146,11 @@ def begun(
     steps: int,
     resume: Resumed | None = None,
     live: bool = False,
+    progress: Progress | None = None,
 ) -> OpenRun:
-    """A run at its start, or where it was left; a live one takes its inputs from outside."""
+    """A run at its start, or where it was left; a live one takes its inputs from outside. Progress is 0 on the way to a start."""
     at_rest = scheme.start == "equilibrium" and resume is None
-    x, v, memory = rest.in_equilibrium(system, newton) if at_rest else (system.x0, system.v0, None)
+    x, v, memory = rest.in_equilibrium(system, newton, progress) if at_rest else (system.x0, system.v0, None)
     facing = live or system.triggers or any(isinstance(one, Controlled) for one in system.signals)
     feed = Feed(system := with_locks(system), scheme) if facing else None
     model = compile_system(system)

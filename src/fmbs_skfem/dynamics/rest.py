@@ -9,13 +9,14 @@ see none. Velocities are no part of the equilibrium: the initial motion of the s
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.notices import Notice, notify
-from ..systems import free_motions, mechanism
+from ..core.notices import Notice, Progress, notify
+from ..systems import free_motions, hinged_rims, mechanism
 from ..systems.compiled import compile_system
 from ..systems.system import System, project
 from . import modes
@@ -35,31 +36,38 @@ class Rest(NamedTuple):
     memory: np.ndarray | None  #: (l,) what forces keep, such as turns of springs; None for what they start with
 
 
-def in_equilibrium(system: System, newton: Newton) -> Rest:
+def in_equilibrium(system: System, newton: Newton, progress: Progress | None = None) -> Rest:
     """The equilibrium of `solve_statics` at t = 0, and the initial velocities there.
 
     A warning says that it is unstable. InputError where there is none as bodies are free to move, SolverError, without a partial
     trajectory, where none is found otherwise.
     """
+    whole = system.full or system
+    if not whole.components and (swings := hinged_rims.pushed(whole, 0.0)):
+        raise unheld(swings, "`slopes: true` of the rim clamps it")
     try:
-        path = loaded(system, newton)
+        path = loaded(system, newton, progress)
         if unstable := modes.instability(path):
             notify(f"the start of the motion: {unstable}: what little disturbs it takes the bodies away; start from the reference")
     except Notice as notice:
         notice.partial = None
         raise
     except SolverError as error:
-        whole = system.full or system
         if not whole.components and (free := free_motions.unsupported(whole)[0]):
-            got = f"motions that nothing resists: {'; '.join(map(str, free))}"
-            raise InputError(say("start: equilibrium", "bodies that joints and springs hold", got, FREE)) from error
+            raise unheld(free, FREE) from error
         text = "no equilibrium of the loads at t = 0 was found that the motion could start from"
         raise SolverError(f"{text}: {error}, or start from the reference", Reason.NO_EQUILIBRIUM, 0.0, error.worst) from error
     x = path.x[-1]
     return Rest(x, turned(system, x), None if path.memory is None else path.memory[-1])
 
 
-def loaded(system: System, newton: Newton) -> Trajectory:
+def unheld(free: Sequence[free_motions.FreeMotion], remedy: str) -> InputError:
+    """The error of motions that nothing resists."""
+    got = f"motions that nothing resists: {'; '.join(map(str, free))}"
+    return InputError(say("start: equilibrium", "bodies that joints and springs hold", got, remedy))
+
+
+def loaded(system: System, newton: Newton, progress: Progress | None = None) -> Trajectory:
     """The path to the equilibrium: in one step from near it, where a state is known, or by load steps from x0.
 
     A hyper-reduction knows the forces of states like those of its training, not of those between the reference and the equilibrium.
@@ -68,7 +76,7 @@ def loaded(system: System, newton: Newton) -> Trajectory:
     if len(system.near) and not len(compile_system(system).memory):
         with contextlib.suppress(SolverError):
             return solve_statics(system, 1, newton, 0.0, begin=system.near)
-    return solve_statics(system, LOAD_STEPS, newton, 0.0)
+    return solve_statics(system, LOAD_STEPS, newton, 0.0, progress and (lambda _: progress(0.0)))
 
 
 def turned(system: System, x: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from ..core.notices import notify
 from ..core.records import dataclass
 from ..dynamics import finer_parts
 from . import build
-from .analyses import Form, States, StateTable, Work, motion_only
+from .analyses import Form, States, StateTable, Work, motion_only, refuse_swings
 from .vibration import LANCZOS
 from .yamlfile import Oddity, where
 
@@ -41,6 +41,7 @@ class Buckling(States):
 
     def find(self, scene: Scene, allow_outside: bool = False) -> StateTable:
         raw = build.system(scene, allow_outside=allow_outside)
+        refuse_swings(scene, raw, self.time)
         reduced = build.chosen_form(scene, raw)
         found = dynamics.buckling(reduced, self.count, self.time)
         factors = found.factors

@@ -64,7 +64,9 @@ def equilibria(values: Mapping[str, float], scene: schema.Scene, allow_outside: 
     from . import build
 
     found = with_values(scene, values)
-    return build.history(found).solve(build.chosen_form(found, build.system(found, None, allow_outside)))
+    analysis, raw = build.history(found), build.system(found, None, allow_outside)
+    analysis.require(found, raw)
+    return analysis.solve(build.chosen_form(found, raw))
 
 
 def with_values(scene: schema.Scene, values: Mapping[str, float]) -> schema.Scene:

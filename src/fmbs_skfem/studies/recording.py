@@ -75,10 +75,11 @@ def clear(job: Job, out: Path, mark: str) -> None:
 def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
     """A record that ends its run at SIGINT and SIGTERM, or after `limit` seconds, with a segment and a checkpoint.
 
-    A second signal acts as usual.
+    A second signal acts as usual, and so does one that comes before the run has shown any state: there is nothing to keep.
     """
     end = time.perf_counter() + limit
     arrived: list[int] = []
+    shown = False
     before: dict[int, Any] = {}
 
     def restore() -> None:
@@ -88,9 +89,13 @@ def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
     def note(number: int, frame: Any) -> None:
         arrived.append(number)
         restore()
+        if not shown:
+            signal.raise_signal(number)
 
     def watch(moment: RunState) -> None:
+        nonlocal shown
         assert record is not None
+        shown = True
         over = time.perf_counter() >= end and moment.done < moment.steps
         if not arrived and not over:
             return record(moment)
