@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +23,15 @@ from .calls import EXAMPLES, fmbs
 FOLDER = EXAMPLES / "parts"
 MECHANISMS = sorted(path.stem for path in FOLDER.glob("*.yaml") if path.stem != "library")
 DURATION = 0.3  #: of the comparison [s]
+
+
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.part.h5")), ids=lambda path: path.stem)
+def test_parts_hold_no_folders_of_their_training(path: Path) -> None:
+    """Neither of this machine nor of another one: their files are those beside them."""
+    origin = part_files.load(path).notes["provenance"]
+    assert origin["file"] == "library.yaml"
+    assert all((FOLDER / name).is_file() and Path(name).name == name for name in origin["files"])
+    assert not re.search(r'"(/|[A-Za-z]:)', json.dumps(part_files.load(path).notes))
 
 
 def with_full_bodies(scene: Scene) -> list[Body]:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 from pathlib import Path
 
 import pytest
+
+from fmbs_skfem.reduction import part_files
 
 from .calls import fmbs
 from .test_rom import PENDULUM
@@ -51,6 +54,12 @@ def test_info_says_sizes_places_and_the_strains_of_the_training(folder: Path, tm
     assert found["missing_shapes"] == "known"
     assert found["strains"]["curvature [1/m]"][1] > 0.0
     assert (tmp_path / "info.json").exists()
+
+
+def test_a_part_names_the_files_of_its_training_without_their_folders(folder: Path) -> None:
+    notes = part_files.load(folder / "beam.part.h5").notes
+    assert "scene.yaml" in notes["provenance"]["files"]
+    assert str(folder) not in json.dumps(notes)
 
 
 def test_modes_say_which_frequencies_of_a_part_are_too_high(folder: Path, tmp_path: Path) -> None:

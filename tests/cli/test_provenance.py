@@ -112,6 +112,21 @@ def test_saved_models_say_where_their_numbers_come_from(folder: Path) -> None:
     for notes in (files.read(folder / "point.h5").notes, parametric_model.load(folder / "box.h5").notes):
         assert set(notes["provenance"]) == KEYS
         assert notes["provenance"]["scene"]["name"] == "beam"
+        assert notes["provenance"]["file"] in notes["provenance"]["files"]
+        assert set(notes["provenance"]["files"]) == {notes["provenance"]["file"], "beam_10.msh"}
+        assert str(folder) not in json.dumps(notes)
+
+
+@pytest.mark.parametrize(("mesh", "name"), [("../beam_20.msh", "../beam_20.msh"), ("../../beam_20.msh", "beam_20.msh")])
+def test_files_outside_of_the_folder_are_named_without_it(mesh: str, name: str, tmp_path: Path) -> None:
+    place = tmp_path / "a" / "b"
+    place.mkdir(parents=True)
+    path = scene(place, test_failures.SHORT)
+    (place / "beam_20.msh").rename(place / mesh)
+    path.write_text(path.read_text().replace("beam_20.msh", mesh))
+    found = reports.provenance_to_keep(scenes.read(path))
+    assert set(found["files"]) == {path.name, name}
+    assert found["file"] == path.name
 
 
 def arrays(path: Path) -> dict[str, np.ndarray]:

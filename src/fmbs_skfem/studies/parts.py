@@ -69,7 +69,7 @@ def train(
     else:
         states, told = excitation.run(part, alone, job.progress(f"{body} alone"))
     spent = time.process_time() - begun
-    origin = reports.plain(reports.provenance(scene))
+    origin = reports.provenance_to_keep(scene)
     record = {"alone": None if told is None else reports.plain(asdict(told)), "motions_s": spent, "scene": jobs.title(scene)}
     if known is not None:
         record["before"] = {key: known.notes.get(key) for key in ("alone", "scene", "states", "strains", "before")}
@@ -78,7 +78,7 @@ def train(
     if path is not None:
         part_files.save(found, path)
         view.append(f"written: {path}")
-    report = {"status": "ok", "file": path, **facts(found), "provenance": origin, "notices": job.notices}
+    report = {"status": "ok", "file": path, **facts(found), "provenance": reports.provenance(scene), "notices": job.notices}
     about = f"{body}: {found.notes['functions']} shape functions for {found.notes['functions_full']}"
     return PartResult(about=about, report=report, lines=view, part=found)
 

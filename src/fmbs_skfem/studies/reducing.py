@@ -56,8 +56,8 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> Reduc
     view += tables.output_errors(report["output_errors"])
     if path is not None:
         training, plain = dict(scene.parameters), reports.plain(report)
-        how = {"scheme": found.case.scheme, "newton": found.case.newton}
-        files.save(found.system, path, scene=report["scene"], training=training, report=plain, provenance=origin, **how)
+        kept, how = reports.provenance_to_keep(scene), {"scheme": found.case.scheme, "newton": found.case.newton}
+        files.save(found.system, path, scene=report["scene"], training=training, report=plain, provenance=kept, **how)
         view.append(f"written: {path}")
     more = {"file": path, "provenance": origin, "notices": job.notices}
     return replace(found, report={**report, **more}, lines=view)

@@ -169,6 +169,26 @@ def provenance(
     }
 
 
+def provenance_to_keep(scene: Scene) -> dict[str, Any]:
+    """The provenance that a part or a reduced model keeps: its files are named from the folder of the scene, as it names them.
+
+    Such files are passed on, and whoever gets one has other folders. Files that stand elsewhere have their names alone.
+    """
+    found = plain(provenance(scene))
+    assert isinstance(found, dict)
+    root = Path(found["file"]).parent if found["file"] else scene.folder.absolute()
+
+    def named(path: str) -> str:
+        try:
+            relative = Path(os.path.relpath(path, root))
+        except ValueError:  # on another drive
+            return Path(path).name
+        return Path(path).name if relative.parts[:2] == ("..", "..") else relative.as_posix()
+
+    file = None if found["file"] is None else named(found["file"])
+    return {**found, "file": file, "files": {named(path): digest for path, digest in found["files"].items()}}
+
+
 def environment(workers: int | None = 1) -> dict[str, Any]:
     """Libraries, machine and threads."""
     from threadpoolctl import threadpool_info
