@@ -114,7 +114,7 @@ def test_saved_models_say_where_their_numbers_come_from(folder: Path) -> None:
         assert notes["provenance"]["scene"]["name"] == "beam"
         assert notes["provenance"]["file"] in notes["provenance"]["files"]
         assert set(notes["provenance"]["files"]) == {notes["provenance"]["file"], "beam_10.msh"}
-        assert str(folder) not in json.dumps(notes)
+        assert str(folder) not in json.dumps(notes, default=str)
 
 
 @pytest.mark.parametrize(("mesh", "name"), [("../beam_20.msh", "../beam_20.msh"), ("../../beam_20.msh", "beam_20.msh")])
