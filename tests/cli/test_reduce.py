@@ -93,6 +93,17 @@ def test_options_that_make_no_sense(options: tuple[str, ...], told: str, tmp_pat
     assert told in call.err
 
 
+@pytest.mark.parametrize("command", ["reduce", "compare"])
+def test_what_is_refused_leaves_no_folder(command: str, tmp_path: Path) -> None:
+    """Neither a new one nor those above it; one that was there stays."""
+    path = scene(tmp_path, "{type: dynamic, duration: 0.1 s, step: 1 ms}")
+    (tmp_path / "there").mkdir()
+    for out in ("new/inner", "there", "there/new"):
+        assert fmbs(command, path, "--out", tmp_path / out).code == 3
+    assert not (tmp_path / "new").exists()
+    assert list((tmp_path / "there").iterdir()) == []
+
+
 def test_a_scene_without_reduction_is_refused(tmp_path: Path) -> None:
     call = fmbs("reduce", scene(tmp_path, "{type: dynamic, duration: 0.1 s, step: 1 ms}"), "--out", tmp_path / "model.h5")
     assert call.code == 3

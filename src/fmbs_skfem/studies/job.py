@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from ..core import compilation
-from ..core.errors import InputError, Warned, say
+from ..core.errors import FmbsError, InputError, Warned, say
 from ..core.notices import Labelled, Notice, Progress, Remark, notify
 from ..core.records import dataclass
 from . import notebooks, reports
@@ -64,6 +64,7 @@ class Job:
     listener: Listener = field(default_factory=Listener)
     notices: list[str] = field(default_factory=list)
     made: Path | None = None  #: the output folder, once it is there
+    new: list[Path] = field(default_factory=list)  #: the folders that were made for it, the innermost first
     trajectory: Trajectory | None = None  #: the motion, once there is one
     compiled: list[str] = field(default_factory=list)  #: functions whose compilation has begun
     warned: str = ""  #: the first warning about a result, where warnings are to be errors
@@ -101,7 +102,13 @@ def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
     with threadpool_limits(limits=1, user_api="blas"), hear(job), listening, notebooks.progress() as shown:
         if shown is not None and "listener" not in given:
             job.listener = Listener(progress=shown, tell=ignore)
-        yield job
+        try:
+            yield job
+        except (FmbsError, Notice):
+            for folder in job.new:
+                with contextlib.suppress(OSError):  # what is in it stays
+                    folder.rmdir()
+            raise
 
 
 @contextlib.contextmanager
@@ -195,8 +202,14 @@ def settle_file(job: Job, name: str) -> Path | None:
     path = job.out if job.out.suffix in MODELS else job.out / name
     if path.exists() and not job.force:
         raise InputError(say(f"--out {path}", "a new file", "one that exists", "choose another name, or --force"))
-    job.made = reports.make_folder(path.parent)
+    make_folder(job, path.parent)
     return path
+
+
+def make_folder(job: Job, out: Path) -> None:
+    """The output folder: made before anything is solved, and gone again where the study is refused and has written nothing."""
+    job.new = [folder for folder in (out, *out.parents) if not folder.exists()]
+    job.made = reports.make_folder(out)
 
 
 def settle_folder(job: Job, names: Iterable[str], mark: str, record: str = reports.REPORT) -> Path | None:
@@ -211,5 +224,5 @@ def settle_folder(job: Job, names: Iterable[str], mark: str, record: str = repor
     if taken and not job.force and reports.read_fingerprint(out / record) != mark:
         got = f"another run's {', '.join(taken)}"
         raise InputError(say(f"--out {out}", "an empty folder or one of the same run", got, "choose another folder, or --force"))
-    job.made = reports.make_folder(out)
+    make_folder(job, out)
     return out
