@@ -27,6 +27,7 @@ from fmbs_skfem.dynamics import (
     solve_statics,
     vibration_modes,
 )
+from fmbs_skfem.dynamics.linear import Linear
 from fmbs_skfem.dynamics.scheme import Newton
 from fmbs_skfem.reduction import component, galerkin, pod
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads
@@ -257,6 +258,27 @@ def test_large_and_small_solutions_agree(monkeypatch: pytest.MonkeyPatch) -> Non
             rest = s * s * (linear.mass @ v) + s * (linear.damping @ v) + linear.stiffness @ v
             free = rest - linear.rows.T @ np.linalg.lstsq(linear.rows.T.astype(complex), rest, rcond=None)[0]
             assert np.linalg.norm(free) < 1e-6 * np.linalg.norm(linear.stiffness @ v)
+
+
+@pytest.mark.parametrize(
+    ("last", "damping", "unknown"),
+    [
+        (36.0, 0.1 * np.eye(6), 0),
+        (36.0, np.eye(6, k=1) - np.eye(6, k=-1), 0),  # gyroscopic
+        (0.0, np.zeros((6, 6)), 0),  # free
+        (-100.0, np.zeros((6, 6)), 4),  # e^(10 t)
+        (36.0, np.diag([0.0, 0.0, 0.0, 0.0, 0.0, -0.1]), 4),  # e^(0.05 t)
+    ],
+)
+def test_whether_faster_motions_can_grow(last: float, damping: np.ndarray, unknown: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of six oscillators the slowest one is asked for, and two are found: of the other four something is known, or not."""
+    monkeypatch.setattr(modes, "SMALL", 0)
+    K = csr_array(np.diag([1.0, 4.0, 9.0, 16.0, 25.0, last]))
+    found = complex_modes(Linear(np.zeros(6), csr_array(np.eye(6)), csr_array(damping), K, np.zeros((0, 6))), 1)
+    assert (found.unknown > 0) == (unknown > 0)
+    assert found.unknown in (0, unknown)
+    turned = csr_array(K.toarray() + np.eye(6, k=1) - np.eye(6, k=-1))  # not symmetric, as of follower forces
+    assert complex_modes(Linear(np.zeros(6), csr_array(np.eye(6)), csr_array(damping), turned, np.zeros((0, 6))), 1).unknown
 
 
 def test_free_motions_have_the_eigenvalue_zero() -> None:

@@ -22,7 +22,7 @@ from scipy.linalg import eig, eigh
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigs, eigsh
 
-from ..core import ranks, saddle
+from ..core import inertia, ranks, saddle
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.linalg import Array, scaled
 from ..core.records import dataclass
@@ -31,6 +31,7 @@ from ..systems.system import System
 from .linear import Linear, is_symmetric, linearise
 from .trajectory import Trajectory
 
+SEEN = 1e-8  #: of the size of a matrix over that of the mass, below which eigenvalues count as zero: those of free motions are
 SMALL = 400  #: independent unknowns up to which all eigenvalues are found
 PAIR = 1e-6  #: sum of two real eigenvalues, over one of them, up to which they are a pair s, -s of a system without damping
 ROUND = 1e-9  #: real and imaginary parts, relative to the size of an eigenvalue, that are round-off
@@ -130,6 +131,7 @@ class ComplexModes:
     eigenvalues: np.ndarray  #: (i,) s [1/s], imaginary parts not negative
     shapes: np.ndarray  #: (n, i) complex, of largest entry 1
     beyond: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (j,) s [1/s] of motions that grow beside these
+    unknown: int = 0  #: faster motions of which nothing says whether they grow
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -147,19 +149,42 @@ def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
     """The `count` slowest motions (2) of linear equations, all where there are fewer, and one more where that parts a pair s, -s.
 
     What grows beside them is among those `beyond`, as far as it is found: of a small system, all of which is found by a dense
-    solution on the null space of the constraints. Those of a large one are found by Arnoldi's iteration on the inverse;
-    SolverError where that does not converge.
+    solution on the null space of the constraints. Those of a large one are found by Arnoldi's iteration on the inverse, and the
+    others are `unknown` unless none `can_grow`; SolverError where that does not converge.
     """
     possible = len(linear.x) - len(linear.rows)
     few = at_most(count, possible)
-    values, shapes = (all_eigenvalues if possible <= SMALL or 4 * few > possible else slow_eigenvalues)(linear, few)
+    whole = possible <= SMALL or 4 * few > possible
+    values, shapes = (all_eigenvalues if whole else slow_eigenvalues)(linear, few)
     values = without_round_off(values)
+    unknown = 0 if whole or not can_grow(linear) else possible - int(np.sum(values.imag >= 0.0))
     kept = np.flatnonzero(values.imag >= 0.0)
     kept = kept[np.argsort(np.abs(values[kept]), kind="stable")]
     kept = kept[once(values[kept], shapes[:, kept], STILL * fastest(linear))]
     kept, rest = np.split(kept, [whole_pairs(values[kept], count)])
     size = max(np.abs(values[kept]).max(initial=0.0), STILL * fastest(linear))
-    return ComplexModes(values[kept], largest_one(shapes[:, kept]), values[rest][values[rest].real > GROWS * size])
+    return ComplexModes(values[kept], largest_one(shapes[:, kept]), values[rest][values[rest].real > GROWS * size], unknown)
+
+
+def can_grow(linear: Linear) -> bool:
+    """Whether linear motions may grow; not where K is symmetric and positive, and the symmetric part D of C is not negative.
+
+        d/dt (v'^T M v' + v^T K v) / 2 = - v'^T D v' <= 0
+
+    then holds them (Kelvin, Tait and Chetaev; A. P. Seyranian, A. A. Mailybaev, Multiparameter Stability Theory with Mechanical
+    Applications, World Scientific 2003, ch. 6). Gyroscopic terms, the other part of C, do no work.
+    """
+    D = csr_array(0.5 * (linear.damping + linear.damping.T))
+    return not (is_positive(linear, linear.stiffness) and is_positive(linear, D))
+
+
+def is_positive(linear: Linear, A: csr_array) -> bool:
+    """Whether A (n, n) is symmetric and has no negative eigenvalue on the null space of the rows, beside the mass and to SEEN."""
+    if not (size := abs(A).max()):
+        return True
+    shifted = csr_array(A + SEEN * size / abs(linear.mass).max() * linear.mass)
+    found = saddle.factor(saddle.matrix(shifted, linear.rows))
+    return found is not None and inertia.count_negative(shifted, linear.rows, found) == 0
 
 
 def whole_pairs(values: np.ndarray, count: int) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import dynamics
 from ..core.fields import Count
-from ..core.notices import notify
+from ..core.notices import notify, remark
 from ..core.records import dataclass
 from ..dynamics import Linear, finer_parts, shapes
 from ..dynamics.modes import GROWS, STILL, fastest, grows, whole_pairs
@@ -36,6 +36,7 @@ class Motions:
     vectors: np.ndarray  #: (n, i)
     free: tuple[str, ...] = ()  #: (i,) which rigid motion it is that nothing resists, empty for others
     beyond: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (j,) eigenvalues of motions that grow beside these [1/s]
+    unknown: int = 0  #: faster motions of which nothing says whether they grow
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,6 +128,9 @@ def warn(scene: Scene, found: Motions, about: str) -> None:
         text = f"{len(found.beyond)} of the motions that are not listed grow ({kind}), most by {fastest.real:.3g} 1/s"
         at = f" at {abs(fastest.imag) / (2 * np.pi):.4g} Hz" if kind == "flutter" else ""
         notify(f"{where(scene, 'analysis', 'count')}: the {about} is unstable: {text}{at}; ask for more modes to see them")
+    elif found.unknown and not growing:
+        text = f"whether {found.unknown} faster motions grow is not known"
+        remark(f"{where(scene, 'analysis', 'count')}: {text}; ask for more modes, or see whether a run stays where it begins")
 
 
 def real_motions(linear: Linear, free: Free, count: int) -> Motions:
@@ -160,4 +164,4 @@ def complex_motions(linear: Linear, free: Free, count: int, system: System) -> M
         np.concatenate([none, part[kept]]) for part in (modes.frequencies, modes.eigenvalues.real, modes.damping_ratios)
     )
     beyond = others[grows(others.imag, others.real)] if len(others) else others
-    return Motions(omega, growth, damping, vectors, (*free.names[:idle], *[""] * len(kept)), beyond)
+    return Motions(omega, growth, damping, vectors, (*free.names[:idle], *[""] * len(kept)), beyond, modes.unknown)
