@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.ranges import Parameter, Scale
 from fmbs_skfem.reduction import sensitivity
 
@@ -60,3 +63,18 @@ def test_what_is_no_design_is_refused() -> None:
         sensitivity.indices(np.zeros(17), 3)
     with pytest.raises(InputError, match="at least 8 rows that ran, got 2"):
         sensitivity.indices(np.arange(10.0), 3)
+
+
+def test_failures_that_stand_together_are_told() -> None:
+    """y = a + b without the part a > 0.9: the share of a is 0.81 / 1.81 of what is left, 0.5 of the whole box."""
+    box = [Parameter(name, 0.0, 1.0) for name in "ab"]
+    points = sensitivity.design(box, 1024)
+    values = points.sum(axis=1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        assert sensitivity.indices(values, 2).first == pytest.approx([0.5, 0.5], abs=0.02)
+        sensitivity.indices(np.where(points[:, 0] > 0.995, np.nan, values), 2)
+    with pytest.warns(Notice, match="the part of the ranges where samples ran: 193 of 1024 rows have samples that failed"):
+        found = sensitivity.indices(np.where(points[:, 0] > 0.9, np.nan, values), 2)
+    assert found.rows == 831
+    assert found.first[0] == pytest.approx(0.81 / 1.81, abs=0.02)

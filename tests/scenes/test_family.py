@@ -72,6 +72,24 @@ analysis: {{type: dynamic, duration: 1 ms, step: 1e-5 s}}
 PLATE_VALUES = {"nu": (0.3, 0.2), "t0": (0.01, 0.02), "E": (7e10, 4e10), "m": (1.0, 2.0), "b": (1.0, 1.5), "F": (1.0, 2.0)}
 
 
+TURNED = """\
+schema: 1
+dimension: 3
+parameters:
+{parameters}
+bodies:
+  beam: {{type: cable, mesh: ../meshes/beam_5.msh, section: {{shape: given, EA: EA, EI: EI, rhoA: mu}}, origin: [0, y, 0],
+    rotation: {{axis: [0, 0, 1], angle: q}}}}
+joints: {{hinge: {{type: spherical, at: beam.left}}}}
+loads: {{weight: {{type: gravity, acceleration: [0, -g, 0]}}}}
+analysis: {{type: dynamic, duration: 20 ms, step: 1 ms}}
+reduction: {{snapshots: 2 ms}}
+"""
+TURNED_VALUES = {"EA": (1e5, 2e5), "EI": (2.0, 3.0), "mu": (0.5, 0.25), "y": (0.0, 0.5), "q": (0.25, 0.75), "g": (9.81, 5.0)}
+PLANAR = TURNED.replace("dimension: 3", "dimension: 2").replace("{{axis: [0, 0, 1], angle: q}}", "q").replace(", 0]}}}}", "]}}}}")
+PLANAR = PLANAR.replace("[0, y, 0]", "[0, y]").replace("spherical", "pin")
+
+
 def ranged(values: dict[str, tuple[float, float]]) -> str:
     """The section `parameters` with a range about both values of each."""
     return "\n".join(f"  {name}: {{value: {a}, range: [{min(a, b) - 1}, {max(a, b) + 1}]}}" for name, (a, b) in values.items())
@@ -93,7 +111,11 @@ def same(a: Case, b: Case) -> bool:
     return equal and tree == other and (a.scheme, a.duration, a.newton) == (b.scheme, b.duration, b.newton)
 
 
-@pytest.mark.parametrize(("text", "values"), [(BEAMS, VALUES), (PLATE, PLATE_VALUES)], ids=["beams", "plate"])
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [(BEAMS, VALUES), (PLATE, PLATE_VALUES), (TURNED, TURNED_VALUES), (PLANAR, TURNED_VALUES)],
+    ids=["beams", "plate", "turned in space", "turned in the plane"],
+)
 def test_a_member_is_the_scene_with_these_numbers(text: str, values: dict[str, tuple[float, float]]) -> None:
     """Every number a parameter is written for follows it, one by one and all together, to the bit."""
     _, family = scenes.family(scenes.loads(text.format(parameters=ranged(values)), EXAMPLES))

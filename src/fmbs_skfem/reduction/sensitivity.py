@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.errors import InputError, say
+from ..core.notices import notify
 from ..core.ranges import Parameter
 from ..core.records import dataclass
 from .parameters import check, check_count, from_box
@@ -26,6 +27,7 @@ from .parameters import check, check_count, from_box
 ROUND = 1e-14  #: standard deviation that is round-off, over the size of the values
 RESAMPLED = 200  #: sets of rows for standard errors
 LEAST = 8  #: rows that are needed
+LOST = 0.02  #: part of the rows from which they are missed: indices are off by about half of it where they stand together
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,8 @@ def indices(values: ArrayLike, dimensions: int, seed: int = 0, size: float = 0.0
     """Indices of an output whose values (N (d + 2),) are those of `design`; rows with a run that failed (NaN) are left out.
 
     NaN where the output does not vary but for round-off of its mean, or of a `size` in its unit that it is computed from, as from
-    other components of a vector. InputError for another number of values, and for too few rows that ran.
+    other components of a vector. A notice where more than a fiftieth of the rows is left out: failures stand together, and the
+    indices are those of what is left of the box. InputError for another number of values, and for too few rows that ran.
     """
     given = np.asarray(values, dtype=float)
     if given.ndim != 1 or len(given) % (dimensions + 2) or not len(given):
@@ -66,6 +69,11 @@ def indices(values: ArrayLike, dimensions: int, seed: int = 0, size: float = 0.0
     table = table[np.isfinite(table).all(axis=1)]
     if len(table) < LEAST:
         raise InputError(say("sensitivity.indices", f"at least {LEAST} rows that ran", len(table), "take more samples"))
+    if (count := len(given) // (dimensions + 2)) - len(table) > LOST * count:
+        lost = f"{count - len(table)} of {count} rows have samples that failed"
+        notify(
+            f"Sobol indices are those of the part of the ranges where samples ran: {lost}; narrow the ranges, or mend the samples"
+        )
     random = np.random.default_rng(seed)
     picked = [estimate(table[random.integers(0, len(table), len(table))], size) for _ in range(RESAMPLED)]
     first, total = estimate(table, size)
