@@ -86,16 +86,18 @@ def unloaded(model: Compiled) -> Equilibrium:
     return Equilibrium(0.0, model.system.x0, np.zeros(model.constraints), 0)
 
 
-def newton_statics(model: Compiled, start: Equilibrium, newton: Newton, time: float, unit: str) -> Equilibrium:
+def newton_statics(
+    model: Compiled, start: Equilibrium, newton: Newton, time: float, unit: str, few: int | None = None
+) -> Equilibrium:
     """Full Newton iteration with the exact tangent; corrections are shortened where they would leave the basin of attraction.
 
     The longest one allowed is doubled while corrections become smaller, and halved where they grow: what hardly bends has other
-    equilibria nearby, with folds. `unit` says what `time` is, for messages.
+    equilibria nearby, with folds. `unit` says what `time` is, for messages; `few` iterations at most, by default 4 times Newton's.
     """
     place = unit, time
     x, multipliers, memory, n = start.x, start.multipliers, start.memory, len(start.x)
     last, norm, reach, first = np.inf, np.inf, NEAR * model.system.scale, None
-    for iteration in range(4 * newton.iterations):
+    for iteration in range(few or 4 * newton.iterations):
         R, tangent = compiled.residual(model, x, multipliers, time, memory), tangent_at(model, x, multipliers, time, memory)
         step = correction(model, tangent, R)
         if step is None:

@@ -33,10 +33,11 @@ from .trajectory import Crossing, Statistics, Trajectory, Way
 
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
 SHORTEST = 0.02  #: part of the load step asked for below which the solution is given up
-BEHIND = 1e-3  #: the same where an equilibrium is known farther on
-FINEST = 1e-4  #: part down to which a step that leaves its path is shortened
+FINEST = 1e-3  #: part down to which a step that leaves its path is shortened
+CLOSE = 1e-2  #: part of a load step behind which a branch is taken that the path leaps to
 FINER = 1e-8  #: part down to which one is that starts where hardly anything resists: what bends before it is stretched
 ONE_BRANCH = 0.05  #: part down to which a step is shortened over which a pivot changes its sign
+FEW = 8  #: iterations within which a path that goes on is found
 ATTEMPTS = 150  #: steps on the way over one load step, beyond which they are not shortened any more for the path's sake
 
 
@@ -51,9 +52,9 @@ class Problem:
     unit: str  #: what these are, for messages
     judged: bool = True  #: whether it begins in an equilibrium, so that steps can be held against the path
 
-    def solve(self, at: float, last: Equilibrium) -> Equilibrium:
-        """The equilibrium at a load factor or time, from the last one."""
-        return newton_statics(self.model(at), last, self.newton, at, self.unit)
+    def solve(self, at: float, last: Equilibrium, few: int | None = None) -> Equilibrium:
+        """The equilibrium at a load factor or time, from the last one; with `few`, in so many iterations at most."""
+        return newton_statics(self.model(at), last, self.newton, at, self.unit, few)
 
     def judge(self, before: Equilibrium, after: Equilibrium) -> Verdict:
         """What is to be said of a step."""
@@ -177,31 +178,46 @@ def reach_targets(
 def march(problem: Problem, state: Equilibrium, end: float, step: float) -> Iterator[Passed]:
     """Equilibria from that of `state` to `end` by steps, which are shortened where the iteration fails, or leaves the path.
 
-    Where it fails in all shorter steps, as close behind a limit point, the next of those that it found before is taken.
+    Where it fails in all shorter steps, as close behind a limit point, the branch of the next of those that it found before is
+    taken. Once one is known, shorter steps only ask in a few iterations whether the path goes on; the shortest is solved to its end.
     """
-    size, found, attempts = step, list[Equilibrium](), 0
+    size, found, attempts, shortest = step, list[Equilibrium](), 0, False
     while state.at < end - 1e-12 * step:
         attempts += 1
         target = min(end, state.at + size)
+        behind = min((one for one in found if one.at > state.at), key=lambda one: one.at, default=None)
         try:
-            after = problem.solve(target, state)
+            after = problem.solve(target, state, FEW if behind and not shortest else None)
             verdict = problem.judge(state, after)
         except SolverError:
-            size *= SHORTER
-            behind = [one for one in found if one.at > state.at]
-            if size >= (BEHIND if behind else SHORTEST) * step:
+            if SHORTER * size >= (FINEST if behind else SHORTEST) * step:
+                size *= SHORTER
                 continue
-            if not behind:
+            if behind is None:
                 raise
-            after = min(behind, key=lambda one: one.at)
-            verdict = Verdict(False, False, False, True)
+            if not shortest:
+                shortest = True
+                continue
+            after, verdict = branch_at(problem, state.at + CLOSE * step, state, behind), Verdict(False, False, False, True)
         else:
             if target - state.at > least(verdict) * step and attempts < ATTEMPTS:
                 found.append(after)
                 size = SHORTER * (target - state.at)
                 continue
         yield Passed(after, leaps.crossing(problem.system, state, after, verdict))
-        state, size = after, min(step, size / SHORTER)
+        state, size, shortest = after, min(step, size / SHORTER), False
+
+
+def branch_at(problem: Problem, at: float, before: Equilibrium, behind: Equilibrium) -> Equilibrium:
+    """The branch of `behind` at an earlier load factor or time; `behind` itself where it does not reach so far back."""
+    if at >= behind.at:
+        return behind
+    try:
+        found = problem.solve(at, behind)
+    except SolverError:
+        return behind
+    w = problem.system.metric.diagonal()
+    return found if leaps.norm(w, found.x - behind.x) < leaps.norm(w, found.x - before.x) else behind
 
 
 def least(verdict: Verdict) -> float:
