@@ -179,7 +179,7 @@ def march(problem: Problem, state: Equilibrium, end: float, step: float) -> Iter
     """Equilibria from that of `state` to `end` by steps, which are shortened where the iteration fails, or leaves the path.
 
     Where it fails in all shorter steps, as close behind a limit point, the branch of the next of those that it found before is
-    taken. Once one is known, shorter steps only ask in a few iterations whether the path goes on; the shortest is solved to its end.
+    taken. Once one is known, shorter steps only ask in a few iterations whether the path goes on; the shortest is solved fully.
     """
     size, found, attempts, shortest = step, list[Equilibrium](), 0, False
     while state.at < end - 1e-12 * step:
