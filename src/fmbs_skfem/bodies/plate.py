@@ -27,7 +27,7 @@ from ..core.fields import Names, Position
 from ..core.linalg import distinct, is_identity
 from ..core.notices import notify
 from ..core.records import dataclass
-from ..shapes import ancf_plate, nurbs, smoothing
+from ..shapes import ancf_plate, fvs_plate, nurbs, smoothing
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
 from . import patches
@@ -222,6 +222,12 @@ def slope_places(space: Any, s: np.ndarray) -> np.ndarray:
 @slope_places.register
 def _(space: ancf_plate.Plate, s: np.ndarray) -> np.ndarray:
     """Between the ends of a side the slope of an ANCF plate depends on the opposite nodes, and cells do not agree on it."""
+    return np.round(s)
+
+
+@slope_places.register
+def _(space: fvs_plate.Conforming, s: np.ndarray) -> np.ndarray:
+    """Between the ends the slope is their mean where sides are straight, and near it on curved ones: the ends say all."""
     return np.round(s)
 
 

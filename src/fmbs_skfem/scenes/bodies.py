@@ -323,15 +323,16 @@ class Shell(ThinBody):
     also those of one patch, which closes it; `join: false` leaves all of them apart, for a surface with a slit. A joined side is no
     edge any more: supports and loads there are refused, unless `join: true` says that the line inside the surface is meant.
 
-    A `mesh` is one of structured quads, curved in space or flat, or the part of it that `face` names: a bicubic spline through all
-    nodes, whose groups are points, edges and faces, one cell a quad.
+    A `mesh`, or the part of it that `face` names, is curved in space or flat; its groups are points, edges and faces. Structured
+    quads make a bicubic spline through all nodes, one cell a quad; on other quads, which are cut, on triangles and on both the
+    shell is `fvs`, conforming triangles with normals fitted to the nodes.
 
     {type: shell, nurbs: roof.json, cells: 16, thickness: 0.25 m, material: {young_modulus: 432 MPa, density: 360}}
     """
 
     name: str
     nurbs: Annotated[str | None, "a file of NURBS patches, its path from the folder of the scene"] = None
-    mesh: Annotated[str | None, "a mesh file of structured quads, in place of `nurbs`"] = None
+    mesh: Annotated[str | None, "a mesh file of quads or triangles, in place of `nurbs`"] = None
     face: Annotated[str | None, "a named group of cells of the mesh; without it the whole mesh"] = None
     cells: Count = 1
     degree: Annotated[int, whole(1, 10)] | None = None
@@ -366,8 +367,8 @@ class Shell(ThinBody):
             path = meshes.path(self.nurbs or "", folder, allow_outside)
             found = nurbs_file.read(path, cells=self.cells, degree=self.degree, scale=self.unit, join=self.join)
             return surfaces.set_order(found, self.order)
-        mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), False, self.face, repair, self.unit)
-        found, error = structured.surface(mesh, self.cells, self.degree)
+        mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), False, self.face, repair, self.unit, 3)
+        found, error = surfaces.curved(mesh, self.cells, self.degree)
         surfaces.tell_rough(f"mesh {mesh.path}", error, self.thickness)
         return surfaces.set_order(found, self.order)
 

@@ -2,6 +2,7 @@
 
 meshes.read -> LineMesh -> curves.through -> curve -> line.fit in a line.BSpline or line.Hermite -> line.tabulate -> table.Table
 plate_meshes.read -> PlateMesh -> ancf_plate.surface, fvs_plate.surface, skfem_surface.bfs, skfem_surface.argyris -> surface.Surface
+plate_meshes.read -> PlateMesh -> structured.surface, fvs_shell.surface (curved) -> surface.Surface
 nurbs.surface, nurbs_file.read -> surface.Surface -> surface.tabulate -> table.Table;    table.check_table: the contract of all
 """
 

@@ -57,15 +57,24 @@ def _no_cells(corners: int) -> MshCells:
 def _triangles(raw: Raw, where: str) -> Raw:
     quads = meshes.rows(raw, raw.quads.nodes, where, "cells", raw.quads.numbers)
     plate_audit.check_corners(plate_audit.Subject(where, raw.points, quads, raw.numbers, raw.quads.numbers))
-    diagonals = raw.points[quads[:, [2, 3]]] - raw.points[quads[:, [0, 1]]]
+    cut = np.take_along_axis(raw.quads.nodes[:, None, :], _corners(raw.points, quads), axis=2).reshape(-1, 3)
+    made = _together(raw.triangles, _children(raw.quads, cut, 2))
+    return replace(raw, triangles=made, quads=_no_cells(4), kinds=raw.kinds | {"quad": 0})
+
+
+def halves(points: Floats, quads: Ints) -> Ints:
+    """Both triangles (e, 2, 3) of quads (e, 4), cut along the shorter diagonal."""
+    return np.take_along_axis(quads[:, None, :], _corners(points, quads), axis=2)
+
+
+def _corners(points: Floats, quads: Ints) -> Ints:
+    """Vertices (e, 2, 3) of both triangles of quads; of two equal diagonals the one that rises with x cuts."""
+    diagonals = points[quads[:, [2, 3]]] - points[quads[:, [0, 1]]]
     length = np.linalg.norm(diagonals, axis=2)
     rising = diagonals[..., 0] * diagonals[..., 1]
     equal = np.abs(length[:, 0] - length[:, 1]) <= EQUAL * length[:, 0]
     second = np.where(equal, rising[:, 1] > rising[:, 0], length[:, 1] < length[:, 0])
-    order = np.where(second[:, None, None], [[1, 2, 3], [1, 3, 0]], [[0, 1, 2], [0, 2, 3]])
-    cut = np.take_along_axis(raw.quads.nodes[:, None, :], order, axis=2).reshape(-1, 3)
-    made = _together(raw.triangles, _children(raw.quads, cut, 2))
-    return replace(raw, triangles=made, quads=_no_cells(4), kinds=raw.kinds | {"quad": 0})
+    return np.where(second[:, None, None], [[1, 2, 3], [1, 3, 0]], [[0, 1, 2], [0, 2, 3]])
 
 
 def _quads(raw: Raw, where: str) -> Raw:

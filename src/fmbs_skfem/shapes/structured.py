@@ -31,6 +31,10 @@ REMEDY = (
 )
 
 
+class NoGrid(InputError):
+    """A mesh whose cells are in no rows and columns."""
+
+
 @dataclass(frozen=True, eq=False)
 class NodeGrid:
     """The quads of a structured mesh in rows and columns."""
@@ -45,7 +49,7 @@ def surface(mesh: PlateMesh, cells: int = 1, degree: int | None = None) -> tuple
 
     Every quad is split into `cells` x `cells`, the degree raised to `degree`. Groups of the mesh are its points, edges and faces,
     beside the places of `nurbs.surface`. The estimate is that of cubic interpolation, 1/15 of what leaving out every second line of
-    nodes changes. InputError names cells and nodes that are in no grid.
+    nodes changes. NoGrid names cells and nodes that are in none.
     """
     found = grid(mesh)
     points = mesh.points[found.nodes]
@@ -125,10 +129,10 @@ def _named(shape: Surface, mesh: PlateMesh, found: NodeGrid, cells: int) -> Surf
 
 # ------------------------------------------------------------------------------------------------------------------- grid
 def grid(mesh: PlateMesh) -> NodeGrid:
-    """The quads of a mesh in rows and columns; InputError where they are in none."""
+    """The quads of a mesh in rows and columns; NoGrid where they are in none."""
     where = f"mesh {mesh.path or 'in memory'}"
     if mesh.cells.shape[1] != 4:
-        raise InputError(say(where, "structured quads for a shell", f"{len(mesh.cells)} triangles", REMEDY))
+        raise NoGrid(say(where, "structured quads for a shell", f"{len(mesh.cells)} triangles", REMEDY))
     _check_regular(mesh, where)
     beside = _neighbours(mesh.cells, len(mesh.points))
     cell, turn = _first(mesh)
@@ -143,14 +147,14 @@ def grid(mesh: PlateMesh) -> NodeGrid:
     )
     if len(distinct(cells)) != len(mesh.cells):
         got = f"{len(distinct(cells))} cells in rows and columns"
-        raise InputError(say(where, f"rows and columns of {len(mesh.cells)} quads", got, REMEDY))
+        raise NoGrid(say(where, f"rows and columns of {len(mesh.cells)} quads", got, REMEDY))
     corners = mesh.cells[cells[..., None], (turns[..., None] + np.arange(4)) % 4]
     nodes = np.empty((cells.shape[0] + 1, cells.shape[1] + 1), np.int64)
     nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:] = np.moveaxis(corners, 2, 0)
     fits = [nodes[:-1, :-1], nodes[1:, :-1], nodes[1:, 1:], nodes[:-1, 1:]]
     ends = (not closed1 or np.array_equal(nodes[0], nodes[-1])) and (not closed2 or np.array_equal(nodes[:, 0], nodes[:, -1]))
     if not (ends and all(np.array_equal(fit, corners[..., k]) for k, fit in enumerate(fits))):
-        raise InputError(say(where, "rows and columns of quads", "a mesh that is twisted where it closes", REMEDY))
+        raise NoGrid(say(where, "rows and columns of quads", "a mesh that is twisted where it closes", REMEDY))
     return NodeGrid(cells, turns, nodes)
 
 
@@ -165,7 +169,7 @@ def _check_regular(mesh: PlateMesh, where: str) -> None:
             f"{times[i]} at the {'border' if rim[i] else 'inner'} node at {meshes.position(mesh.points[i])}" for i in wrong[:3]
         ]
         expected = "a structured mesh, four quads at every inner node and one or two at every border node"
-        raise InputError(say(where, expected, meshes.several(texts, len(wrong)), REMEDY))
+        raise NoGrid(say(where, expected, meshes.several(texts, len(wrong)), REMEDY))
 
 
 def _neighbours(cells: Ints, count: int) -> Ints:
