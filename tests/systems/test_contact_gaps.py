@@ -15,6 +15,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
 from fmbs_skfem.systems import At, Motion, assemble, joints, probes
+from fmbs_skfem.systems.contact_beams import ContactBeam
 from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactSphere
 
 from ..bodies.test_plate import rectangle
@@ -65,6 +66,55 @@ def test_what_is_thin_is_found_all_along_a_beam(kind: str, dim: int) -> None:
         assert not is_found(beam(dim), across(kind, float(x), dim, 1.1 * RADIUS)), x
 
 
+@pytest.mark.parametrize("radius", [1e-3, 2e-4])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_edges_are_found_between_points_of_a_slender_beam(dim: int, radius: float) -> None:
+    """By a seventh of its radius, however large the box is."""
+    thin = cable("b", straight(5), Given(EA=1e6, EI=1.0, rhoA=0.2, radius=radius), dim=dim)
+    up: dict[str, Any] = {"along": (1.0, 1.0, 0.0)[:dim]} | ({} if dim == 2 else {"across": (1.0, -1.0, 0.0)})
+    for x in np.random.default_rng(4).uniform(0.02, 0.98, 5):
+        for overlap, seen in ((radius / 7, True), (-1e-9, False)):
+            center = (float(x), -0.05 * np.sqrt(2.0) - radius + overlap, 0.0)[:dim]
+            assert is_found(thin, ContactBox(**LAW, sides=(0.1, 0.1, 0.3)[:dim], center=center, **up)) is seen, x
+
+
+def of_beams(**more: Any) -> ContactBeam:
+    return ContactBeam("c", body="b", other="o", stiffness=1e5, radius=0.005, **more)
+
+
+def across_a_beam(dim: int, x: float, overlap: float) -> Body:
+    """What touches the beam "b" at x: in the plane with its end, in space with a length that is hardly at an angle."""
+    if dim == 2:
+        return cable("o", straight(5, (x, 0.01 - overlap, 0.0), (x + 0.02, 0.5, 0.0)), Given(EA=1e6, EI=1.0, rhoA=0.2), dim=2)
+    way = 0.4 * np.array([np.cos(0.15), np.sin(0.15), 0.0])
+    ends = (tuple(np.array([x, 0.0, 0.01 - overlap]) + side * way) for side in (-0.9, 1.1))
+    return cable("o", straight(5, *ends), Given(EA=1e6, EI=1.0, rhoA=0.2), dim=3)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_beams_are_found_between_nodes(dim: int) -> None:
+    for x in np.random.default_rng(5).uniform(0.02, 0.98, 5):
+        for overlap, seen in ((0.0014, True), (-1e-9, False)):
+            with warnings.catch_warnings(record=True) as told:
+                warnings.simplefilter("always", Notice)
+                assemble([beam(dim), across_a_beam(dim, float(x), overlap)], loads=[of_beams()])
+            assert any("overlap" in str(one.message) for one in told) is seen, x
+
+
+def test_the_end_of_a_beam_is_caught_between_nodes() -> None:
+    """A beam falls with its end between two cells of one that is held, whose centre line the end never reaches."""
+    held = [joints.Clamp(name, At("b", name)) for name in ("left", "right")]
+    start, measured = {"o": Motion(velocity=(0.0, -1.0))}, {"m": probes.Position(At("o", "left"), "y")}
+    system = assemble([beam(2, 1e4), across_a_beam(2, 0.47, -0.005)], held, [of_beams()], outputs=measured, initial=start)
+    found = outputs(integrate(system, GeneralizedAlpha(1e-4), 0.02))
+    assert found["m"].min() > 0.0, found["m"]
+
+
+def test_too_few_nodes_of_beams_along_one_another_are_refused() -> None:
+    with pytest.raises(InputError, match=r"'c'.points: expected .* of 0.01 m passes: 10\d parts .*, got gaps .* 10 parts"):
+        assemble([beam(2), across_a_beam(2, 0.5, -0.1)], loads=[of_beams(points=11)])
+
+
 @pytest.mark.parametrize("size", [0.02, 0.1])
 def test_what_a_body_carries_is_found_too(size: float) -> None:
     for x in np.random.default_rng(2).uniform(0.0, 1.0, 3):
@@ -103,7 +153,7 @@ def test_a_beam_that_comes_is_caught(kind: str, speed: float) -> None:
         ),
         (
             ContactBox(**LAW, sides=(1.0, 0.02), center=(0.5, -0.02), points=3),
-            r"'c'.points: expected .* of 0.011 m passes: 91 parts",
+            r"'c'.points: expected .* of 0.001 m passes: 1001 parts",
         ),
     ],
 )

@@ -9,8 +9,8 @@ that of the sections, or `radius` of both. Where nothing is said of the law, it 
     m = m_A m_B / (m_A + m_B),    and the size of both beams together           (with itself: those of its halves)
 
 Beams that cross touch at their closest points; such as lie `along` one another, and all in the plane, touch at the nodes of
-`body`, which have to stand so close that no part of `other` passes between them: `points`. Where beams that crossed become
-parallel, closest points jump, and the energy balance shows it.
+`body`, so many that no part of `other` passes between two: what overlaps by 13 % of the radii of both together is found. Where
+beams that crossed become parallel, closest points jump, and the energy balance shows it.
 
 Of one beam, places less than `apart` from one another along the line do not touch: a line that is nowhere bent more sharply than by
 its radius R comes back to itself, at a distance of 2 R, after pi R at the earliest. Where it crosses itself, nodes have to stand
@@ -37,7 +37,7 @@ from . import fields
 from .constraint_functions import size_of
 from .contact_pair_states import gaps_of, measures
 from .contact_pairs import BeamContacts, whole_line
-from .contact_points import MOST, line_shares
+from .contact_points import LIMIT, MOST, enough, line_shares
 from .contact_states import find_columns, rows_of
 from .contacts import CLEAR, ContactGauge, Length, Touch
 from .loads import where
@@ -56,7 +56,11 @@ class ContactBeam(Touch):
 
     body: fields.BodyName = field(kw_only=True)
     other: fields.BodyName = field(kw_only=True)
-    points: Annotated[int | None, whole(2, 10_000), "nodes along each beam, by default the ends of its cells"] = None
+    points: Annotated[
+        int | None,
+        whole(2, 10_000),
+        "nodes along each beam, by default the ends of its cells; of beams along one another as radii need",
+    ] = None
     radius: Annotated[float | None, fields.quantity("m", "> 0"), "of both, by default those of the sections"] = None
 
     along: Annotated[
@@ -71,15 +75,16 @@ class ContactBeam(Touch):
     def push(self, draft: Draft) -> None:
         name, layout = where(self), draft.layout
         beams = [layout.body(name, At(one)) for one in (self.body, self.other)]
-        found = [node_rows(name, part, self.points) for part in beams]
+        radii = np.array([part.radius if self.radius is None else self.radius for part in beams])
+        require_beams(name, beams)
+        along, reach = self.lies_along(beams), float(radii.sum())
+        found = [node_rows(name, part, self.points, reach if along and part is beams[0] else np.inf) for part in beams]
         rows, (nodes, _), (spans, others) = [one for one, _ in found], (xi for _, xi in found), (np.diff(xi) for _, xi in found)
         wide = [layout.widen(part.name, own_rows) for part, own_rows in zip(beams, rows, strict=True)]
         first = draft.probes.add(csr_array(vstack(wide)))
         reference = np.concatenate([one @ part.reference.ravel() for part, one in zip(beams, rows, strict=True)])
         a, b = (part.total_mass for part in beams)
         mass, size = a * b / (a + b), size_of(layout, {self.body, self.other})
-        radii = np.array([part.radius if self.radius is None else self.radius for part in beams])
-        along = self.lies_along(reference, len(spans) + 1, layout.dim)
         itself, limits = 0, whole_line(len(spans) + 1, len(others))
         if self.body == self.other:
             mass, (itself, limits) = mass / 2, self.own_limits(beams[0], reference, spans, radii[0], along)
@@ -101,10 +106,13 @@ class ContactBeam(Touch):
         draft.forces.terms.append(term)
         draft.gauges[self.name] = ContactGauge("contact", (), 0.0, term)
 
-    def lies_along(self, rows: np.ndarray, count: int, dim: int) -> bool:
-        """Whether nodes touch, of beams with rows (f,), the first one with so many nodes: all in the plane, and the parallel."""
-        nodes = rows.reshape(-1, 2, dim)[:, 0]
-        a, b = nodes[count - 1] - nodes[0], nodes[-1] - nodes[count]
+    def lies_along(self, beams: list[Body]) -> bool:
+        """Whether nodes touch, of two beams in the reference: all in the plane, and the parallel."""
+        dim = beams[0].dim
+        a, b = (
+            np.diff(own(part, line.sample(part.space, line.breaks(part.space)[[0, -1]], 0)) @ part.reference, axis=0)[0]
+            for part in beams
+        )
         alike = bool(abs(a @ b) >= np.cos(FLAT) * np.linalg.norm(a) * np.linalg.norm(b) > 0.0)
         flat = dim == 2 or (alike and self.body != self.other)
         if flat and self.along is False:
@@ -128,14 +136,26 @@ class ContactBeam(Touch):
         return 1 + closed, np.minimum(np.column_stack([begin, np.minimum(end, count[-1])]), count[-1])
 
 
-def node_rows(name: str, part: Body, count: int | None) -> tuple[csr_array, np.ndarray]:
-    """Rows (2 c x, b c) of position and slope by xi of x nodes of a beam, and their xi (x,)."""
-    space = part.space
-    if not isinstance(space, line.BSpline | line.Hermite):
-        raise InputError(say(name, "beams", f"'{part.name}', which is none", "name a body with a line"))
-    breaks = line.breaks(space)
+def require_beams(name: str, parts: list[Body]) -> None:
+    """Refuse bodies without a line."""
+    for part in parts:
+        if not isinstance(part.space, line.BSpline | line.Hermite):
+            raise InputError(say(name, "beams", f"'{part.name}', which is none", "name a body with a line"))
+
+
+def node_rows(name: str, part: Body, count: int | None, reach: float) -> tuple[csr_array, np.ndarray]:
+    """Rows (2 c x, b c) of position and slope by xi of x nodes of a beam, and their xi (x,).
+
+    Nothing that touches at a distance `reach` [m] passes between two nodes, as `enough` has it; infinite where all is met.
+    """
+    assert isinstance(part.space, line.BSpline | line.Hermite)
+    breaks = line.breaks(part.space)
     xi = breaks if count is None and len(breaks) <= MOST else np.linspace(breaks[0], breaks[-1], count or MOST)
-    rows = [own(part, line.sample(space, xi, k)) for k in range(2)]
+    longest = float(np.diff(np.interp(xi, *arc_lengths(part))).max())
+    pieces = len(xi) - 1
+    parts = enough(name, None if count is None else pieces, pieces, 0.5 * pieces * longest, (np.inf, reach), (0, LIMIT))
+    xi = np.interp(np.linspace(0.0, pieces, parts + 1), np.arange(pieces + 1), xi)
+    rows = [own(part, line.sample(part.space, xi, k)) for k in range(2)]
     both = csr_array(vstack(rows))[np.arange(2 * len(xi)).reshape(2, -1).T.ravel()]
     return csr_array(kron(both, np.eye(part.dim))), xi
 

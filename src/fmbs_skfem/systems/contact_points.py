@@ -58,14 +58,14 @@ def find_points(
         places = [At(part.name, place) for place in part.places] if at is None else [at]
         read = [vstack([layout.read(name, place), *(axes_of(name, draft, place) if half > 0.0 else ())]) for place in places]
     else:
-        met = round_as[0] + half, round_as[1] + half
         if isinstance(part.space, Surface):
             widest, cells = gap_of_surface(part, part.space, thin)
             most = tuple(int((many / cells) ** (1.0 if thin else 0.5)) for many in (ENOUGH, LIMIT))
-            parts = enough(name, count, SIDE, widest, met, most)
+            parts = enough(name, count, SIDE, widest, (round_as[0] + half, round_as[1] + half), most)
             functions, shares = once(part, *(edge_points if thin else surface_points)(part, part.space, parts))
         else:
-            xi = line_points(name, part, count, met)
+            met = min(round_as) + half  # edges come in between points of beams no deeper than what is round does
+            xi = line_points(name, part, count, (met, met or round_as[1]))
             functions, shares = line_rows(part, xi, half > 0.0), line_shares(part, xi)
         read = [layout.widen(part.name, csr_array(rows)) for rows in functions]
     first = draft.probes.add(csr_array(vstack(read)))
