@@ -8,6 +8,7 @@ import os
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_name] = "1"
 os.environ["MPLBACKEND"] = "Agg"
+os.environ["FMBS_EXTENSIONS"] = "allow"
 # commands in processes of their own start as they do for users: without bytecode each of them compiles the whole package
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 

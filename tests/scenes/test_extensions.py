@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.util
 import pickle
+import py_compile
 import re
 import subprocess
 import sys
@@ -16,13 +18,15 @@ import pytest
 
 from fmbs_skfem import dynamics, scenes, studies, systems
 from fmbs_skfem.bodies import laws
-from fmbs_skfem.core import container
+from fmbs_skfem.core import container, jit
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.notices import Notice, Remark
 from fmbs_skfem.reduction import files, parametric_model
 from fmbs_skfem.scenes import build, extensions, schema
 from fmbs_skfem.scenes.analyses import Analysis
 from fmbs_skfem.scenes.bodies import SceneBody
+from fmbs_skfem.studies import compiling
+from fmbs_skfem.studies import job as jobs
 from fmbs_skfem.systems import probes
 from fmbs_skfem.systems.constraint_laws import ConstraintLaw
 from fmbs_skfem.systems.force_laws import ForceLaw
@@ -314,9 +318,106 @@ def test_refused(project: Path, named: str, message: str) -> None:
 
 def test_the_switch_refuses_all(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FMBS_EXTENSIONS", "refuse")
-    with pytest.raises(InputError, match=r"own.yaml:4: extensions: expected a scene without Python files, got my_joint.py"):
+    with pytest.raises(InputError, match=r"own.yaml:4: extensions: expected consent to run Python files, got none for /"):
         scenes.read(project)
     assert "ellipse_guide" not in systems.joints.Joint.known
+
+
+@pytest.mark.parametrize("command", ["check", "run", "reduce", "compare", "sweep"])
+def test_nothing_runs_without_consent(project: Path, monkeypatch: pytest.MonkeyPatch, command: str) -> None:
+    """Exit code 3 names the file and the call that allows it; that call runs it."""
+    monkeypatch.delenv("FMBS_EXTENSIONS")
+    trace = project.parent / "executed"
+    for name in FILES:
+        (project.parent / name).write_text(f"open({str(trace)!r}, 'w')\n" + FILES[name])
+    done = fmbs(command, project, "--json", "--out", project.parent / "out")
+    assert done.code == 3
+    assert not trace.exists()
+    assert f"got none for {project.parent.resolve() / 'my_joint.py'}" in done.json["message"]
+    assert "--allow-extensions (in Python extensions='allow')" in done.json["message"]
+    assert fmbs("check", project, "--allow-extensions", "--json").code == 0
+    assert trace.exists()
+
+
+@pytest.mark.parametrize("word", ["alow", "", "1"])
+def test_another_word_for_consent_is_refused(project: Path, monkeypatch: pytest.MonkeyPatch, word: str) -> None:
+    with pytest.raises(InputError, match=f"extensions: expected one of allow, ask, refuse, got '{word}'"):
+        scenes.read(project, extensions=word)
+    monkeypatch.setenv("FMBS_EXTENSIONS", word)
+    with pytest.raises(InputError, match=f"environment: FMBS_EXTENSIONS: expected one of allow, ask, refuse, got '{word}'"):
+        scenes.read(project)
+
+
+def test_consent_of_a_call_goes_before_the_environment(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FMBS_EXTENSIONS", "refuse")
+    with pytest.warns(Remark, match="runs the Python file"):
+        assert scenes.read(project, extensions="allow").extensions
+    extensions.RUN.clear()
+    with pytest.raises(InputError, match="consent"):
+        scenes.read(project.with_name("own.yaml"), extensions="refuse")
+
+
+def test_an_answer_at_a_terminal_is_remembered_by_content(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One question for all files, once; a file that has changed is asked for again."""
+    monkeypatch.setenv("FMBS_EXTENSIONS", "ask")
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(project.parent / "config"))
+    shell = f"import pty, sys; sys.exit(pty.spawn([{sys.executable!r}, '-m', 'fmbs_skfem', 'check', {str(project)!r}]) >> 8)"
+
+    def check(answers: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([sys.executable, "-c", shell], input=answers, capture_output=True, text=True, timeout=120)
+
+    refused = check("n\n")
+    assert refused.returncode == 3, refused.stdout
+    assert refused.stdout.count("[y/N]") == 1
+    allowed = check("y\n")
+    assert allowed.returncode == 0, allowed.stdout
+    again = check("")
+    assert again.returncode == 0
+    assert "[y/N]" not in again.stdout
+    with (project.parent / "my_load.py").open("a") as file:
+        file.write("\nX = 1\n")
+    changed = check("n\n")
+    assert changed.returncode == 3
+    assert changed.stdout.count("[y/N]") == 1
+
+
+def test_bytecode_beside_a_file_is_not_run(project: Path) -> None:
+    """Consent is to what can be read: a __pycache__ that came with the folder may hold anything else."""
+    path, trace = project.parent / "my_load.py", project.parent / "executed"
+    source = path.read_text()
+    path.write_text(f"open({str(trace)!r}, 'w')\n" + source)
+    beside, unchecked = importlib.util.cache_from_source(str(path)), py_compile.PycInvalidationMode.UNCHECKED_HASH
+    py_compile.compile(str(path), beside, invalidation_mode=unchecked)
+    path.write_text(source)
+    quiet(project)
+    assert not trace.exists()
+
+
+def test_no_module_of_the_current_folder_runs(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On an empty cache a process beside the run compiles: it imports the package, not what is called so in the current folder."""
+    folder = project.parent / "here"
+    folder.mkdir()
+    for name in ("fmbs_skfem.py", "numba.py", "multiprocessing.py"):
+        (folder / name).write_text(f"open({str(folder / 'executed')!r}, 'w')\n")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(folder / "cache"))
+    monkeypatch.chdir(folder)
+    calls: list[list[str]] = []
+
+    class Recorded(subprocess.Popen):  # type: ignore[type-arg]
+        def __init__(self, command: list[str], **options: object) -> None:
+            calls.append(command)
+            super().__init__([*command[:-1], "fmbs_skfem.core.errors"], **options)  # what it imports first, without the work
+
+    jit.cache_folder.cache_clear()
+    monkeypatch.setattr(compiling.subprocess, "Popen", Recorded)
+    try:
+        with jobs.begin(project) as job:
+            assert compiling.announce(job)
+        assert compiling._BESIDE.pop().wait(60) == 0
+    finally:
+        jit.cache_folder.cache_clear()
+    assert calls
+    assert not (folder / "executed").exists()
 
 
 def test_a_changed_file_is_refused(project: Path) -> None:

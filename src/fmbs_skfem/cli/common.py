@@ -66,6 +66,8 @@ def command(name: str, study: Callable[..., Result], into: str = "") -> click.Co
 
     def call(**values: Any) -> None:
         how = Call(values.pop("json"), values.pop("debug"))
+        if values.pop("allow_extensions"):
+            values["extensions"] = "allow"
         if values["out"] is None and into:
             values["out"] = Path(into.format(values[source].stem if source else ""))
         given = [values.pop(source)] if source else []

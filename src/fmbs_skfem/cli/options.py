@@ -17,6 +17,7 @@ FILE = click.Path(path_type=Path)
 COMMON = (
     click.Option(["--json"], is_flag=True, help="Print one JSON object on stdout."),
     click.Option(["--strict"], is_flag=True, help="Treat warnings as errors."),
+    click.Option(["--allow-extensions"], is_flag=True, help="Run the Python files that a scene names: read them first."),
     click.Option(["--debug"], is_flag=True, help="Show the Python traceback of an error."),
 )
 

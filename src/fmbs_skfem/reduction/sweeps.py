@@ -61,7 +61,7 @@ ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUM
 SETTINGS: dict[str, Any] = {  #: of dask, for processes of this machine
     "distributed.scheduler.allowed-failures": 0,  # a batch whose worker ends comes back at once
     "distributed.scheduler.worker-ttl": None,  # compiled code may leave no time for signs of life
-    "distributed.nanny.pre-spawn-environ": dict.fromkeys(ONE_THREAD, "1"),
+    "distributed.nanny.pre-spawn-environ": {**dict.fromkeys(ONE_THREAD, "1"), "PYTHONSAFEPATH": "1"},
     "distributed.scheduler.http.routes": [],  # pages need no key
     "distributed.worker.http.routes": [],
 }

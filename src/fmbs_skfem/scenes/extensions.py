@@ -2,9 +2,9 @@
 
     extensions: [my_joint.py]            beside the scene, or anywhere in its project folder, as meshes
 
-The files are run before the scene is checked, with the rights of whoever reads it: a warning names them. Where the environment
-variable FMBS_EXTENSIONS is `refuse`, scenes that name any are refused instead. A file is run once a process; one that has changed
-since is refused, because its classes may be in use. Worker processes find its classes by the name of its module.
+The files are run before the scene is checked, with the rights of whoever reads it, and only by consent: see `core.consents`. A
+warning names them. A file is run once a process; one that has changed since is refused, because its classes may be in use. Worker
+processes find its classes by the name of its module.
 """
 
 from __future__ import annotations
@@ -12,23 +12,30 @@ from __future__ import annotations
 import hashlib
 import importlib
 import importlib.util
-import os
 import sys
 import traceback
 from collections.abc import Sequence
 from importlib.abc import MetaPathFinder
-from importlib.machinery import ModuleSpec
+from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 
+from ..core import consents
 from ..core.errors import InputError
 from ..core.notices import remark
 from ..core.problems import Found, Problem, shown
 from ..shapes import meshes
 
 PREFIX = "fmbs_extension_"  #: of module names; the path of the file follows as hexadecimal digits
-SWITCH = "FMBS_EXTENSIONS"
 RUN: dict[str, str] = {}  #: SHA-256 of the files that were run, by module
+
+
+class SourceLoader(SourceFileLoader):
+    """Runs the text of a file, never bytecode that lies beside it: consent is to what can be read."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        path = self.get_filename(fullname)
+        return self.source_to_code(self.get_data(path), path)
 
 
 class ExtensionFinder(MetaPathFinder):
@@ -38,7 +45,7 @@ class ExtensionFinder(MetaPathFinder):
         if not name.startswith(PREFIX):
             return None
         file = bytes.fromhex(name.removeprefix(PREFIX)).decode()
-        return importlib.util.spec_from_file_location(name, file)
+        return importlib.util.spec_from_file_location(name, file, loader=SourceLoader(name, file))
 
 
 sys.meta_path.append(ExtensionFinder())
@@ -50,25 +57,51 @@ def load(named: object, folder: Path) -> list[Found]:
         return []
     if not isinstance(named, list) or not all(isinstance(text, str) for text in named):
         return [(("extensions",), Problem("a list of Python files, their paths from the folder of the scene", shown(named)))]
-    if named and os.environ.get(SWITCH) == "refuse":
-        remedy = f"they would be run as programs; read them, and unset {SWITCH} if you trust them"
-        return [(("extensions",), Problem("a scene without Python files", ", ".join(named), remedy))]
     found: list[Found] = []
+    files: dict[int, Path] = {}
     for k, text in enumerate(named):
         try:
-            run(meshes.path(text, folder, what="extension"))
+            files[k] = meshes.path(text, folder, what="extension")
+            digest_of(files[k])
         except Problem as problem:
             found.append((("extensions", k), problem))
         except InputError as error:
             found.append((("extensions", k), Problem("a Python file of the project", str(error))))
+    if not found:
+        try:
+            consents.require({path: digest_of(path) for path in files.values() if not has_run(path)})
+        except Problem as problem:
+            return [(("extensions",), problem)]
+        for k, path in files.items():
+            try:
+                run(path)
+            except Problem as problem:
+                found.append((("extensions", k), problem))
+            except InputError as error:
+                found.append((("extensions", k), Problem("a Python file that runs", str(error))))
     return found
+
+
+def module_of(path: Path) -> str:
+    """The name of the module of a file."""
+    return PREFIX + str(path).encode().hex()
+
+
+def has_run(path: Path) -> bool:
+    """Whether a file, as it is now, was run by this process."""
+    return RUN.get(module_of(path)) == digest_of(path)
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file; Problem where it is no Python file."""
+    if path.suffix != ".py" or not path.is_file():
+        raise Problem("a Python file (.py)", str(path) if path.exists() else f"{path}, which is not there")
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def run(path: Path) -> None:
     """Run a file, once a process."""
-    if path.suffix != ".py" or not path.is_file():
-        raise Problem("a Python file (.py)", str(path) if path.exists() else f"{path}, which is not there")
-    name, digest = PREFIX + str(path).encode().hex(), hashlib.sha256(path.read_bytes()).hexdigest()
+    name, digest = module_of(path), digest_of(path)
     if RUN.get(name, digest) != digest:
         raise Problem("a file that stays the same while it is in use", f"{path}, which has changed", "start Python anew")
     if name in RUN:

@@ -8,12 +8,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ..core import consents
 from ..core.errors import InputError
 from ..core.fields import Context
 from ..core.mappings import read_struct
 from ..core.notices import notify
 from ..core.problems import Found, Problem, located, printable, shown
-from . import consistency, extensions, inputs, parameters, schema, yamlfile
+from . import consistency, inputs, parameters, schema, yamlfile
+from . import extensions as python_files
 from .analyses import Analysis
 from .parameters import Changes
 from .yamlfile import location, where
@@ -21,26 +23,31 @@ from .yamlfile import location, where
 MOST = 50  #: problems that one message lists
 
 
-def read(path: Path | str, parameters: Changes | None = None, repair: bool = False) -> schema.Scene:
+def read(
+    path: Path | str, parameters: Changes | None = None, repair: bool = False, *, extensions: str | None = None
+) -> schema.Scene:
     """The scene in a file, all its quantities in SI units.
 
     `parameters` replace values of the scene's own parameters, as numbers in SI units or as text with a unit (a sweep changes
-    nothing else). With `repair`, nodes of its meshes that are at one place are merged. Raises InputError, which lists every problem
-    with file, line and path of keys; what is hardly meant is a Python warning of the class `Notice`. Meshes are not read yet.
+    nothing else). With `repair`, nodes of its meshes that are at one place are merged. Python files that the scene names are run
+    where `extensions` is "allow", see `core.consents`. Raises InputError, which lists every problem with file, line and path of
+    keys; what is hardly meant is a Python warning of the class `Notice`. Meshes are not read yet.
     """
     path = Path(path)
-    return _warn(_scene(yamlfile.read(path), str(path), path, path.parent, parameters or {}, repair))
+    with consents.given(extensions):
+        return _warn(_scene(yamlfile.read(path), str(path), path, path.parent, parameters or {}, repair))
 
 
-def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None) -> schema.Scene:
+def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None, *, extensions: str | None = None) -> schema.Scene:
     """The scene in a text, as `read`; mesh paths are relative to `folder`."""
-    return _warn(_scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {}))
+    with consents.given(extensions):
+        return _warn(_scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {}))
 
 
 def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, changed: Changes, repair: bool = False) -> schema.Scene:
     data = yamlfile.plain(node)
     _stop(name, node, _version(data))
-    _stop(name, node, extensions.load(data.get("extensions"), folder))
+    _stop(name, node, python_files.load(data.get("extensions"), folder))
     known = parameters.resolve(data.get("parameters"), changed)
     _stop(name, node, known.found)
     values = {key: value.value for key, value in known.values.items()}

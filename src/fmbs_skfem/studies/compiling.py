@@ -25,7 +25,7 @@ def announce(job: Job, reduces: bool = False) -> bool:
     if new:
         job.hear_compilation("the time step")
     if new and folder is not None and first(folder):
-        command = [sys.executable, "-m", f"{__package__}.beside", *(["reduction"] if reduces else [])]
+        command = [sys.executable, "-P", "-m", f"{__package__}.beside", *(["reduction"] if reduces else [])]
         nowhere = subprocess.DEVNULL
         _BESIDE.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=nowhere, stderr=nowhere))
     return new

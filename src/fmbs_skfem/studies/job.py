@@ -14,7 +14,7 @@ from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
-from ..core import compilation
+from ..core import compilation, consents
 from ..core.errors import FmbsError, InputError, Warned, say
 from ..core.notices import Labelled, Notice, Progress, Remark, notify
 from ..core.records import dataclass
@@ -89,6 +89,7 @@ def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
     from threadpoolctl import threadpool_limits
 
     given: dict[str, Any] = dict(shared)
+    consent = consents.given(given.pop("extensions", None))
     given["changes"] = {name: str(value).strip() for name, value in given.pop("parameters", {}).items()}
     given["out"] = None if given.get("out") is None else Path(given["out"])
     if isinstance(source, str | Path):
@@ -99,7 +100,7 @@ def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
             raise InputError(say("parameters", "the file of a scene", "a scene", "read it with them: scenes.read(path, changes)"))
     job.listener.begin(job)
     listening = compilation.heard_by(job.hear_compilation)
-    with threadpool_limits(limits=1, user_api="blas"), hear(job), listening, notebooks.progress() as shown:
+    with consent, threadpool_limits(limits=1, user_api="blas"), hear(job), listening, notebooks.progress() as shown:
         if shown is not None and "listener" not in given:
             job.listener = Listener(progress=shown, tell=ignore)
         try:
