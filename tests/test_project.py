@@ -61,6 +61,7 @@ def test_floors_refuse_an_import_upwards(tmp_path: Path) -> None:
         "systems",
         "bodies",
         "shapes",
+        "foreign",
         "core",
     ):
         (package / floor).mkdir(parents=True)

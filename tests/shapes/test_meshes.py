@@ -583,3 +583,88 @@ def test_lines_of_scikit_fem() -> None:
     assert meshes.from_skfem(grid).points[2].tolist() == [1.0, 0.0, 0.0]
     with pytest.raises(InputError, match="expected a MeshLine of first order, got a MeshTri1 in 2 dimensions"):
         meshes.from_skfem(skfem.MeshTri())
+
+
+PARTITIONED = """\
+$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+0 1 "left"
+1 2 "beam"
+$EndPhysicalNames
+$Entities
+2 1 0 0
+1 0 0 0 1 1
+2 2 0 0 0
+1 0 0 0 2 0 0 1 2 2 1 -2
+$EndEntities
+$PartitionedEntities
+2
+2
+5 1
+6 2
+3 2 0 0
+3 0 1 1 1 0 0 0 1 1
+4 0 2 1 2 2 0 0 0
+5 0 1 2 1 2 1 0 0 0
+2 1 1 1 1 0 0 0 1 0 0 1 2 2 3 -5
+3 1 1 1 2 1 0 0 2 0 0 1 2 2 5 -4
+$EndPartitionedEntities
+$Nodes
+3 3 1 3
+0 3 0 1
+1
+0 0 0
+0 4 0 1
+3
+2 0 0
+0 5 0 1
+2
+1 0 0
+$EndNodes
+$Elements
+3 3 1 3
+0 3 15 1
+1 1
+1 2 1 1
+2 1 2
+1 3 1 1
+3 2 3
+$EndElements
+"""
+
+
+def test_pieces_of_a_partitioned_mesh_have_the_groups_of_their_entities(tmp_path: Path) -> None:
+    (tmp_path / "a.msh").write_text(PARTITIONED)
+    found = meshes.read(tmp_path / "a.msh")
+    assert found.cells.tolist() == [[0, 2], [2, 1]]
+    assert {name: ids.tolist() for name, ids in found.point_groups.items()} == {"left": [0]}
+    assert {name: ids.tolist() for name, ids in found.line_groups.items()} == {"beam": [0, 1]}
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_nodes_with_parameters(binary: bool, tmp_path: Path) -> None:
+    """Format 2.2: of a point none, of a curve one, of a surface two, of a volume or of nothing none."""
+    nodes = [
+        (1, [0.0, 0, 0], 0, []),
+        (2, [1.0, 0, 0], 1, [0.5]),
+        (3, [2.0, 0, 0], 2, [0.1, 0.2]),
+        (4, [3.0, 0, 0], 3, []),
+        (5, [4.0, 0, 0], -1, []),
+    ]
+    lines = [(i, i, i + 1) for i in range(1, 5)]
+    if binary:
+        data = b"".join(struct.pack(f"<i3d2i{len(p)}d", n, *x, dim, 1, *p) for n, x, dim, p in nodes)
+        cells = struct.pack("<3i", 1, 4, 2) + b"".join(struct.pack("<5i", i, 7, 1, a, b) for i, a, b in lines)
+        head = b"$MeshFormat\n2.2 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n"
+    else:
+        data = "".join(f"{n} {' '.join(map(str, [*x, dim, 1, *p]))}\n" for n, x, dim, p in nodes).encode()
+        cells = "".join(f"{i} 1 2 7 1 {a} {b}\n" for i, a, b in lines).encode()
+        head = b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
+    body = b"$ParametricNodes\n5\n" + data + b"\n$EndParametricNodes\n$Elements\n4\n" + cells + b"\n$EndElements\n"
+    (tmp_path / "a.msh").write_bytes(head + body)
+    found = meshes.read(tmp_path / "a.msh")
+    np.testing.assert_allclose(found.points, [x for _, x, _, _ in nodes])
+    assert {name: ids.tolist() for name, ids in found.line_groups.items()} == {"tag_7": [0, 1, 2, 3]}

@@ -358,7 +358,8 @@ def locate(body: Body, place: str | float) -> Place:
             if isinstance(body.space, Surface) and place in body.space.edges:
                 remedy = f"name a point of the mesh, or take what has `edges`: {', '.join(words_with('edges'))}"
                 raise InputError(say(f"body '{body.name}'", expected, f"the edge '{place}'", remedy))
-            raise InputError(say(f"body '{body.name}'", expected, f"'{place}'") + closest(place, known))
+            remedy = "a group of several nodes is no point" if isinstance(body.space, line.BSpline | line.Hermite) else ""
+            raise InputError(say(f"body '{body.name}'", expected, f"'{place}'", closest(place, known)[2:] or remedy))
         return place if place in body.frames else body.places[place]
     if not isinstance(body.space, line.BSpline | line.Hermite):
         names = ", ".join(sorted({**body.frames, **body.places})) or "none"

@@ -4,9 +4,9 @@
     chain: cells of one body -> node ids (j,) such that (chain[i], chain[i+1]) is a cell
 
 Files are gmsh `.msh` (2.2 or 4.1; groups are its physical groups of points and curves, unnamed ones are called `tag_n`) or VTK
-`.vtu` (groups are integer arrays of zeros and ones, see `vtu`); `.inp`, `.med` and `.vtk` come by meshio, see `foreign`. A mesh
-that comes out of `read` has finite points, every one used by a cell, no cell of zero length and none twice; a `Notice` says what
-is dropped on the way.
+`.vtu` (groups are integer arrays of zeros and ones, see `vtu`); `.inp`, `.med` and `.vtk` come through
+`foreign`. A mesh that comes out of `read` has finite points, every one used by a cell, no cell of zero length and none twice; a
+`Notice` says what is dropped on the way.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from ..core import errors
 from ..core.linalg import distinct
 from ..core.notices import notify
 from ..core.records import dataclass
-from . import foreign, msh, vtu
+from ..foreign import door, exchange
+from . import msh, vtu
 from .msh import Floats, Ints, MshCells, Raw
 from .repair import merge_points
 
@@ -47,7 +48,28 @@ Named: TypeAlias = dict[str, Ints]  #: name -> members of a group
 Groups: TypeAlias = dict[str, Named]  #: kind of groups -> name -> members
 Curve: TypeAlias = Callable[[Floats], Floats]  #: coordinate along a line (n,) -> points (n,3) [m]
 
-_READERS = {".msh": msh.read, ".vtu": vtu.read} | dict.fromkeys(foreign.SUFFIXES, foreign.read)
+
+def _foreign(path: Path, where: str) -> Raw:
+    """The points, cells and groups of a file of another program."""
+    with door.converted(path, where, "export it again, or as .msh 4.1") as target:
+        found = exchange.load(target)
+
+    def of(kind: str, width: int) -> MshCells:
+        rows = found.cells.get(kind, np.zeros((0, width), np.int64))
+        return MshCells(found.numbers[rows], found.cell_numbers.get(kind, rows[:, 0]), found.cell_groups.get(kind, {}))
+
+    return Raw(
+        points=found.points,
+        numbers=found.numbers,
+        point_groups={name: found.numbers[ids] for name, ids in found.point_groups.items()},
+        lines=of("line", 2),
+        triangles=of("triangle", 3),
+        quads=of("quad", 4),
+        kinds={kind: len(rows) for kind, rows in found.cells.items()},
+    )
+
+
+_READERS = {".msh": msh.read, ".vtu": vtu.read} | dict.fromkeys((".inp", ".med", ".vtk"), _foreign)
 
 
 def straight(s: Floats) -> Floats:

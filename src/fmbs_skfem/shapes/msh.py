@@ -209,8 +209,12 @@ def _section(cursor: _Cursor, content: _Content, version: int, name: str) -> Non
         _physical_names(cursor, content)
     elif name == "Entities" and version == 4:
         _entities(cursor, content)
+    elif name == "PartitionedEntities" and version == 4:
+        _partitioned_entities(cursor, content)
     elif name == "Nodes":
         content.nodes += _nodes_4(cursor) if version == 4 else _nodes_2(cursor)
+    elif name == "ParametricNodes" and version == 2:
+        content.nodes += _parametric_nodes(cursor)
     elif name == "Elements":
         content.blocks += _elements_4(cursor, content) if version == 4 else _elements_2(cursor)
     cursor.close(name)
@@ -251,6 +255,34 @@ def _entities(cursor: _Cursor, content: _Content) -> None:
             content.entities[dimension, tag] = [abs(int(p)) for p in physical]
             if dimension:
                 cursor.take("i", int(cursor.take("n", 1)[0]))
+
+
+def _partitioned_entities(cursor: _Cursor, content: _Content) -> None:
+    """Pieces of entities in partitions, which nodes and cells belong to; each has the physical tags of the entity it is of."""
+    cursor.open("PartitionedEntities")
+    cursor.take("n", 1)
+    cursor.take("i", 2 * cursor.count("ghost entities", int(cursor.take("n", 1)[0])))
+    for dimension, entities in enumerate(cursor.take("n", 4)):
+        for _ in range(cursor.count("entities", int(entities))):
+            tag, _, _ = (int(v) for v in cursor.take("i", 3))
+            cursor.take("i", int(cursor.take("n", 1)[0]))
+            cursor.take("d", 6 if dimension else 3)
+            physical = cursor.take("i", int(cursor.take("n", 1)[0]))
+            content.entities[dimension, tag] = [abs(int(p)) for p in physical]
+            if dimension:
+                cursor.take("i", int(cursor.take("n", 1)[0]))
+
+
+def _parametric_nodes(cursor: _Cursor) -> list[tuple[Ints, Floats]]:
+    """Rows of a number, a point, dimension and tag of the entity it is on, and parameters, of curves one, of surfaces two."""
+    count = _claimed(cursor, "ParametricNodes", "nodes")
+    numbers, points = np.zeros(count, np.int64), np.zeros((count, 3))
+    for i in range(count):
+        numbers[i] = int(cursor.take("i", 1)[0])
+        points[i] = cursor.take("d", 3)
+        dimension = int(cursor.take("i", 2)[0])
+        cursor.take("d", dimension if dimension in (1, 2) else 0)
+    return [(numbers, points)]
 
 
 def _nodes_2(cursor: _Cursor) -> list[tuple[Ints, Floats]]:

@@ -39,7 +39,17 @@ _CELLS = {
     _QUAD: "quad",
     10: "tetra",
 }
-_CELLS |= {12: "hexahedron", 13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 24: "tetra10", 35: "line4"}
+_CELLS |= {
+    12: "hexahedron",
+    13: "wedge",
+    14: "pyramid",
+    21: "line3",
+    22: "triangle6",
+    23: "quad8",
+    24: "tetra10",
+    28: "quad9",
+    35: "line4",
+}
 
 
 @dataclass(frozen=True, eq=False)
