@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.scenes import Scene, build
-from fmbs_skfem.studies import comparison, projects
+from fmbs_skfem import studies
+from fmbs_skfem.scenes import Scene, build, read
+from fmbs_skfem.studies import ReportTable, comparison, projects, text_tables
 
 from .calls import fmbs
 from .test_provenance import KEYS
@@ -60,3 +61,23 @@ def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypat
         assert {*shown.names} <= {path.name for path in out.iterdir()}
     else:
         assert "apt-get install" in done.err
+
+
+@pytest.mark.parametrize("tables", [False, True])
+def test_demo_says_the_gist_in_twelve_lines_of_a_terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tables: bool) -> None:
+    """The full model, the best reduced one, the error of the step and the pictures; all tables where they are asked for."""
+    scene = short(read(projects.folder() / projects.DEMO))
+    assert scene.compare
+    scene = replace(scene, compare=replace(scene.compare, steps=[2e-3]))
+    monkeypatch.setattr(comparison, "demo_scene", lambda: scene)
+    monkeypatch.setattr(comparison, "DEMO_SHOWN", None)
+    monkeypatch.chdir(tmp_path)
+    found = studies.demo(out="demo", tables=tables)
+    shown = [item.text(80) if isinstance(item, ReportTable) else "\n".join(text_tables.fill(item, 80)) for item in found.lines]
+    lines = "\n".join(shown).splitlines()
+    assert max(map(len, (line for line in lines if " " in line.strip()))) <= 80
+    assert ("Table 2: time of one reduced tangent" in lines) == tables
+    if not tables:
+        assert len(lines) <= 12
+        for words in ("full model", "reduced (component+ecsw", "error of the step, 0.001 s", "Pictures: demo"):
+            assert any(line.strip().startswith(words) for line in lines)

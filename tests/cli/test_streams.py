@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -58,3 +59,35 @@ def test_results_are_kept_where_nobody_reads_the_summary(path: Path) -> None:
     assert shell("$FMBS run $SCENE --out $OUT >&- 2>&- <&-", path).returncode == 3
     assert {"outputs.csv", "report.json", "outputs.png"} <= {file.name for file in (path.parent / "out").iterdir()}
     assert shell("$FMBS check $OUT", path).returncode == 0
+
+
+TERMINAL = """
+import fcntl, os, pty, struct, sys, termios
+child, terminal = pty.fork()
+if child == 0:
+    os.execvp(sys.argv[1], sys.argv[1:])
+fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 80, 0, 0))
+said = b""
+try:
+    while found := os.read(terminal, 65536):
+        said += found
+except OSError:
+    pass
+sys.stdout.buffer.write(said)
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+@pytest.mark.parametrize("arguments", [["check"], ["run", "--no-plots"]])
+def test_a_terminal_of_80_columns_cuts_no_word_and_no_number(path: Path, arguments: list[str]) -> None:
+    """All words that a file gets are there, in lines that fit, and only a word that is longer alone makes a longer one."""
+    command = [*FMBS, *arguments, str(path), "--force", "--out", "out"]
+    wide = subprocess.run(command, cwd=path.parent, capture_output=True, text=True, timeout=300)
+    narrow = subprocess.run(
+        [sys.executable, "-c", TERMINAL, *command], cwd=path.parent, capture_output=True, text=True, timeout=300
+    )
+    assert (wide.returncode, narrow.returncode) == (0, 0)
+    said = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", narrow.stdout)
+    assert max(len(line) for line in said.splitlines() if len(line.split()) > 1) <= 80
+    unlike = {word for word in wide.stdout.split() if not set(word) <= set("─")} - set(said.split())
+    assert all(re.fullmatch(r"[-+.e\d]+s?", word) for word in unlike), unlike  # times and memory differ from run to run

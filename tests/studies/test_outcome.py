@@ -66,6 +66,5 @@ def test_wide_tables_cut_no_digit() -> None:
     values = [10.559591 + number for number in range(16)]
     text = str(ReportTable("wide", ["row", *(f"frequency {number}" for number in range(16))], [["1", *values]]))
     assert "…" not in text
-    folded = zip(*(line.ljust(200) for line in text.splitlines()[-2:]), strict=True)
-    digits = "".join("".join(pair) for pair in folded)
-    assert sum(map(str.isdigit, digits)) == 1 + sum(len(f"{value:.6g}") - 1 for value in values)
+    found = text.split()
+    assert all(f"{value:.6g}" in found for value in values)

@@ -143,4 +143,4 @@ def show(call: Call, report: Mapping[str, Any], view: Sequence[Any]) -> None:
             click.echo(reports.dumps(report))
         else:
             for item in view:
-                click.echo(item) if isinstance(item, str) else item.print(sys.stdout)
+                click.echo(screen.fold(item, sys.stdout)) if isinstance(item, str) else item.print(sys.stdout)

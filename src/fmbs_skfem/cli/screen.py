@@ -14,7 +14,8 @@ import click
 
 from ..core import durable
 from ..core.errors import FmbsError, InputError, say
-from ..studies.result import console
+from ..studies import text_tables
+from ..studies.result import console, width_of
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -34,9 +35,14 @@ class Unheard(FmbsError):
 def tell(text: str) -> None:
     """A line on stderr. Nothing is lost where that is closed or full: what is said there is also in the reports."""
     try:
-        click.echo(text, err=True)
+        click.echo(fold(text, sys.stderr), err=True)
     except (OSError, ValueError):
         drop(sys.stderr)
+
+
+def fold(text: str, stream: TextIO) -> str:
+    """A text whose lines end between words where a terminal would end them inside of one."""
+    return "\n".join(text_tables.fill(text, width_of(stream))) if stream.isatty() else text
 
 
 def drop(stream: TextIO | None) -> None:

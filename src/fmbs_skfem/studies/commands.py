@@ -339,13 +339,15 @@ def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> "Verificatio
 def demo(
     *,
     copy: Annotated[bool, Option("Copy the example scenes and their meshes into the folder instead, to begin from.")] = False,
+    tables: Annotated[bool, Option("Print all tables: those of the paper, and the errors of all outputs.")] = False,
     **shared: Unpack[OutputOptions],
 ) -> Result:
     """Show an example: a flexible double pendulum in full and reduced.
 
-    The tables show time beside error of all models. `out` (fmbs-demo on the command line, where files of an earlier demo are
-    replaced) gets report, plots, pictures, an animation and a VTK series. With `copy` it (fmbs-examples) gets the scenes that
-    travel with the package, in the folder examples, and the meshes that they read.
+    Time and error of the full model and of the best reduced one are printed, those of all models with `tables`. `out` (fmbs-demo
+    on the command line, where files of an earlier demo are replaced) gets report, plots, pictures, an animation and a VTK series.
+    With `copy` it (fmbs-examples) gets the scenes that travel with the package, in the folder examples, and the meshes that they
+    read.
     """
     from . import comparison, projects
 
@@ -353,7 +355,7 @@ def demo(
         with jobs.begin(**shared) as job:
             return projects.copy_examples(job)
     with jobs.begin(comparison.demo_scene(), **shared) as job:
-        return comparison.show_demo(job)
+        return comparison.show_demo(job, tables)
 
 
 def new(

@@ -29,7 +29,7 @@ from . import compiling, figures, pictures, plans, projects, reports, tables
 from . import job as jobs
 from .job import Job
 from .outcome import SERIES
-from .result import Result, conclude, describe_error, list_files
+from .result import ReportTable, Result, conclude, describe_error, list_files
 from .solving import extremes
 
 if TYPE_CHECKING:
@@ -97,9 +97,27 @@ def demo_scene() -> Scene:
     return lean(read(projects.folder() / projects.DEMO))
 
 
-def show_demo(job: Job) -> ComparisonResult:
-    """All models of the scene of the demo, with pictures of its own and a VTK series."""
-    return conclude(comparison(job, jobs.read_scene(job), True, DEMO_SHOWN))
+def show_demo(job: Job, tables: bool) -> ComparisonResult:
+    """All models of the scene of the demo, with pictures of its own and a VTK series; all `tables`, or the gist of them."""
+    found = comparison(job, jobs.read_scene(job), True, DEMO_SHOWN)
+    return conclude(found if tables else replace(found, lines=gist(found)))
+
+
+def gist(found: ComparisonResult) -> list[Any]:
+    """Time and error of the full and of the best reduced model, the error of the step, and where the pictures are."""
+    study, report = found.study, found.report
+    full, best, times = study["full"], choice(study), report["time_error"]
+    rows = [("full model", str(full.dofs), f"{full.cpu_s:.2g}", "1", "-")]
+    if best is not None:
+        gain = f"{full.cpu_s / best.cpu_s:.2g}"
+        rows.append((f"reduced ({best.name})", str(best.dofs), f"{best.cpu_s:.2g}", gain, f"{best.position_error:.1e}"))
+    if times is not None:
+        rows.append((f"error of the step, {times['step']:g} s", "", "", "", f"{times['position']:.1e}"))
+    moved = f"A flexible double pendulum swings for {study.full.times[-1]:g} s: {len(study.records)} models of it."
+    table = ReportTable(moved, ("", "unknowns", "CPU [s]", "times as fast", "error [m]"), rows, names=True)
+    places = found.files
+    shown = f"Pictures: {places[0].parent} (speed_error.png, full.png, motion.gif, ...)" if places else "No pictures."
+    return [table, shown, "All tables: fmbs demo --tables. Scenes to change: fmbs demo --copy."]
 
 
 def comparison(job: Job, scene: Scene, quick: bool, shown: ComparisonPictures | None) -> ComparisonResult:

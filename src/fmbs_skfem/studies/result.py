@@ -5,7 +5,6 @@ Work that fails all the same has results so far: the error that is raised carrie
 
 from __future__ import annotations
 
-import io
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,7 +16,9 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 from ..core import extras
 from ..core.errors import FmbsError, SolverError, Warned
 from ..core.notices import notify
+from ..core.problems import printable
 from ..core.records import dataclass
+from . import text_tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,44 +46,25 @@ class ReportTable:
     rows: Sequence[Sequence[object]]
     names: bool = False
 
-    def __rich__(self) -> Any:
-        from rich import box, table
-        from rich.markup import escape
-
-        style: dict[str, Any] = {"box": box.SIMPLE_HEAD, "title_justify": "left", "title_style": "bold"}
-        found = table.Table(title=escape(self.title), show_header=any(self.columns), **style)
-        for number, column in enumerate(self.columns):
-            kept = self.names and not number  # other cells are folded where they do not fit, so that no digit is cut
-            found.add_column(escape(column), justify="right" if number else "left", no_wrap=kept, overflow="fold")
-        for row in self.rows:
-            found.add_row(*(escape(format_value(value)) for value in row))
-        return found
-
     def __str__(self) -> str:
-        file = io.StringIO()
-        self.print(file)
-        return file.getvalue().rstrip()
+        return self.text(WIDTH).rstrip()
 
     def print(self, file: TextIO) -> None:
-        """Write the table; rich, a tenth of a short command, is asked where lines have to be broken."""
-        text = self.whole(width_of(file), bold=file.isatty() and os.environ.get("TERM") != "dumb")
-        if text is None or not takes(file, text):
-            console(file).print(self)
-        else:
-            file.write(text)
+        """Write the table, in the letters that the file takes."""
+        text = self.text(width_of(file), getattr(file, "encoding", None) or "utf-8")
+        if file.isatty() and os.environ.get("TERM") != "dumb":
+            text = "\x1b[1m" + text.replace("\n", "\x1b[0m\n", 1)
+        file.write(text)
 
-    def whole(self, width: int, bold: bool = False) -> str | None:
-        """The lines of the table as rich draws them; None where they do not fit into `width` characters, of which each is one."""
-        cells = [tuple(self.columns), *(tuple(format_value(value) for value in row) for row in self.rows)]
-        every = [self.title, *(text for row in cells for text in row)]
-        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-        if sum(widths) + 3 * len(widths) + 1 > width or not all(text.isascii() and text.isprintable() for text in every):
-            return None
-        aligned = ["  " + "   ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in cells]
-        title = f"\x1b[1m{self.title}\x1b[0m" if bold else self.title
-        head = [aligned[0], " " + "─" * (sum(widths) + 3 * len(widths) - 1)] if any(self.columns) else []
-        lines = [title, "", *head, *aligned[1:], ""]
-        return "".join(f"{line.rstrip()}\n" for line in lines)
+    def text(self, width: int, encoding: str = "utf-8") -> str:
+        """The table in lines of at most `width` characters; letters that an encoding has not are written out."""
+
+        def shown(value: object) -> str:
+            return printable(format_value(value)).encode(encoding, "backslashreplace").decode(encoding)
+
+        rows, rule = [[shown(value) for value in row] for row in self.rows], "─" if shown("─") == "─" else "-"
+        lines = text_tables.draw(shown(self.title), list(map(shown, self.columns)), rows, width, self.names, rule)
+        return "\n".join([*lines, ""])
 
     @property
     def markdown(self) -> str:
@@ -102,15 +84,6 @@ class ReportTable:
 def width_of(file: TextIO) -> int:
     """Characters of a line: those of a terminal; of the house's lines where there is none."""
     return shutil.get_terminal_size().columns if file.isatty() else WIDTH
-
-
-def takes(file: TextIO, text: str) -> bool:
-    """Whether the encoding of a file has all letters of a text."""
-    try:
-        text.encode(getattr(file, "encoding", None) or "utf-8")
-    except UnicodeEncodeError:
-        return False
-    return True
 
 
 def console(file: TextIO) -> Console:
