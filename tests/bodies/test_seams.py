@@ -25,7 +25,7 @@ SPATIAL = ([0.5, -1.0, 2.0], [3.0, 1.0, -2.0])
 def bending_frequencies(body: Body) -> np.ndarray:
     """Six rigid and six elastic frequencies of a unit square, omega a^2 sqrt(rho t/D)."""
     E, nu, rho = MATERIAL.young_modulus, MATERIAL.poisson_ratio, MATERIAL.density
-    found = vibration_modes(assemble([body]), 12).frequencies
+    found = vibration_modes(assemble([body]), 12).angular_frequencies
     return np.asarray(found * np.sqrt(12.0 * rho * (1.0 - nu**2) / (E * T**2)))
 
 

@@ -47,7 +47,7 @@ def cantilever(cells: int, *forces: loads.Load, EA: float = 1e7, dim: int = 2) -
 def frequencies_about(system: System, count: int, steps: int = 4) -> np.ndarray:
     motion = solve_statics(system, steps, TIGHT)
     linear = linearise(motion.system, motion.x[-1], motion.multipliers[-1], 1.0)
-    return complex_modes(linear, count).frequencies
+    return complex_modes(linear, count).angular_frequencies
 
 
 def test_modes_about_a_bent_cantilever() -> None:
@@ -77,7 +77,7 @@ def beck(load: float, cells: int = 12) -> ComplexModes:
 )
 def test_becks_column_before_flutter(load: float, exact: tuple[float, float]) -> None:
     found = beck(load)
-    np.testing.assert_allclose(found.frequencies, exact, rtol=1e-5)
+    np.testing.assert_allclose(found.angular_frequencies, exact, rtol=1e-5)
     assert np.abs(found.damping_ratios).max() < 1e-6
 
 
@@ -89,7 +89,7 @@ def test_becks_column_flutters() -> None:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if beck(middle).eigenvalues.real.max() > 1e-4 else (middle, high)
     assert high == pytest.approx(20.0509536, rel=1e-4)
-    assert beck(high).frequencies[0] == pytest.approx(11.0155576, rel=1e-3)
+    assert beck(high).angular_frequencies[0] == pytest.approx(11.0155576, rel=1e-3)
 
 
 def test_blades_in_a_turning_frame_agree_with_published_frequencies() -> None:
@@ -140,8 +140,8 @@ def shaft(spin: float, outside: float = 0.0, inside: float = 0.0) -> ComplexMode
 def test_whirling_of_a_shaft() -> None:
     """A motion of w in space is one of w - Omega or w + Omega in the rotating frame; at pi^2 no stiffness is left."""
     w = np.pi**2 * np.array([1.0, 4.0])
-    np.testing.assert_allclose(shaft(3.0).frequencies, np.sort([*(w - 3.0), *(w + 3.0)]), rtol=1e-6)
-    assert shaft(np.pi**2).frequencies[0] == pytest.approx(0.0, abs=1e-3)
+    np.testing.assert_allclose(shaft(3.0).angular_frequencies, np.sort([*(w - 3.0), *(w + 3.0)]), rtol=1e-6)
+    assert shaft(np.pi**2).angular_frequencies[0] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_damping_inside_of_a_shaft_makes_it_unstable() -> None:
@@ -182,7 +182,7 @@ def test_spinning_membrane_disk(sine: bool, exact: tuple[float, ...]) -> None:
     np.testing.assert_allclose(free.lift(x), q, atol=1e-12)
     found = complex_modes(linearise(free, x), 40)
     across = np.abs((free.lift.matrix @ found.shapes).reshape(-1, 3, 40))[:, 2].max(axis=0) > 0.5
-    ratios = found.frequencies[across] ** 2 / spin**2
+    ratios = found.angular_frequencies[across] ** 2 / spin**2
     for value in exact:
         assert np.abs(ratios / value - 1.0).min() < 1e-3
 
@@ -285,7 +285,7 @@ def test_free_motions_have_the_eigenvalue_zero() -> None:
     part = body.cable("beam", straight(8), sections.Given(EA=1e3, EI=1.0, rhoA=1.0), dim=2, degree=5)
     found = complex_modes(linearise(assemble([part], [], [])), 4)
     assert np.abs(found.eigenvalues[:3]).max() < 1e-3
-    assert found.frequencies[3] == pytest.approx(22.3732854, rel=1e-6)
+    assert found.angular_frequencies[3] == pytest.approx(22.3732854, rel=1e-6)
 
 
 def test_double_zeros_cost_a_large_free_body_no_digits() -> None:
@@ -294,10 +294,12 @@ def test_double_zeros_cost_a_large_free_body_no_digits() -> None:
     linear = linearise(system)
     found = complex_modes(linear, 5)
     assert (np.abs(found.eigenvalues[:3]) < 0.1).all()
-    np.testing.assert_allclose(found.frequencies[3:], [22.3732854, 61.6728229], rtol=1e-4)
+    np.testing.assert_allclose(found.angular_frequencies[3:], [22.3732854, 61.6728229], rtol=1e-4)
     free = shapes.find_free(system, linear)
     assert shapes.stands_alone(linear, free)
-    np.testing.assert_allclose(complex_modes(shapes.apart_from(linear, free), 2).frequencies, [22.3732854, 61.6728229], rtol=1e-7)
+    np.testing.assert_allclose(
+        complex_modes(shapes.apart_from(linear, free), 2).angular_frequencies, [22.3732854, 61.6728229], rtol=1e-7
+    )
 
 
 def test_free_motions_that_are_damped_do_not_stand_alone() -> None:
@@ -314,7 +316,7 @@ def test_damping_ratios_of_beams_of_any_size(length: float, beta: float) -> None
     """beta omega / 2 with damping in proportion to the stiffness, of unknowns in metres beside slopes."""
     section = sections.Given(EA=1e6, EI=length**2, rhoA=1.0)
     system = models.cantilever(4, length=length, section=section, damping=Rayleigh(0.0, beta), ancf=True)
-    found, ratios = complex_modes(linearise(system), 2), 0.5 * beta * vibration_modes(system, 2).frequencies
+    found, ratios = complex_modes(linearise(system), 2), 0.5 * beta * vibration_modes(system, 2).angular_frequencies
     np.testing.assert_allclose(found.damping_ratios, ratios, rtol=1e-7)
 
 

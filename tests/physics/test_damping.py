@@ -23,7 +23,7 @@ def decay_rate(damping: Rayleigh, dim: int) -> tuple[float, float]:
     """Measured decay rate of the first mode of a cantilever over eight periods, and its angular frequency."""
     system = models.cantilever(8, section=SECTION, dim=dim, damping=damping)
     modes = vibration_modes(system, 1)
-    omega = float(modes.frequencies[0])
+    omega = float(modes.angular_frequencies[0])
     scheme = GeneralizedAlpha(2 * np.pi / omega / 200, rho_inf=1.0)  # no damping of its own
     found = integrate(replace(system, v0=1e-3 * modes.shapes[:, 0]), scheme, 8 * 2 * np.pi / omega, TIGHT)
     tip = outputs(found)
@@ -94,7 +94,7 @@ def test_the_work_of_damping_is_that_of_all_steps(damping: Rayleigh) -> None:
     """A wave of many periods between two stored states: what it has lost is what damping took, whichever states are stored."""
     system = models.cantilever(8, section=SECTION, damping=damping)
     modes = vibration_modes(system, 3)
-    omega = float(modes.frequencies[2])
+    omega = float(modes.angular_frequencies[2])
     start = replace(system, v0=1e-3 * modes.shapes[:, 2])
     runs = [integrate(start, GeneralizedAlpha(2 * np.pi / omega / 50, 1.0), 10 * 2 * np.pi / omega, TIGHT, k) for k in (1, 35)]
     for motion in runs:

@@ -54,7 +54,7 @@ def test_shares_are_those_of_the_kinetic_energy() -> None:
     system = assemble(parts, held, [loads.TorsionSpring("shaft", a, b, 5.0, axis=(1.0, 0.0, 0.0))])
     linear = dynamics.linearise(system)
     found = dynamics.complex_modes(linear, 2)
-    assert found.frequencies[-1] == pytest.approx(np.sqrt(5.0 / 0.1 + 5.0 / 0.4))
+    assert found.angular_frequencies[-1] == pytest.approx(np.sqrt(5.0 / 0.1 + 5.0 / 0.4))
     shares = dynamics.shares(dynamics.Shapes(system, linear.x, found.shapes[:, -1:], ("torsion",)))
     assert (shares["a"], shares["b"]) == pytest.approx((0.8, 0.2))
 
@@ -75,7 +75,7 @@ def test_a_mechanism_has_its_motion_and_shares_of_bodies(tmp_path: Path) -> None
     damped = studies.run(bars(tmp_path, "true"))
     assert damped.report["moves"][0] == moves[0]
     assert damped.report["damping_ratios"][1] > 1e-6
-    np.testing.assert_allclose(damped.frequencies, found.frequencies, rtol=1e-4)
+    np.testing.assert_allclose(damped.angular_frequencies, found.angular_frequencies, rtol=1e-4)
     assert damped.report["shares"]["coupler"][1] == pytest.approx(found.report["shares"]["coupler"][1], rel=1e-3)
 
 

@@ -79,7 +79,7 @@ def test_frequencies() -> None:
         eliminate(assemble(bodies(3), loads=[bushing(3, None), Bushing("b", B, None, (1e3,) * 3, None, (1e3,) * 3)])), 6
     )
     expected = np.sort([*np.sqrt(np.array(K) / 2.0), *np.sqrt(np.array(KT) / [0.02, 0.03, 0.04])])
-    assert_allclose(found.frequencies[:6], expected, rtol=1e-6)
+    assert_allclose(found.angular_frequencies[:6], expected, rtol=1e-6)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

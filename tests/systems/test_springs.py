@@ -201,7 +201,7 @@ def test_a_constant_force_between_bodies_and_statics() -> None:
     system = ball(2, spring, ConstantForce("f", BALL, (5.0, 0.0), 10.0), at=(1.0, 0.0, 0.0))
     assert outputs(solve_statics(system, 2, TIGHT))["x_x"][-1] == pytest.approx(1.2, rel=1e-9)
     modes = vibration_modes(ball(2, SpringDamper("s", BALL, (0.0, 0.0), 50.0), at=(1.0, 0.0, 0.0), mass=2.0), 2)
-    assert modes.frequencies[-1] == pytest.approx(5.0, rel=1e-9)
+    assert modes.angular_frequencies[-1] == pytest.approx(5.0, rel=1e-9)
 
 
 def test_places_at_one_point() -> None:

@@ -53,7 +53,7 @@ class VibrationModes:
     shapes: np.ndarray  #: (n, i) normalised by the mass matrix
 
     @property
-    def frequencies(self) -> np.ndarray:
+    def angular_frequencies(self) -> np.ndarray:
         """Angular frequencies (i,) [rad/s], 0 where the equilibrium is unstable."""
         return np.sqrt(np.maximum(self.squares, 0.0))
 
@@ -134,7 +134,7 @@ class ComplexModes:
     unknown: int = 0  #: faster motions of which nothing says whether they grow
 
     @property
-    def frequencies(self) -> np.ndarray:
+    def angular_frequencies(self) -> np.ndarray:
         """Angular frequencies (i,) |Im s| [rad/s]."""
         return np.asarray(np.abs(self.eigenvalues.imag))
 

@@ -161,7 +161,7 @@ def complex_motions(linear: Linear, free: Free, count: int, system: System) -> M
     vectors = np.concatenate([free.vectors[:, :idle], shapes.in_phase(modes.shapes[:, kept], system.metric)], axis=1)
     none = np.zeros(idle)
     omega, growth, damping = (
-        np.concatenate([none, part[kept]]) for part in (modes.frequencies, modes.eigenvalues.real, modes.damping_ratios)
+        np.concatenate([none, part[kept]]) for part in (modes.angular_frequencies, modes.eigenvalues.real, modes.damping_ratios)
     )
     beyond = others[grows(others.imag, others.real)] if len(others) else others
     return Motions(omega, growth, damping, vectors, (*free.names[:idle], *[""] * len(kept)), beyond, modes.unknown)

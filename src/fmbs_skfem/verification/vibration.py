@@ -60,7 +60,7 @@ def beam(supports: str, cells: int, dim: int = 2, EA: float = 1e6, **options: An
 def frequencies(supports: str, cells: int, count: int = 5, **options: Any) -> np.ndarray:
     """The first elastic angular frequencies (count,) [rad/s] in the plane."""
     rigid = RIGID.get(supports, 0)
-    return vibration_modes(beam(supports, cells, **options), count + rigid).frequencies[rigid:]
+    return vibration_modes(beam(supports, cells, **options), count + rigid).angular_frequencies[rigid:]
 
 
 @case("beam-frequencies", group="vibration", source=BLEVINS)
@@ -106,13 +106,13 @@ def beam_frequency_order() -> list[CheckedNumber]:
 @case("beam-frequencies-space", group="vibration", source=BLEVINS)
 def beam_frequencies_space() -> list[CheckedNumber]:
     """In space the bending frequencies of a cantilever come in pairs; the first axial one is pi/2 sqrt(EA/rhoA)/L."""
-    found = vibration_modes(beam("clamped-free", 20, dim=3, degree=5), 6).frequencies
+    found = vibration_modes(beam("clamped-free", 20, dim=3, degree=5), 6).angular_frequencies
     axial = body.cable("bar", straight(10), sections.Given(EA=1.0, EI=1e3, rhoA=1.0), dim=2)
     system = assemble([axial], [joints.Clamp("clamp", At("bar", "left"))])
     exact = np.repeat(np.square(ROOTS["clamped-free"][:3]), 2)
     return [
         farthest("pairs", exact, found, 1e-7, "rad/s", each=True),
-        CheckedNumber("axial", np.pi / 2, float(vibration_modes(system, 1).frequencies[0]), 1e-6, "rad/s"),
+        CheckedNumber("axial", np.pi / 2, float(vibration_modes(system, 1).angular_frequencies[0]), 1e-6, "rad/s"),
     ]
 
 
@@ -136,7 +136,7 @@ def rotating(spin: float, count: int = 8) -> np.ndarray:
     modes = vibration_modes(turning, count, solve_statics(turning, 1, TIGHT).x[-1])
     share = np.abs((turning.lift.matrix @ modes.shapes).reshape(-1, 3, count)).max(axis=0)
     flap = share[2] > share[1]
-    return np.stack([modes.frequencies[flap][:3], modes.frequencies[~flap][:3]])
+    return np.stack([modes.angular_frequencies[flap][:3], modes.angular_frequencies[~flap][:3]])
 
 
 @case(
@@ -206,7 +206,7 @@ def plate_frequencies(kind: str, cells: int, letters: str, count: int, width: fl
     clamped = [side for side, letter in zip(SIDES, letters, strict=True) if letter == "C"]
     edges = [joints.Edge(side, "plate", (side,), slope="z" if side in clamped else "") for side in held]
     rigid = {"FFFF": 6, "SFFF": 1}.get(letters, 0)
-    found = vibration_modes(eliminate(assemble([part], edges)), count + rigid).frequencies[rigid:]
+    found = vibration_modes(eliminate(assemble([part], edges)), count + rigid).angular_frequencies[rigid:]
     return found * np.sqrt(12 * (1 - 0.3**2)) / t
 
 
@@ -299,7 +299,7 @@ def breathing(cells: int) -> float:
     found = vibration_modes(assemble([part]), 40)
     x = part.reference[::3] / np.linalg.norm(part.reference[::3], axis=1, keepdims=True)
     radial = np.einsum("nc,ncr->r", x, found.shapes.reshape(-1, 3, 2, 40)[:, 0])
-    return float(found.frequencies[np.argmax(np.abs(radial))])
+    return float(found.angular_frequencies[np.argmax(np.abs(radial))])
 
 
 @case(
