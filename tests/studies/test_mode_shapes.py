@@ -75,7 +75,7 @@ def test_a_mechanism_has_its_motion_and_shares_of_bodies(tmp_path: Path) -> None
     damped = studies.run(bars(tmp_path, "true"))
     assert damped.report["moves"][0] == moves[0]
     assert damped.report["damping_ratios"][1] > 1e-6
-    np.testing.assert_allclose(damped.angular_frequencies, found.angular_frequencies, rtol=1e-4)
+    np.testing.assert_allclose(damped.frequencies, found.frequencies, rtol=1e-4)
     assert damped.report["shares"]["coupler"][1] == pytest.approx(found.report["shares"]["coupler"][1], rel=1e-3)
 
 
