@@ -17,7 +17,7 @@ from ..core.notices import Notice
 from . import door
 
 #: ending of a file -> module of this folder whose `read(path, target, where)` writes the target
-FORMATS = {".inp": "abaqus", ".med": "med", ".vtk": "vtk"}
+FORMATS = {".inp": "abaqus", ".med": "med", ".vtk": "vtk", ".igs": "iges", ".iges": "iges", ".3dm": "rhino"}
 
 
 def main(source: str, target: str, where: str, memory: str) -> None:

@@ -323,6 +323,8 @@ class Shell(ThinBody):
     also those of one patch, which closes it; `join: false` leaves all of them apart, for a surface with a slit. A joined side is no
     edge any more: supports and loads there are refused, unless `join: true` says that the line inside the surface is meant.
 
+    IGES and 3dm files name their unit, which `unit` may repeat; surfaces that they trim are refused.
+
     A `mesh`, or the part of it that `face` names, is curved in space or flat; its groups are points, edges and faces. Structured
     quads make a bicubic spline through all nodes, one cell a quad; on other quads, which are cut, on triangles and on both the
     shell is `fvs`, conforming triangles with normals fitted to the nodes.
@@ -336,7 +338,7 @@ class Shell(ThinBody):
     face: Annotated[str | None, "a named group of cells of the mesh; without it the whole mesh"] = None
     cells: Count = 1
     degree: Annotated[int, whole(1, 10)] | None = None
-    unit: FileUnit = 1.0
+    unit: FileUnit | None = None
     join: Annotated[bool | None, "true or false; without it the file says, else sides that meet are joined"] = None
     thickness: fields.Thickness
     material: Material
@@ -367,7 +369,7 @@ class Shell(ThinBody):
             path = meshes.path(self.nurbs or "", folder, allow_outside)
             found = nurbs_file.read(path, cells=self.cells, degree=self.degree, scale=self.unit, join=self.join)
             return surfaces.set_order(found, self.order)
-        mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), False, self.face, repair, self.unit, 3)
+        mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), False, self.face, repair, self.unit or 1.0, 3)
         found, error = surfaces.curved(mesh, self.cells, self.degree)
         surfaces.tell_rough(f"mesh {mesh.path}", error, self.thickness)
         return surfaces.set_order(found, self.order)

@@ -1,4 +1,4 @@
-"""NURBS surfaces in files: JSON of this package, IGES through splinepy, 3dm through rhino3dm (the extra `cad`).
+"""NURBS surfaces in files: JSON of this package, IGES, and 3dm with the extra `cad` (`foreign.iges`, `foreign.rhino`).
 
     {"format": "fmbs-nurbs", "version": 1,
      "patches": [{"name": "roof",                                  optional; places are then `roof.xi1_min`, ...
@@ -15,7 +15,6 @@ Named places are those of `nurbs.surface` and the ones of the file. Several patc
 
 from __future__ import annotations
 
-import importlib
 import json
 import re
 from dataclasses import replace
@@ -24,9 +23,10 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ..core.errors import InputError, MissingFeature, closest, say
+from ..core.errors import InputError, closest, say
 from ..core.problems import shown
 from ..core.records import dataclass
+from ..foreign import door
 from . import line, nurbs, plate_audit
 from .surface import Surface
 from .table import Floats, Ints
@@ -49,16 +49,22 @@ class _Content:
     join: bool | None
     points: dict[str, tuple[str, float, float]]  #: patch and knot parameters
     edges: dict[str, list[str]]
+    unit: float | None = None  #: length of the file's unit, where it has one [m]
 
 
-def read(path: str | Path, *, cells: int = 1, degree: int | None = None, scale: float = 1.0, join: bool | None = None) -> Surface:
-    """The surface of a `.json`, `.igs`, `.iges` or `.3dm` file; `scale` is the length of the file's unit [m].
+def read(
+    path: str | Path, *, cells: int = 1, degree: int | None = None, scale: float | None = None, join: bool | None = None
+) -> Surface:
+    """The surface of a `.json`, `.igs`, `.iges` or `.3dm` file.
+
+    `scale` is the length of the file's unit [m]; without it that which IGES and 3dm files name, else 1. InputError where it is
+    another one than the file names.
 
     Every patch is raised to `degree` (by default the highest of the file) and each of its spans split into `cells` equal ones;
     `join` stands above that of the file.
     """
     path = Path(path)
-    readers = {".json": _read_json, ".igs": _read_iges, ".iges": _read_iges, ".3dm": _read_3dm}
+    readers = {".json": _read_json, ".igs": _foreign, ".iges": _foreign, ".3dm": _foreign}
     if path.suffix.lower() not in readers:
         raise InputError(say(str(path), f"a file {', '.join(readers)}", f"'{path.suffix}'", "export NURBS surfaces as IGES"))
     try:
@@ -71,10 +77,14 @@ def read(path: str | Path, *, cells: int = 1, degree: int | None = None, scale: 
     return _surface(path, content if join is None else replace(content, join=join), cells, degree, scale)
 
 
-def _surface(path: Path, content: _Content, cells: int, degree: int | None, scale: float) -> Surface:
+def _surface(path: Path, content: _Content, cells: int, degree: int | None, scale: float | None) -> Surface:
     degrees = [max(patch.degree1, patch.degree2) for patch, _ in content.patches.values()]
     if degree is None and len({(patch.degree1, patch.degree2) for patch, _ in content.patches.values()}) > 1:
         degree = max(degrees)
+    if scale is not None and content.unit is not None and not np.isclose(scale, content.unit, rtol=1e-6):
+        got, remedy = f"{scale:g} m", "leave out the unit, or correct that of the file"
+        raise InputError(say(f"{path}: unit", f"{content.unit:g} m as the file says", got, remedy))
+    scale = scale if scale is not None else content.unit or 1.0
     if not (np.isfinite(scale) and scale > 0.0):
         raise InputError(say("nurbs_file.read, scale", "a positive length [m]", scale, "0.001 for millimetres"))
     _check_size(path, content, cells, degree)
@@ -304,72 +314,16 @@ def _parts(name: str, rows: Ints, plain: Surface) -> list[str]:
 
 
 # -------------------------------------------------------------------------------------------------------------- CAD files
-def _optional(package: str, path: Path) -> Any:
-    try:
-        return importlib.import_module(package)
-    except ImportError as error:
-        remedy = "install the extra fmbs_skfem[cad]"
-        raise MissingFeature(say(str(path), f"the package {package} to read {path.suffix}", error, remedy)) from error
-
-
-def _content(path: Path, shapes: list[_Shape]) -> _Content:
+def _foreign(path: Path) -> _Content:
+    """What another program wrote."""
+    with door.converted(path, str(path), "export the surfaces again as IGES 5.3") as target:
+        data = json.loads(target.read_text(encoding="utf-8"))
+    shapes = [
+        _patch(str(path) if len(data["patches"]) == 1 else f"{path}: surface {i + 1}", item)
+        for i, item in enumerate(data["patches"])
+    ]
     if not 1 <= len(shapes) <= MAX_PATCHES:
         remedy = "export untrimmed NURBS surfaces"
         raise InputError(say(str(path), f"1 to {MAX_PATCHES} NURBS surfaces", f"{len(shapes)}", remedy))
     names = [""] if len(shapes) == 1 else [f"patch{i + 1}" for i in range(len(shapes))]
-    return _Content(dict(zip(names, shapes, strict=True)), None, {}, {})
-
-
-def _build(path: Path, knots: list[Floats], degrees: list[int], control: Floats, weights: Floats | None) -> _Shape:
-    try:
-        return nurbs.Patch(knots[0], knots[1], int(degrees[0]), int(degrees[1]), weights), control
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-
-
-def _read_iges(path: Path) -> _Content:
-    """Rational B-spline surfaces (entity 128)."""
-    package = _optional("splinepy", path)
-    try:
-        splines = package.io.iges.load(str(path))
-    except Exception as error:  # the C++ reader raises whatever its string functions do
-        raise InputError(say(str(path), "an IGES file", error, "export the surfaces again as IGES 5.3")) from error
-    shapes = []
-    for spline in (found for found in splines if found.para_dim == 2):
-        degrees = [int(degree) for degree in spline.degrees]
-        knots = [np.array(list(vector), dtype=float) for vector in spline.knot_vectors]
-        n1, n2 = (len(k) - p - 1 for k, p in zip(knots, degrees, strict=True))
-        control = np.array(spline.control_points, dtype=float).reshape(n2, n1, -1).swapaxes(0, 1)
-        weights = np.array(spline.weights, dtype=float).reshape(n2, n1).T if spline.is_rational else None
-        shapes.append(_build(path, knots, degrees, control, weights))
-    return _content(path, shapes)
-
-
-def _read_3dm(path: Path) -> _Content:
-    """Surfaces that are not trimmed, alone or as polysurfaces of one face."""
-    package = _optional("rhino3dm", path)
-    model = package.File3dm.Read(str(path))
-    if model is None:
-        raise InputError(say(str(path), "a 3dm file", "something else", "save the model again"))
-    shapes = []
-    for i, item in enumerate(model.Objects):
-        geometry = item.Geometry
-        if isinstance(geometry, package.Brep):
-            if not geometry.IsSurface:
-                got, remedy = f"{len(geometry.Faces)} faces, or trims", "explode it and untrim its faces"
-                raise InputError(say(f"{path}: object {i + 1}", "a single untrimmed surface", got, remedy))
-            geometry = geometry.Faces[0].UnderlyingSurface()
-        if isinstance(geometry, package.Surface):
-            shapes.append(_rhino(path, geometry.ToNurbsSurface()))
-    return _content(path, shapes)
-
-
-def _rhino(path: Path, found: Any) -> _Shape:
-    """Patch of an openNURBS surface: its knot vectors leave out the first and the last knot, its points are (w x, w y, w z, w)."""
-    knots = [np.array(list(vector), dtype=float) for vector in (found.KnotsU, found.KnotsV)]
-    knots = [np.concatenate([k[:1], k, k[-1:]]) for k in knots]
-    degrees = [found.Degree(0), found.Degree(1)]
-    points = [[found.Points.GetControlPoint(i, j) for j in range(found.Points.CountV)] for i in range(found.Points.CountU)]
-    homogeneous = np.array([[(p.X, p.Y, p.Z, p.W) for p in row] for row in points])
-    weights = homogeneous[..., 3]
-    return _build(path, knots, degrees, homogeneous[..., :3] / weights[..., None], weights if found.IsRational else None)
+    return _Content(dict(zip(names, shapes, strict=True)), None, {}, {}, data["unit"])
