@@ -99,6 +99,15 @@ def test_norms_and_singular_values(tmp_path: Path) -> None:
         plots.save(plots.singular_values({"I": np.zeros(4)}), tmp_path / "u.png")
 
 
+def test_a_model_without_error_stands_on_the_edge_that_is_marked_as_zero() -> None:
+    """No ordinate is invented: the reference is at the lower end of the axis, below all powers of ten."""
+    axes = plots.speed_error([Point("full", "full", 1.0, 0.0), Point("coarse-10", "coarse", 0.2, 3e-5)]).axes[0]
+    (star,) = [one for one in axes.collections if one.get_label() == "full model"]
+    assert float(star.get_offsets()[0][1]) == axes.get_ylim()[0] < 1e-5
+    assert [text.get_text() for text in axes.texts if text.get_position() == (-7, 0)] == ["0"]
+
+
+
 def test_speed_error_has_one_colour_a_family(tmp_path: Path) -> None:
     path = plots.save(plots.speed_error(POINTS, floor=3.5e-4, title="Double pendulum"), tmp_path / "s.png")
     for family in ("coarse", "step", "component", "component+ecsw-points"):

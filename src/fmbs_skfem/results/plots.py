@@ -31,6 +31,7 @@ PANELS = 24  #: most axes of one figure
 LETTERS = 26  #: of a line of the label beside a small axes
 MARGIN = 1.1  #: beside a small axes, for its numbers and its label [inch]
 ABOVE = 1.7  #: distance of a key from its axes where a power of ten stands between them, over the size of its letters
+BELOW = 0.5  #: decades from the power of ten below the least error to the edge that stands for none
 CLOSE = 1e-9  #: range of an axis, relative to its numbers, below which they are written as differences from one
 
 #: family -> (colour, marker, name in the legend)
@@ -202,7 +203,8 @@ def speed_error(
 ) -> Figure:
     """CPU time against error, both log; numbered points are on the Pareto front, `floor` is the time-discretisation error.
 
-    Models without any error (the reference itself) lie on the lower edge; failed ones are only counted, below the key.
+    Models without any error (the reference itself) lie on the lower edge, which is marked as 0; failed ones are only counted, below
+    the key.
     """
     finished = [point for point in points if math.isfinite(point.error)]
     if not finished:
@@ -210,13 +212,15 @@ def speed_error(
     figure = charts.figure(9.6, 5.6, title)
     axes, key = figure.subplots(1, 2, width_ratios=(1.0, 0.52))
     positive = [point.error for point in finished if point.error > 0] or [1.0]
-    edge = min(positive) / 10
+    edge = 10.0 ** (math.floor(math.log10(min(positive))) - BELOW)
     best = speed.front(finished)
     _scatter(axes, finished, edge)
     _staircase(axes, best, edge, max(positive))
     axes.set(xscale="log", yscale="log", xlabel="CPU time of one run [s]", ylabel=label)
-    if edge in [max(point.error, edge) for point in finished]:
-        axes.set_ylim(bottom=edge / 2)
+    if any(point.error <= 0 for point in finished):
+        axes.set_ylim(bottom=edge)
+        beside: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "va": "center"}
+        axes.annotate("0", (0.0, 0.0), xycoords="axes fraction", xytext=(-7, 0), **beside)
     charts.level(axes, floor or None, "time discretisation", palette.BLACK)
     charts.rule(axes, which="major")
     _plain_ticks(axes)
@@ -233,8 +237,8 @@ def _scatter(axes: Axes, points: Sequence[Point], edge: float) -> None:
         number = others.index(name) if name in others else 0
         tint, marker, text = FAMILIES.get(name, (palette.colour(number), charts.MARKERS[-1 - number % 10], name))
         cpu, error = [point.cpu_s for point in members], [max(point.error, edge) for point in members]
-        size = 110 if marker == "*" else 42
-        axes.scatter(cpu, error, s=size, c=tint, marker=marker, edgecolors="white", linewidths=0.6, label=text, zorder=3)
+        drawn: dict[str, Any] = {"c": tint, "marker": marker, "edgecolors": "white", "linewidths": 0.6, "label": text}
+        axes.scatter(cpu, error, s=110 if marker == "*" else 42, clip_on=False, zorder=3, **drawn)
 
 
 def _staircase(axes: Axes, best: Sequence[Point], edge: float, top: float) -> None:
@@ -243,9 +247,10 @@ def _staircase(axes: Axes, best: Sequence[Point], edge: float, top: float) -> No
     error = [max(point.error, edge) for point in best]
     broad: dict[str, Any] = {"color": "#B0B0B0", "lw": 5, "alpha": 0.45, "zorder": 1}
     axes.step([cpu[0], *cpu], [max(top, error[0]) * 1.5, *error], where="post", label="Pareto front", **broad)
-    beside: dict[str, Any] = {"xytext": (-5, -5), "textcoords": "offset points", "ha": "right", "va": "top"}
+    beside: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "fontsize": 9, "fontweight": "bold", "zorder": 4}
     for number, place in enumerate(zip(cpu, error, strict=True), start=1):
-        axes.annotate(str(number), place, **beside, fontsize=9, fontweight="bold", zorder=4)
+        low = place[1] > edge  # below the edge are the numbers of the axis
+        axes.annotate(str(number), place, xytext=(-5, -5 if low else 5), va="top" if low else "bottom", **beside)
 
 
 def _speed_key(key: Axes, axes: Axes, best: Sequence[Point], failed: int) -> None:
