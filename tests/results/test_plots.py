@@ -107,7 +107,6 @@ def test_a_model_without_error_stands_on_the_edge_that_is_marked_as_zero() -> No
     assert [text.get_text() for text in axes.texts if text.get_position() == (-7, 0)] == ["0"]
 
 
-
 def test_speed_error_has_one_colour_a_family(tmp_path: Path) -> None:
     path = plots.save(plots.speed_error(POINTS, floor=3.5e-4, title="Double pendulum"), tmp_path / "s.png")
     for family in ("coarse", "step", "component", "component+ecsw-points"):
