@@ -71,6 +71,10 @@ def test_bad_files(tmp_path: Path, old: str, new: str, message: str) -> None:
 @pytest.mark.parametrize(
     "text, message",
     [
+        (
+            "t, F\n0, " + 140000 * "1",
+            r"a.csv, line 2: expected cells of comma-separated values, got field larger .*; close every quote",
+        ),
         ("t [s], F [N]\n0,5,1,5\n", r"row 2: expected 2 cells, one under each title, got 4; numbers are written with points"),
         ("t, F, F\n0, 1, 2\n", "expected one of the columns t, F, F, got 'F' 2 times"),
         ("t (ms), F\n0, 1\n", r"expected the unit of a title in brackets, such as '... \[ms\]', got 't \(ms\)'"),

@@ -22,7 +22,7 @@ from fmbs_skfem.dynamics.diagnosis import Diagnosis
 from fmbs_skfem.dynamics.integration import HALVINGS, FailedStep
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import nurbs
-from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, eliminate, joints, loads
+from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, contacts, eliminate, joints, loads
 from fmbs_skfem.systems import compiled as compilation
 from fmbs_skfem.verification.statics import truss
 
@@ -273,6 +273,18 @@ def test_an_attempt_repeats_the_iteration() -> None:
     again = diagnosis.explain(error)
     assert again.attempts == found.attempts
     assert again.residuals == found.residuals
+
+
+def test_a_step_that_leaps_in_all_lengths_is_explained() -> None:
+    """A beam of 1 m inside of a circle of 1 mm: longer steps are refused since they go through it, although Newton converges."""
+    held, shape = joints.Pin("j", END), contacts.ContactSphere("k", body="beam", center=(0.5, 0.0), diameter=1e-3, inside=True)
+    line = body.cable("beam", models.straight(5), models.SECTION, models.MATERIAL, dim=2)
+    system = eliminate(assemble([line], [held], [loads.Gravity((0.0, -9.81)), shape]))
+    with pytest.warns(Notice), pytest.raises(FailedStep) as caught:
+        integrate(system, STEP, 0.05)
+    found = diagnosis.explain(caught.value)
+    assert len(found.attempts) == HALVINGS + 1
+    assert found.attempts[-1].outcome is not None
 
 
 def test_a_large_model_is_explained_too(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -402,13 +404,51 @@ def test_damaged_files_and_files_of_another_kind_are_refused(tmp_path: Path) -> 
     with pytest.raises(CorruptFile, match="copy the file again, or train the part anew"):
         part_files.load(tmp_path / "bad.part.h5")
     wrong = replace(alone(), body=replace(alone().body, mass=alone().body.mass[:3, :3]))
-    with pytest.raises(CorruptFile, match=r"body\.mass: expected an array \(\d+, \d+\), got \(3, 3\)"):
+    with pytest.raises(CorruptFile, match=r"body\.mass: expected an array \((\d+), \1\) of float64, got a sparse array \(3, 3\)"):
         part_files.load(part_files.save(wrong, tmp_path / "wrong.part.h5"))
     (tmp_path / "other.h5").write_bytes(b"fmbs_skfem reduced model\n" + bytes(data[25:]))
     with pytest.raises(CorruptFile, match="'fmbs_skfem part' in its first line"):
         part_files.load(tmp_path / "other.h5")
     with pytest.raises(InputError, match="no file; save one first"):
         part_files.load(tmp_path / "none.part.h5")
+
+
+@pytest.mark.parametrize(
+    ("place", "change", "message"),
+    [
+        ("reference", lambda x: x[:, :, None], r"body\.reference: expected an array of 2 axes"),
+        ("reference", lambda x: np.nan * x, r"body\.reference: expected finite numbers, got \[nan\]"),
+        ("constant", lambda x: x.astype(np.float32), r"body\.constant: expected an array .* of float64"),
+        ("mass", lambda M: np.inf * M, r"body\.mass: expected finite numbers, got \[inf\]"),
+        ("mass", lambda M: 0.0 * M, r"body\.mass: expected a positive definite matrix, got another one"),
+        ("spread", lambda S: 0.0 * S, r"body\.spread: expected shape functions over a body of some size"),
+    ],
+)
+def test_forged_arrays_are_refused(place: str, change: Callable[[Any], Any], message: str, tmp_path: Path) -> None:
+    body = alone().body
+    wrong = replace(alone(), body=replace(body, **{place: change(getattr(body, place))}))
+    with pytest.raises(CorruptFile, match=message):
+        part_files.load(part_files.save(wrong, tmp_path / "wrong.part.h5"))
+
+
+def test_a_training_of_nothing_is_refused(tmp_path: Path) -> None:
+    """Arrays of the right shapes from which no coarser part follows: states in which nothing moves or stands anywhere."""
+    memory = alone().memory
+    assert memory is not None
+    wrong = replace(alone(), memory=replace(memory, states=0.0 * memory.states))
+    path = part_files.save(wrong, tmp_path / "wrong.part.h5")
+    with pytest.raises(CorruptFile, match="expected shape functions and states of a training, got others"):
+        part_files.used(path, tolerance=1e-3)
+
+
+def test_numbers_far_from_the_training_are_refused(tmp_path: Path) -> None:
+    """E A / rho A grows as the square of the diameter, which overflows."""
+    part_files.save(alone(), tmp_path / "arm.part.h5")
+    text = SCENE.format(dimension=3, place="left").replace("arm.part.h5}", "arm.part.h5, diameter: 1e200}", 1)
+    with pytest.raises(
+        InputError, match=r"'I': diameter: expected a number like that of its training, .*, got 1e\+200; look at its"
+    ):
+        build.system(reading.loads(text, tmp_path))
 
 
 SCENE = """

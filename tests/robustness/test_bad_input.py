@@ -426,3 +426,11 @@ def test_row_45_pickles_are_not_loaded(tmp_path: Path) -> None:
         (tmp_path / mesh).write_bytes((tmp_path / "model.npy").read_bytes())
         refused(path, mesh)
     assert not (tmp_path / "executed").exists()
+
+
+# ---------------------------------------------------------------------------------------------------- what once ended in code 1
+@pytest.mark.parametrize("heights", ["5 mm", "[[0, 0], [0]]", "[0, [0]]", "{a: 1}"])
+def test_heights_that_are_no_lists(heights: str, tmp_path: Path) -> None:
+    floor = f"  floor: {{type: contact_heights, body: beam, corner: [-1, -1], step: [1 m], heights: {heights}}}\n"
+    path = beam(tmp_path, changed(BEAM, "analysis:", f"{floor}analysis:"))
+    refused(path, "loads.floor.heights: expected lengths in a list, or in lists of one length, got ")

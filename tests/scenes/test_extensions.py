@@ -32,6 +32,7 @@ from fmbs_skfem.systems.constraint_laws import ConstraintLaw
 from fmbs_skfem.systems.force_laws import ForceLaw
 
 from ..cli.calls import ROOT, fmbs
+from ..robustness.inputs import BEAM, beam
 
 PAGE = (ROOT / "docs" / "extensions.md").read_text(encoding="utf-8")
 SCENE = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)[0]
@@ -304,6 +305,7 @@ def test_the_python_of_the_page_runs(project: Path, monkeypatch: pytest.MonkeyPa
         ("[broken.py]", r"extensions\[0\]: expected a Python file that runs, got ZeroDivisionError in line 2: division by zero"),
         ("[twice.py]", r"expected a word of its own, got 'pin', which is that of fmbs_skfem"),
         ("[bare.py]", r"class Bare: expected a dataclass"),
+        ("[half.py]", r"class Half: expected the methods constrain, got none of these"),
     ],
 )
 def test_refused(project: Path, named: str, message: str) -> None:
@@ -311,6 +313,8 @@ def test_refused(project: Path, named: str, message: str) -> None:
     head = "from fmbs_skfem.systems.joints import Joint\n"
     (project.parent / "twice.py").write_text(head + "class Pin(Joint):\n    pass\n")
     (project.parent / "bare.py").write_text(head + "class Bare(Joint):\n    name: str\n    def constrain(self, draft): ...\n")
+    half = "from dataclasses import dataclass\n\n@dataclass(frozen=True)\nclass Half(Joint):\n    name: str\n"
+    (project.parent / "half.py").write_text(head + half)
     project.write_text(SCENE.replace("[my_joint.py, my_track.py, my_load.py, my_force.py, my_output.py, my_law.py]", named))
     with pytest.raises(InputError, match=message):
         quiet(project)
@@ -426,3 +430,67 @@ def test_a_changed_file_is_refused(project: Path) -> None:
         file.write("\nX = 1\n")
     with pytest.raises(InputError, match="a file that stays the same while it is in use"):
         scenes.read(project)
+
+
+#: what a file of a user's own declares and does wrong, and what a scene says of it; the wrong line is marked
+WRONG = {
+    "a force": (
+        "@force(compiled=False)\ndef broken(t, at: fields.Place):\n    'x'\n    raise RuntimeError('too late')  # here\n",
+        "loads: {b: {type: broken, at: beam.right}}",
+    ),
+    "symbols": (
+        "@force\ndef broken(at: fields.Place):\n    'x'\n    return [(at.position, at.colour)]  # here\n",
+        "loads: {b: {type: broken, at: beam.right}}",
+    ),
+    "a joint": (
+        "@dataclass(frozen=True)\nclass Broken(Joint):\n    'x'\n    name: str\n    at: fields.Place\n"
+        "    def constrain(self, draft):\n        return draft.nothing  # here\n",
+        "joints: {b: {type: broken, at: beam.left}}",
+    ),
+    "an output": (
+        "@dataclass(frozen=True)\nclass Broken(Probe):\n    'x'\n    at: fields.Place\n    unit: ClassVar[str] = 'm'\n"
+        "    def sense(self, name, draft):\n        return self.output(draft, (name,), [draft.layout.read('b', self.at)])\n"
+        "    @staticmethod\n    def evaluate(output, sensed):\n        return [1 / 0]  # here\n",
+        "outputs: {b: {type: broken, at: beam.right}}",
+    ),
+    "an analysis": (
+        "@dataclass(frozen=True)\nclass Broken(History):\n    'x'\n    duration: Time\n    constraints: Form = None\n"
+        "    label, scheme = 'x', None\n"
+        "    def work(self): ...\n    def instants(self):\n        return np.zeros(1)\n"
+        "    def solve(self, system, advance=None, watch=None, resume=None):\n        return {}['x']  # here\n",
+        "analysis: {type: broken, duration: 1 s}",
+    ),
+    "a field that lacks": (
+        "@dataclass(frozen=True)\nclass Broken(History):\n    'x'\n    duration: Time\n    def work(self): ...\n"
+        "    def instants(self):\n        return np.zeros(1)\n    def solve(self, *more): ...\n",
+        "analysis: {type: broken, duration: 1 s}",
+    ),
+}
+HEAD = """\
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from fmbs_skfem.core.fields import Time
+from fmbs_skfem.scenes.analyses import Form, History
+from fmbs_skfem.systems import fields
+from fmbs_skfem.systems.force_functions import force
+from fmbs_skfem.systems.joints import Joint
+from fmbs_skfem.systems.probes import Probe
+"""
+
+
+@pytest.mark.parametrize("kind", WRONG)
+def test_errors_of_ones_own_are_told_with_file_and_line(kind: str, tmp_path: Path) -> None:
+    """Exit code 3, and no word of an internal error of the package."""
+    content, section = WRONG[kind]
+    (tmp_path / "own.py").write_text(HEAD + content)
+    name = section.partition(":")[0]
+    text = re.sub(rf"^{name}:.*\n(  .*\n)*", "", BEAM, flags=re.MULTILINE)
+    path = beam(tmp_path, f"{text}\n{section}\nextensions: [own.py]\n")
+    done = fmbs("run", path, "--no-plots", "--out", tmp_path / "out")
+    lines = [f"line {k}" for k, row in enumerate((HEAD + content).splitlines(), 1) if row.endswith("# here")]
+    assert done.code == 3, done.err
+    assert f"{tmp_path / 'own.py'}, {(lines or ['class Broken'])[0]}: expected a Python file that runs, got " in done.err
+    assert "internal error" not in done.err

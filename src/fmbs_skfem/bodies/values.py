@@ -8,6 +8,7 @@ A reduced part keeps those of its training, and takes others where it is used.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
@@ -94,8 +95,12 @@ def changed(part: Body, numbers: Mapping[str, float]) -> Body:
             remedy = "train the part of a body that is made of it" if not known else ""
             expected = f"a number that scales it ({listed(known, name, 'none is known')})"
             raise InputError(say(where, expected, f"'{name}'", remedy) + closest(name, known))
+        trained = known[name].number
         for row, power in known[name].powers.items():
-            factors[row] = factors.get(row, 1.0) * (number / known[name].number) ** power
+            factors[row] = factors.get(row, 1.0) * raised(number / trained, power)
+            if not 0.0 < factors[row] < math.inf:
+                expected = f"a number like that of its training, {trained:g}"
+                raise InputError(say(f"{where}: {name}", expected, f"{number:g}", "look at its unit"))
         known[name] = replace(known[name], number=float(number))
     if not factors or part.cells is None:
         return part
@@ -110,6 +115,12 @@ def changed(part: Body, numbers: Mapping[str, float]) -> Body:
         thickness=factors.get(SIZE, 1.0) * part.thickness,
         values=known,
     )
+
+
+def raised(factor: float, power: float) -> float:
+    """A power of a number; infinity where it is too large, as a product of floats has it."""
+    with np.errstate(over="ignore", under="ignore"):
+        return float(np.float64(factor) ** power)
 
 
 def of_points(points: ShapePoints, factors: np.ndarray) -> ShapePoints:

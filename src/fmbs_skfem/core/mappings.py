@@ -57,9 +57,12 @@ def entries(kind: Any) -> dict[str, Entry]:
 
 
 def require_dataclass(kind: type) -> None:
-    """Refuse a class that inherits fields and has none of its own."""
+    """Refuse a class that inherits fields and has none of its own, or lacks methods."""
+    where = f"class {kind.__qualname__}"
     if "__dataclass_fields__" not in vars(kind):
-        raise InputError(say(f"class {kind.__qualname__}", "a dataclass", "none", "write @dataclass(frozen=True) above it"))
+        raise InputError(say(where, "a dataclass", "none", "write @dataclass(frozen=True) above it"))
+    if missing := sorted(getattr(kind, "__abstractmethods__", ())):
+        raise InputError(say(where, f"the methods {', '.join(missing)}", "none of these"))
 
 
 def rules(item: Any) -> Iterator[tuple[str, Takes, Any]]:

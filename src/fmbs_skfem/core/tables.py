@@ -150,7 +150,13 @@ def read_rows(where: str, path: Path) -> tuple[list[tuple[str, str | None]], lis
         got = "a larger one" if path.is_file() else "none"
         raise InputError(say(where, f"a CSV file of at most {LARGEST:g} bytes", got))
     lines = csv.reader(io.StringIO(path.read_text(encoding="utf-8-sig", errors="replace")))
-    head, *rows = [row for row in lines if any(cell.strip() for cell in row)] or [[]]
+    try:
+        head, *rows = [row for row in lines if any(cell.strip() for cell in row)] or [[]]
+    except csv.Error as problem:
+        remedy = "close every quote"
+        raise InputError(
+            say(f"{where}, line {lines.line_num + 1}", "cells of comma-separated values", problem, remedy)
+        ) from problem
     for sign, name in ((";", "semicolons"), ("\t", "tabs")):
         if len(head) == 1 and sign in head[0]:
             remedy = "write the file again as CSV with commas, and with points in numbers"

@@ -39,9 +39,12 @@ def replay(run: OpenRun) -> tuple[Attempt, ...]:
 
 
 def attempt(run: OpenRun, parts: int) -> Attempt:
-    """The failed step in equal parts, up to the one that fails."""
+    """The failed step in equal parts, up to the one that fails.
+
+    They are not judged, as in the last tries of each length: Newton's iteration ends them, and no leap.
+    """
     model, system, work, space = run.model, run.model.system, run.step.work, run.step.space
-    method = method_of(run.scheme, run.newton, run.scheme.step / parts, model)._replace(judging=parts < 2**HALVINGS)
+    method = method_of(run.scheme, run.newton, run.scheme.step / parts, model)._replace(judging=False)
     state = State(*(part.copy() for part in run.step.state))
     n = system.size
     job = run.step.job._replace(

@@ -27,8 +27,8 @@ from ..bodies import fields
 from ..bodies.body import Body, ShapePoints
 from ..core import container, validation
 from ..core.container import FileKind, storable
-from ..core.errors import InputError, say
-from ..core.linalg import evenly
+from ..core.errors import CorruptFile, FmbsError, InputError, say
+from ..core.linalg import as_dense, evenly
 from ..core.notices import notify
 from ..core.records import dataclass
 from ..core.validation import Misfit, Reals, require
@@ -45,6 +45,8 @@ LOOKED_AT = 300  #: states of a training whose strains are held against those of
 KINDS = 16  #: parts that are kept when they have been read to be used
 LARGE = 0.5  #: functions of a part over those of its body, from which it pays no more: 0.5 takes 1 to 2 times as long, 0.9 1.4 to 3
 SAME = 1e-6  #: distance of the reference of a training that goes on from that of before, over its size
+#: axes of the arrays of a part, and those of its reference (b, c)
+ARRAYS = {"constant": "b", "mass": "b b", "spread": "w b", "stiffness": "b b", "axes": "i b"}
 KEPT = 120  #: states that a part keeps of its training, for the points of one that goes on
 
 
@@ -186,7 +188,16 @@ def used(path: str | Path, tolerance: float | None = None, modes: int | None = N
 def read_once(path: Path, _: tuple[int, ...], tolerance: float | None, modes: int | None, eta: float | None) -> Part:
     """As `used`, of a file that is known by these numbers."""
     whole = tolerance is None and modes is None and eta is None
-    return load(path) if whole else coarsen(resume(path), tolerance, modes, eta)
+    if whole:
+        return load(path)
+    part = resume(path)
+    try:
+        return coarsen(part, tolerance, modes, eta)
+    except FmbsError:
+        raise
+    except ValueError as problem:  # of finite arrays of the right shapes that no training gives
+        expected = "shape functions and states of a training"
+        raise CorruptFile(say(f"{path}", expected, f"others ({problem})", KIND.remedy)) from problem
 
 
 def coarsen(part: Part, tolerance: float | None = None, modes: int | None = None, eta: float | None = None) -> Part:
@@ -285,11 +296,16 @@ def check(body: Body) -> None:
     points, functions = body.shapes, len(body.reference)
     if points is None or body.cells is None or body.spread is None:
         raise Misfit("body", "a reduced body", "a full one")
+    sizes = {"b": functions}
+    Reals("b c").check(body.reference, "body.reference", sizes)
     dim = body.dim
     require(dim in (2, 3) and points.dim == dim, "body.reference", "vectors of two or three components", body.reference.shape)
-    require(body.mass.shape == (functions, functions), "body.mass", f"an array ({functions}, {functions})", body.mass.shape)
-    require(body.constant.shape == (functions,), "body.constant", f"an array ({functions},)", body.constant.shape)
-    require(body.spread.shape[1] == functions, "body.spread", f"{functions} columns", body.spread.shape)
+    for name, axes in ARRAYS.items():
+        if (value := getattr(body, name)) is not None:
+            Reals(axes).check(value, f"body.{name}", sizes)
+    apart = np.ptp(body.shape_reference, axis=0).max() > 0.0
+    require(bool(apart), "body.spread", "shape functions over a body of some size", "others")
+    require(np.linalg.eigvalsh(as_dense(body.mass)).min() > 0.0, "body.mass", "a positive definite matrix", "another one")
     require(points.table.shape[2] == functions, "body.shapes.table", f"{functions} functions", points.table.shape)
     count = int(getattr(body.space, "count", -1))
     require(count == body.spread.shape[0], "body.spread", f"{count} rows, as its interpolation has functions", body.spread.shape)

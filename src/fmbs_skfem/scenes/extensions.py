@@ -44,7 +44,7 @@ class ExtensionFinder(MetaPathFinder):
     def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
         if not name.startswith(PREFIX):
             return None
-        file = bytes.fromhex(name.removeprefix(PREFIX)).decode()
+        file = file_of(name)
         return importlib.util.spec_from_file_location(name, file, loader=SourceLoader(name, file))
 
 
@@ -97,6 +97,21 @@ def digest_of(path: Path) -> str:
     if path.suffix != ".py" or not path.is_file():
         raise Problem("a Python file (.py)", str(path) if path.exists() else f"{path}, which is not there")
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def place_of(error: BaseException) -> str:
+    """File and line of an extension that an exception comes from or has passed, or its class that lacks something; else nothing."""
+    frames = reversed(traceback.extract_tb(error.__traceback__))
+    files = {file_of(name) for name in sys.modules if name.startswith(PREFIX)}
+    if line := next((f"{frame.filename}, line {frame.lineno}" for frame in frames if frame.filename in files), ""):
+        return line
+    owner = type(getattr(error, "obj", None))  # of an AttributeError
+    return f"{file_of(owner.__module__)}, class {owner.__qualname__}" if owner.__module__.startswith(PREFIX) else ""
+
+
+def file_of(module: str) -> str:
+    """The path in the name of the module of an extension."""
+    return bytes.fromhex(module.removeprefix(PREFIX)).decode()
 
 
 def run(path: Path) -> None:

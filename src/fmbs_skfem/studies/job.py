@@ -104,12 +104,30 @@ def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
         if shown is not None and "listener" not in given:
             job.listener = Listener(progress=shown, tell=ignore)
         try:
-            yield job
+            with blamed_on_extensions():
+                yield job
         except (FmbsError, Notice):
             for folder in job.new:
                 with contextlib.suppress(OSError):  # what is in it stays
                     folder.rmdir()
             raise
+
+
+@contextlib.contextmanager
+def blamed_on_extensions() -> Iterator[None]:
+    """An exception that comes from a Python file of the user's own is an InputError with its file and line."""
+    try:
+        yield
+    except (FmbsError, Notice, MemoryError):
+        raise
+    except Exception as error:
+        from ..scenes import extensions
+
+        place = extensions.place_of(error)
+        if not place:
+            raise
+        got = f"{type(error).__name__}: {error}"
+        raise InputError(say(place, "a Python file that runs", got, "correct it; --debug shows the traceback")) from error
 
 
 @contextlib.contextmanager

@@ -104,10 +104,14 @@ def read_teeth(value: object, context: Context) -> tuple[int, int]:
 
 
 def read_heights(value: object, context: Context) -> Any:
-    """Lengths in a list, or in a list of lists."""
-    if isinstance(value, list | tuple):
-        return tuple(read_heights(entry, context) for entry in value)
-    return read_quantity(value, units.LENGTH, context)
+    """Lengths in a list, or in a list of lists of one length."""
+    rows = value if isinstance(value, list | tuple) else None
+    lists = [row for row in rows or () if isinstance(row, list | tuple)]
+    if rows is None or (lists and (len(lists) < len(rows) or len({len(row) for row in lists}) > 1)):
+        raise Problem("lengths in a list, or in lists of one length", shown(value))
+    if not lists:
+        return tuple(read_quantity(one, units.LENGTH, context) for one in rows)
+    return tuple(tuple(read_quantity(one, units.LENGTH, context) for one in row) for row in lists)
 
 
 _PLACES: list[dict[str, Any]] = [
