@@ -434,3 +434,10 @@ def test_heights_that_are_no_lists(heights: str, tmp_path: Path) -> None:
     floor = f"  floor: {{type: contact_heights, body: beam, corner: [-1, -1], step: [1 m], heights: {heights}}}\n"
     path = beam(tmp_path, changed(BEAM, "analysis:", f"{floor}analysis:"))
     refused(path, "loads.floor.heights: expected lengths in a list, or in lists of one length, got ")
+
+
+@pytest.mark.parametrize(
+    ("before", "after"), [("1800 kg/m^3", "1e-300"), ("diameter: 10 mm", "diameter: 1e200"), ("0.5 N", "1e300 N")]
+)
+def test_sizes_whose_products_are_no_numbers(before: str, after: str, tmp_path: Path) -> None:
+    refused(beam(tmp_path, changed(BEAM, before, after)), "of a size from 1e-50 to 1e+50, got ", "; look at its unit")

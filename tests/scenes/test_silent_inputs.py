@@ -11,6 +11,7 @@ import pytest
 
 from fmbs_skfem import dynamics, scenes
 from fmbs_skfem.bodies import body, plate, rigid, sections
+from fmbs_skfem.core import ranges
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.reduction import parameters
@@ -493,3 +494,65 @@ analysis: {{type: static, load_steps: 2}}
     told = [str(one.message) for one in caught if "about the line itself and do nothing" in str(one.message)]
     text = f"load 'turn': {lost} N m of the moment are about the line itself and do nothing: a cable has no torsion"
     assert told == ([text] if lost else [])
+
+
+CYLINDER = "contact_cylinder, body: beam, center: [0, -1], diameter: 1 m"
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        (f"loads: {{k: {{type: {CYLINDER}, length: 1 m}}}}", "loads.k.length: does nothing in the plane"),
+        (
+            "loads: {k: {type: contact_box, body: beam, center: [0, -1], sides: [1, 1], along: [1, 0], across: [0, 1]}}",
+            "loads.k.across: does nothing in the plane",
+        ),
+        (f"loads: {{k: {{type: {CYLINDER}, sticking: 1 kN/m}}}}", "loads.k.sticking: does nothing without friction"),
+        (
+            f"loads: {{k: {{type: {CYLINDER}, sticking_damping: 1 N s/m}}}}",
+            "loads.k.sticking_damping: does nothing without friction",
+        ),
+        (f"loads: {{k: {{type: {CYLINDER}, depth: 1 mm}}}}", "loads.k.depth: does nothing without an exponent"),
+        (
+            "loads: {b: {type: bushing, at: disc.frame, to: disc.center, stiffness: [1, 1]}}",
+            "loads.b: does nothing, as both of its places are on the rigid body 'disc'",
+        ),
+        (
+            "controllers: {c: {type: measurement, sample: 20 ms, of: tip.y / (1 m)}}",
+            "controllers.c.sample: is longer than the motion",
+        ),
+    ],
+)
+def test_keys_and_loads_of_no_effect_are_told(section: str, message: str) -> None:
+    text = changed(PLANAR, ('loads:\n  push: {type: point_force, at: beam.right, force: [0, 1 N], history: "1"}\n', f"{section}\n"))
+    with pytest.warns(Notice, match=message):
+        scenes.loads(text, EXAMPLES)
+
+
+def test_keys_with_an_effect_are_not_told() -> None:
+    keys = "friction: 0.2, sticking: 1 kN/m, sticking_damping: 1 N s/m, exponent: 1.5, depth: 1 mm"
+    held = "b: {type: spring_damper, at: beam.right, to: beam.left, stiffness: 1}"
+    text = changed(PLANAR, ("loads:\n", f"loads:\n  k: {{type: {CYLINDER}, {keys}}}\n  {held}\n"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        scenes.loads(text, EXAMPLES)
+
+
+@pytest.mark.parametrize("name", [r"a\nb", "=1+1", "../a", "a b", "1"])
+def test_names_of_events_are_names(name: str) -> None:
+    text = PLANAR + f'events:\n  "{name}": {{when: tip.y + 1 mm, release: clamp}}\n'
+    with pytest.raises(InputError, match=r"events.*: expected a name of letters, digits, _ and -, beginning with a letter, got "):
+        scenes.loads(text, EXAMPLES)
+
+
+def test_points_of_a_sweep_have_points_in_numbers(tmp_path: Path) -> None:
+    """1,5 under one title is two cells; so is a file without titles refused, whose first row would be one."""
+    path = tmp_path / "de.csv"
+    own = (ranges.Parameter("E", 0.5e9, 2e9, unit="Pa"),)
+    for text, message in (
+        ("E [GPa]\n1,5\n0,8\n", r"row 2: expected 1 cells, one under each title, got 2; numbers are written with points"),
+        ("1.5\n0.8\n", "expected a first line of titles"),
+    ):
+        path.write_text(text)
+        with pytest.raises(InputError, match=message):
+            sweep_files.read_points(path, own)

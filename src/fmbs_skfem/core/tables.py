@@ -30,6 +30,7 @@ TITLE = re.compile(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*", re.DOTALL)  #: i
 #: a title that ends with a unit as in `F (kN)`, `F / kN`, `F in kN`, `F_kN`
 UNBRACKETED = re.compile(r".*(?:\(\s*([^()]+?)\s*\)|(?:/|_|\bin\s)\s*(\S+?))\s*", re.DOTALL)
 LARGEST = 50_000_000  #: size of a file [bytes]
+TITLES = "a first line of titles, such as 'time [s], angle [deg]'"
 
 
 @dataclass(frozen=True)
@@ -101,9 +102,8 @@ def read_columns(path: Path, names: tuple[str, str], unit: str, of: str = "s") -
     """
     where = f"table {path}"
     titles, rows = read_rows(where, path)
-    if len(titles) < 2 or all(units.starts_with_number(title) for title, _ in titles):
-        got = shown(",".join(title for title, _ in titles))
-        raise InputError(say(where, "a first line of titles, such as 'time [s], angle [deg]'", got))
+    if len(titles) < 2:
+        raise InputError(say(where, TITLES, shown(",".join(title for title, _ in titles))))
     columns = list[tuple[float, ...]]()
     places = [find_column(where, titles, name) if name else k for k, name in enumerate(names)]
     for place, given in zip(places, (of, unit), strict=True):
@@ -154,18 +154,19 @@ def read_rows(where: str, path: Path) -> tuple[list[tuple[str, str | None]], lis
         head, *rows = [row for row in lines if any(cell.strip() for cell in row)] or [[]]
     except csv.Error as problem:
         remedy = "close every quote"
-        raise InputError(
-            say(f"{where}, line {lines.line_num + 1}", "cells of comma-separated values", problem, remedy)
-        ) from problem
+        raise InputError(say(f"{where}, line {lines.line_num}", "cells of comma-separated values", problem, remedy)) from problem
     for sign, name in ((";", "semicolons"), ("\t", "tabs")):
         if len(head) == 1 and sign in head[0]:
             remedy = "write the file again as CSV with commas, and with points in numbers"
             raise InputError(say(where, "columns separated by commas", f"{name} in '{head[0].strip()}'", remedy))
+    titles = [(found[1], found[2]) for cell in head if (found := TITLE.fullmatch(cell))]
+    if titles and all(units.starts_with_number(title) for title, _ in titles):
+        raise InputError(say(where, TITLES, shown(",".join(title for title, _ in titles))))
     for line, row in enumerate(rows, 2):
-        if len(head) > 1 and any(cell.strip() for cell in row[len(head) :]):
+        if any(cell.strip() for cell in row[len(head) :]):
             remedy = "numbers are written with points, 1.5 and not 1,5"
             raise InputError(say(f"{where}, row {line}", f"{len(head)} cells, one under each title", len(row), remedy))
-    return [(found[1], found[2]) for cell in head if (found := TITLE.fullmatch(cell))], rows
+    return titles, rows
 
 
 def number(where: str, row: list[str], place: int, line: int) -> float:

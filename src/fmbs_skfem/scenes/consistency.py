@@ -21,11 +21,13 @@ from ..core.responses import OfState, require
 from ..systems import joints, readings, responses
 from ..systems.places import At
 from . import plausibility, yamlfile
+from .bodies import PointMass, Rigid, RigidPlate
 from .inputs import ends_early, leaves
 from .training import Allowed, without_ranges
 from .yamlfile import Oddity
 
 if TYPE_CHECKING:
+    from ..systems.loads import Load
     from .schema import Scene
 
 PARTS = ("joints", "loads", "outputs")
@@ -116,6 +118,9 @@ def _idle(scene: Scene) -> Iterator[Oddity]:
     yield from scene.analysis.idle(scene)
     for name, load in scene.loads.items():
         yield from ((("loads", name), text) for key, text in load.idle("") if not key)
+        yield from ((("loads", name, key), text) for key, text in load.unread(scene.dimension))
+        if rigid := _within_a_rigid_body(scene, load):
+            yield ("loads", name), f"does nothing, as both of its places are on the rigid body '{rigid}'"
     parts = scene.joints, scene.loads, scene.controllers, scene.events
     read = {name for part in parts for item in part.values() for name in inputs_in(vars(item).values())}
     for section in ("inputs", "controllers"):
@@ -128,6 +133,14 @@ def _idle(scene: Scene) -> Iterator[Oddity]:
     for name in scene.parameters:
         if name not in scene.used and (name in scene.ranges or name in scene.changed):
             yield ("parameters", name), "nothing in the scene uses this parameter, so that its value changes nothing"
+
+
+def _within_a_rigid_body(scene: Scene, load: Load) -> str:
+    """The rigid body that carries both places of a load; nothing where there is none."""
+    at, to = (vars(load).get(key) for key in ("at", "to"))
+    if not (isinstance(at, At) and isinstance(to, At) and at.body == to.body):
+        return ""
+    return at.body if isinstance(scene.bodies.get(at.body), PointMass | Rigid | RigidPlate) else ""
 
 
 def inputs_in(values: Iterable[Any]) -> Iterator[str]:

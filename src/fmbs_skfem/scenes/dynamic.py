@@ -120,6 +120,10 @@ class Dynamic(History):
     def idle(self, scene: Scene) -> Iterator[Oddity]:
         key = ("reduction", "snapshots")
         yield from self.ends(("analysis", "every"), self.every)
+        for name, controller in scene.controllers.items():
+            if controller.sample > self.duration * (1.0 + times.NEAR):
+                text = f"is longer than the motion of {self.duration:g} s, in which the controller holds its first sample"
+                yield ("controllers", name, "sample"), text
         if scene.reduction is None:
             return
         interval = scene.reduction.snapshots

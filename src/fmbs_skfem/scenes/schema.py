@@ -136,7 +136,7 @@ class Scene:
     joints: dict[str, Joint] = field(default_factory=dict)
     loads: dict[str, Load] = field(default_factory=dict)
     controllers: dict[str, Controller] = field(default_factory=dict)
-    events: dict[str, Event] = field(default_factory=dict)
+    events: Annotated[dict[str, Event], names(Event, words=True)] = field(default_factory=dict)
     damping: Rayleigh = field(default_factory=Rayleigh)
     initial: Initial = field(default_factory=Initial)
     analysis: Annotated[Analysis, "what to compute, such as {type: dynamic, duration: 1 s, step: 1 ms}"]

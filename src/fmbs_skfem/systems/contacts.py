@@ -86,6 +86,13 @@ class Touch(Load, ABC):
     shared: Annotated[bool, "whether stiffness and damping are those of the whole body, of which points have shares"] = False
     resists: ClassVar[bool] = True
 
+    def unread(self, dim: int) -> Iterator[tuple[str, str]]:
+        for key in ("sticking", "sticking_damping"):
+            if self.friction == 0.0 and getattr(self, key) is not None:
+                yield key, "does nothing without friction"
+        if self.exponent == 1.0 and self.depth is not None:
+            yield "depth", "does nothing without an exponent"
+
     def weights(self, shares: np.ndarray, count: int) -> np.ndarray:
         """Factors (t,) of the law of so many points with shares (t,) in a body, none of places."""
         if self.shared and not len(shares):
@@ -252,6 +259,11 @@ class ContactCylinder(Round):
         yield from super().problems(dim)
         yield from needs_axis(self.axis, dim)
 
+    def unread(self, dim: int) -> Iterator[tuple[str, str]]:
+        yield from super().unread(dim)
+        if dim == 2 and self.length is not None:
+            yield "length", "does nothing in the plane, where the cylinder is a circle"
+
     def shape(self, name: str, dim: int) -> Shape:
         half = contact_shapes.FAR if self.length is None else self.length / 2
         axes = np.eye(2) if self.axis is None else upright(f"{name}.axis", self.axis, dim)
@@ -276,6 +288,11 @@ class ContactBox(Contact):
             yield "sides", Problem("lengths > 0", f"{min(self.sides):g}")
         if dim == 3 and (self.along is None) != (self.across is None):
             yield "across", Problem("directions of two sides, along and across", "one of them")
+
+    def unread(self, dim: int) -> Iterator[tuple[str, str]]:
+        yield from super().unread(dim)
+        if dim == 2 and self.across is not None:
+            yield "across", "does nothing in the plane, where 'along' says both sides"
 
     def shape(self, name: str, dim: int) -> Shape:
         axes = np.eye(dim)

@@ -59,6 +59,10 @@ class Load(Declared, ABC):
         elif undamped and vars(self).get("damping"):
             yield "damping", undamped
 
+    def unread(self, dim: int) -> Iterator[tuple[str, str]]:
+        """Names of fields that were given and do nothing in a scene of this dimension beside the others, and why."""
+        return iter(())
+
     @abstractmethod
     def push(self, draft: Draft) -> None:
         """Add the load's probe rows and forces to the draft."""
