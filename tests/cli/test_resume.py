@@ -17,11 +17,12 @@ from typing import Any
 
 import pytest
 
+from fmbs_skfem.core import endings
 from fmbs_skfem.dynamics import integration
 from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import HistoryState, Recorder
-from fmbs_skfem.studies import recording, reports
+from fmbs_skfem.studies import recording, reports, solving
 
 from ..hard_cases import child, ended
 from .calls import Call, fmbs, scene
@@ -29,6 +30,7 @@ from .calls import Call, fmbs, scene
 MOTION = "{type: dynamic, duration: 0.4 s, step: 1 ms}"
 LONG = "{type: dynamic, duration: 5 s, step: 1 ms, every: 20}"
 HISTORY = "1 + sin(40 * t)"
+STOPS = [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"), (signal.SIGHUP, 129, "terminal closed")]
 
 
 @pytest.fixture(autouse=True)
@@ -64,11 +66,11 @@ def stopped(tmp_path: Path) -> Path:
     return tmp_path / "out"
 
 
-@pytest.mark.parametrize(("number", "code", "reason"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")])
+@pytest.mark.parametrize(("number", "code", "reason"), STOPS)
 def test_a_stopped_run_goes_on_to_the_same_bytes(
     number: int, code: int, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path, out, handlers = scene(tmp_path, MOTION, HISTORY), tmp_path / "out", [signal.getsignal(k) for k in (2, 15)]
+    path, out, handlers = scene(tmp_path, MOTION, HISTORY), tmp_path / "out", [signal.getsignal(k) for k in endings.STOPS]
     assert run(path, tmp_path / "whole").code == 0
     with monkeypatch.context() as patch:
         stop(patch, number)
@@ -77,7 +79,7 @@ def test_a_stopped_run_goes_on_to_the_same_bytes(
     assert done.json["reason"] == reason
     assert "of 400 steps; go on with: fmbs resume" in done.json["message"]
     assert sorted(item.name for item in out.iterdir()) == ["history"]
-    assert [signal.getsignal(k) for k in (2, 15)] == handlers
+    assert [signal.getsignal(k) for k in endings.STOPS] == handlers
     again = fmbs("resume", out, "--no-plots", "--json")
     assert again.code == 0
     assert (out / "outputs.csv").read_bytes() == (tmp_path / "whole" / "outputs.csv").read_bytes()
@@ -364,3 +366,26 @@ def test_a_run_that_has_shown_no_state_yet_is_stopped_at_once(number: int, tmp_p
             assert heard == [number]
     finally:
         signal.signal(number, usual)
+
+
+@pytest.mark.parametrize(("number", "code", "reason"), STOPS[1:])
+def test_a_run_that_is_stopped_on_the_way_to_its_start_leaves_nothing(
+    number: int, code: int, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not its lock either, which the next run would say that it takes over; the process ends as by the signal."""
+    path, out = scene(tmp_path, MOTION, HISTORY), tmp_path / "out"
+    monkeypatch.setattr(solving, "warm_up", lambda task, cold: os.kill(os.getpid(), number))
+    stopped = run(path, out)
+    assert (stopped.code, stopped.json["reason"]) == (code, reason)
+    assert not out.exists()
+    assert signal.getsignal(number) is signal.SIG_DFL
+
+
+def test_a_closed_terminal_is_ignored_where_it_was(tmp_path: Path) -> None:
+    """As under nohup."""
+    usual = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with endings.raised(), recording.stoppable(Recorder(tmp_path, {}), math.inf):
+            signal.raise_signal(signal.SIGHUP)
+    finally:
+        signal.signal(signal.SIGHUP, usual)

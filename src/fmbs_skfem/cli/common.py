@@ -17,7 +17,7 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..core import durable, imports
+from ..core import durable, endings, imports
 from ..core.errors import FmbsError, InputError
 from ..core.notices import Notice
 from ..core.records import dataclass
@@ -89,8 +89,13 @@ def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
         bar.close()
         show(call, found.report, found.lines)
         return 0
+    except endings.Ended as stop:
+        code = 128 + stop.number
+        return refuse(call, f"stopped by {stop}", REASONS[code], code)
     except KeyboardInterrupt:
         return refuse(call, "interrupted", "interrupted", INTERRUPTED)
+    except screen.Unread as gone:
+        return gone.exit_code
     except FmbsError as error:
         bar.close()
         if error.result is None:

@@ -122,8 +122,8 @@ def main(files: tuple[str, ...]) -> None:
 
     Exit codes: 0 done, 2 usage, 3 bad input, 4 solver failed (the partial result is kept) or a training has no model, 5 some
     samples of a sweep failed, 6 the disk or the memory is full, or the time is over, 7 an optional feature is missing, 8 a result
-    is corrupt, 130 interrupted, 143 terminated. An internal error ends with 1, and leaves internal_error.json beside the results
-    that there are.
+    is corrupt, 130 interrupted, 143 terminated, 129 its terminal closed, 141 nobody reads stdout. An internal error ends with 1,
+    and leaves internal_error.json beside the results that there are.
     """
     if files:
         run_extensions(files)

@@ -32,6 +32,14 @@ class Unheard(FmbsError):
         self.exit_code = 6 if full else InputError.exit_code
 
 
+class Unread(Unheard):
+    """Whoever read stdout has gone, as `head` does when it has its lines: nothing is said, as of a process that SIGPIPE ends."""
+
+    def __init__(self) -> None:
+        super().__init__("stdout")
+        self.exit_code = 141
+
+
 def tell(text: str) -> None:
     """A line on stderr. Nothing is lost where that is closed or full: what is said there is also in the reports."""
     try:
@@ -40,9 +48,9 @@ def tell(text: str) -> None:
         drop(sys.stderr)
 
 
-def fold(text: str, stream: TextIO) -> str:
+def fold(text: str, stream: TextIO | None) -> str:
     """A text whose lines end between words where a terminal would end them inside of one."""
-    return "\n".join(text_tables.fill(text, width_of(stream))) if stream.isatty() else text
+    return "\n".join(text_tables.fill(text, width_of(stream))) if stream is not None and stream.isatty() else text
 
 
 def drop(stream: TextIO | None) -> None:
@@ -69,6 +77,8 @@ def stdout() -> Iterator[None]:
         sys.stdout.flush()
     except OSError as problem:
         drop(sys.stdout)
+        if problem.errno == errno.EPIPE:
+            raise Unread from problem
         got = os.strerror(problem.errno or errno.EIO).lower()
         remedy = "files of results are not concerned"
         raise Unheard(

@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core import extras
+from ..core import endings, extras
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import Progress, notify
 from ..core.records import dataclass
@@ -234,11 +234,11 @@ class Stopped(KeyboardInterrupt):
 
 @contextlib.contextmanager
 def interrupts() -> Iterator[list[int]]:
-    """SIGINT and SIGTERM go into a list for `serve`: raised inside of a callback, as dask has many, they would be lost."""
+    """SIGINT, SIGTERM and SIGHUP go into a list for `serve`: raised inside of a callback, as dask has many, they would be lost."""
     asked: list[int] = []
     before: dict[int, Any] = {}
     if threading.current_thread() is threading.main_thread():
-        before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+        before = {number: signal.getsignal(number) for number in endings.STOPS}
     for number, handler in before.items():
         if handler not in (signal.SIG_IGN, None):
             signal.signal(number, lambda number, frame: asked.append(number))

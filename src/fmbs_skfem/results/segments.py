@@ -25,7 +25,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from ..core import container, durable, locks, validation
+from ..core import container, durable, endings, locks, validation
 from ..core.container import FileKind
 from ..core.errors import InputError, say
 from ..core.notices import notify
@@ -222,9 +222,17 @@ def unpack(folder: Path, entry: ClosedFile) -> dict[str, Any]:
 def lock(folder: Path) -> Iterator[None]:
     """The folder belongs to this process; a lock left by one that is gone is taken over with a warning.
 
-    The lock is that of the system on `run.lock`, which ends with the process; the file says who holds it.
+    The lock is that of the system on `run.lock`, which ends with the process; the file says who holds it, and goes with it, also
+    where a signal ends the process that can be taken.
     """
     path = folder / LOCK
+    with endings.raised(), held(path):
+        yield
+
+
+@contextlib.contextmanager
+def held(path: Path) -> Iterator[None]:
+    """The lock of a file."""
     with room(path):
         file = grab(path)
     try:
@@ -235,7 +243,7 @@ def lock(folder: Path) -> Iterator[None]:
             file.write(f"process {os.getpid()}\n")
             file.flush()
         if left:
-            notify(f"{folder}: the lock of {left}, which is gone, is taken over")
+            notify(f"{path.parent}: the lock of {left}, which is gone, is taken over")
         yield
     finally:
         with contextlib.suppress(PermissionError):  # Windows keeps the name of an open file, which is left empty

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from ..core import endings
 from ..core.errors import FmbsError, InputError, say
 from ..dynamics.checkpoint import RunState
 from ..results import segments
@@ -73,7 +74,7 @@ def clear(job: Job, out: Path, mark: str) -> None:
 
 @contextlib.contextmanager
 def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
-    """A record that ends its run at SIGINT and SIGTERM, or after `limit` seconds, with a segment and a checkpoint.
+    """A record that ends its run at SIGINT, SIGTERM and SIGHUP, or after `limit` seconds, with a segment and a checkpoint.
 
     A second signal acts as usual, and so does one that comes before the run has shown any state: there is nothing to keep.
     """
@@ -110,7 +111,8 @@ def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
         yield None
         return
     if threading.current_thread() is threading.main_thread():
-        before |= {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+        heard = [number for number in endings.STOPS if signal.getsignal(number) is not signal.SIG_IGN]
+        before |= {number: signal.signal(number, note) for number in heard}
     try:
         yield watch
     finally:

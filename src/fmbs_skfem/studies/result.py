@@ -32,6 +32,7 @@ REASONS = {
     6: "limit reached",
     7: "missing feature",
     8: "corrupt file",
+    129: "terminal closed",
     130: "interrupted",
     143: "terminated",
 }

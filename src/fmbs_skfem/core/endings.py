@@ -1,0 +1,42 @@
+"""Signals that end a process: what is taken when one comes, such as a lock, is given back before it ends.
+
+SIGTERM comes from batch systems and `kill`, SIGHUP from a terminal that is closed. Under `nohup` SIGHUP is ignored, and stays so.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+#: those of this system: Windows has no SIGHUP
+SIGNALS: tuple[int, ...] = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+STOPS = (int(signal.SIGINT), *SIGNALS)  #: the same, and Ctrl-C
+
+
+class Ended(KeyboardInterrupt):
+    """A signal of this number ends the process."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(signal.Signals(number).name)
+        self.number = number
+
+
+@contextlib.contextmanager
+def raised() -> Iterator[None]:
+    """SIGTERM and SIGHUP inside raise `Ended`, where they would end the process at once."""
+
+    def end(number: int, frame: Any) -> None:
+        raise Ended(number)
+
+    main = threading.current_thread() is threading.main_thread()
+    taken = [number for number in SIGNALS if main and signal.getsignal(number) is signal.SIG_DFL]
+    for number in taken:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number in taken:
+            signal.signal(number, signal.SIG_DFL)
