@@ -492,3 +492,29 @@ def test_the_page_of_the_schema_is_the_one_in_the_documentation() -> None:
     assert "| `diameter` | a length [m] > 0 | |" in page
     assert "| `interpolation` | `ancf` or `fvs` or `bfs` or `argyris` | (none) |" in page
     assert "| `section` | [circular](#circular) or [given](#given) or [rectangular](#rectangular) | |" in page
+
+
+def test_check_says_where_bodies_are(tmp_path: Path) -> None:
+    """Two squares of one shell that stand apart, in millimetres, and a mass point."""
+    square = {"degree": [1, 1], "knots": [[0, 0, 1, 1], [0, 0, 1, 1]]}
+    corners = [[[[x + i, y, 2] for y in (0, 1)] for x in (0, 1)] for i in (0, 5)]
+    patches = [{"name": f"p{i}", **square, "control": control} for i, control in enumerate(corners)]
+    (tmp_path / "two.json").write_text(json.dumps({"format": "fmbs-nurbs", "version": 1, "patches": patches}))
+    path = tmp_path / "two.yaml"
+    path.write_text(
+        "schema: 1\nname: two\ndimension: 3\nbodies:\n"
+        "  sheet: {type: shell, nurbs: two.json, unit: mm, join: false, degree: 2, thickness: 0.1 mm,\n"
+        "    material: {young_modulus: 1 GPa, density: 1000}}\n"
+        "  ball: {type: point_mass, mass: 1 kg, position: [1, 2, 3]}\n"
+        "analysis: {type: dynamic, duration: 1 ms, step: 1 ms}\n"
+    )
+    sheet, ball = fmbs("check", path, "--json").json["bodies"]
+    assert [*sheet["box"][0], *sheet["box"][1]] == pytest.approx([0, 0, 0.002, 0.006, 0.001, 0.002])
+    assert sheet["area"] == pytest.approx(2e-6)
+    assert (sheet["length"], sheet["pieces"], len(sheet["places"])) == (None, 2, 8)
+    assert sheet["places"]["p1.corner_10"] == pytest.approx([0.006, 0, 0.002])
+    assert ball["places"] == {"center": [1, 2, 3]}
+    assert (ball["box"], ball["area"], ball["pieces"]) == ([[1, 2, 3], [1, 2, 3]], None, 1)
+    text = fmbs("check", path).out
+    assert re.search(r"sheet +\(0, 0, 0\.002\) +\(0\.006, 0\.001, 0\.002\) +2e-06 m2 +2\n", text)
+    assert re.search(r"sheet\.p1\.corner_10 +\(0\.006, 0, 0\.002\)\n", text)

@@ -106,6 +106,7 @@ def test_elements_of_surfaces(kind: str, corners: int, tmp_path: Path) -> None:
         ("*SYSTEM\n0, 0, 0\n", "got .SYSTEM"),
         ("*NODE, SYSTEM=C\n5, 1., 90.\n", "line 10: expected nodes in rectangular coordinates, got SYSTEM=C"),
         ("*NODE\n4, 1., 90.\n", "line 11: expected each node once, got node 4 again"),
+        ("*NODE\n99999999999999999999, 1.\n", "line 11: expected a whole number, got '99999999999999999999'"),
         ("*ELEMENT, TYPE=B31\n3, 1, 3\n", "line 11: expected each element once, got element 3 again"),
         ("*ELEMENT, TYPE=B31\n4, 1\n", "line 11: expected a number and 2 nodes of an element of type B31, got 2 numbers"),
         ("*ELEMENT, TYPE=B31\n4, 1, 8\n", "expected elements on nodes of their part or instance, got node 8 in element 4"),

@@ -106,6 +106,12 @@ class _Placed:
     skipped: set[int]
     sets: dict[tuple[str, str], Ints] = field(default_factory=dict)
     names: dict[tuple[str, str], str] = field(default_factory=dict)  #: as they are spelt first
+    numbers: dict[str, Ints] = field(default_factory=dict)  #: of nodes and elements, made once for all ranges
+
+    def labels(self, kind: str) -> Ints:
+        if kind not in self.numbers:
+            self.numbers[kind] = np.array(list(self.nodes if kind == "NSET" else self.elements), np.int64)
+        return self.numbers[kind]
 
 
 @dataclass(eq=False)
@@ -349,7 +355,7 @@ class _Reader:
                 what = "nodes" if card.kind == "NSET" else "elements"
                 self._refuse(card.line, f"{what} of the part in the set '{card.name}'", f"{number}", "export it again")
         rows = [known[number] for number in card.numbers if number in known]
-        ids = np.array(list(known), np.int64)
+        ids = of.labels(card.kind) if card.ranges else np.zeros(0, np.int64)
         for first, last, step in card.ranges:
             wanted = (ids >= first) & (ids <= last) & ((ids - first) % step == 0)
             rows.extend(known[number] for number in ids[wanted].tolist())
@@ -404,6 +410,8 @@ class _Reader:
 
     def _number(self, kind: Callable[[str], _T], line: int, word: str) -> _T:
         try:
+            if kind is int and len(word) > 18:
+                raise ValueError
             return kind(word.upper().replace("D", "E") if kind is float else word)
         except ValueError:
             self._refuse(line, "a whole number" if kind is int else "a number", repr(word[:40]))

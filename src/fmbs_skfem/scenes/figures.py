@@ -48,6 +48,8 @@ class BodyFigures:
     name: str
     mass: float  #: [kg]
     extent: float  #: diagonal of the box around its positions [m]
+    length: float | None = None  #: of a line [m]
+    area: float | None = None  #: of a plate or shell [m2]
     wave_speed: float | None = None  #: [m/s]
     slenderness: float | None = None
     sag: float | None = None  #: of the cantilever of its length under gravity, over that length
@@ -67,6 +69,7 @@ def of_line(part: Body, data: Given, degree: int, gravity: float) -> BodyFigures
     length, weight = float(lengths.sum()), data.rhoA * gravity
     return replace(
         of_any(part),
+        length=length,
         wave_speed=math.sqrt(data.EA / data.rhoA),
         slenderness=length / math.sqrt(data.EI / data.EA),
         sag=weight * length**3 / (8 * data.EI) if gravity else None,
@@ -88,6 +91,7 @@ def of_plate(part: Body, material: Material, gravity: float, flat: bool) -> Body
     bent = gravity and part.dim == 3
     return replace(
         of_any(part),
+        area=float(area.sum()),
         wave_speed=speed,
         slenderness=length / t if part.dim == 3 else None,
         sag=sag * gravity if bent else None,

@@ -8,7 +8,9 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.sparse import csgraph
 
+from ..bodies import body as bodies
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
 from ..core.records import dataclass
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 
 NAME = "check.json"
 LISTED = 6  #: motions that are shown
+PLACES = 30  #: named places that are shown
 LOST = 0.5  #: part of the kinetic energy of the given initial motion that joints may take away
 AGREE = 1e-9  #: of the size of the scene: linear rows that miss each other by less agree
 
@@ -194,11 +197,30 @@ def describe_body(figure: Facts, part: Body, counted: Mechanism) -> dict[str, An
         "mass": figure.mass,
         "rigid_motions": counted.bodies[figure.name],
         "extent": figure.extent,
+        **geometry(figure, part),
         "wave_speed": figure.wave_speed,
         "slenderness": figure.slenderness,
         "sag": figure.sag,
         "weight_strain": figure.weight_strain,
         "mesh": None if cells is None else asdict(cells),
+    }
+
+
+def geometry(figure: Facts, part: Body) -> dict[str, Any]:
+    """Where a body is in the reference: the box around its points [m], its length [m] or area [m2], pieces and named places [m].
+
+    Functions that share no mass belong to different pieces.
+    """
+    points = bodies.positions(part)
+    names = [*part.frames, *(name for name in part.places if name not in part.frames)]
+    places = {name: (bodies.probe(part, bodies.locate(part, name)) @ part.reference)[0].tolist() for name in names}
+    whole = part.space is None or part.shapes is not None
+    return {
+        "box": [points.min(axis=0).tolist(), points.max(axis=0).tolist()],
+        "length": figure.length,
+        "area": figure.area,
+        "pieces": 1 if whole else int(csgraph.connected_components(part.mass, directed=False, return_labels=False)),
+        "places": places,
     }
 
 
@@ -236,6 +258,7 @@ def view(found: dict[str, Any]) -> list[Any]:
     parts = [
         f"{found['scene']} ({found['analysis']}): the scene is valid",
         ReportTable("Bodies", titles, rows),
+        *where_bodies_are(found["bodies"]),
         ReportTable("Joints", ("joint", "constraints", "rigid motions taken", "ties"), joints),
         mechanism_table(found["mechanism"]),
         ReportTable("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
@@ -245,6 +268,28 @@ def view(found: dict[str, Any]) -> list[Any]:
     parts += [ReportTable("Redundant rows", ("row", "follows from"), redundant)] if redundant else []
     heads = ("mesh of", "cells", "largest / smallest", "aspect", "angle [deg]", "Jacobian ratio")
     return [*parts[:2], *([ReportTable("Meshes", heads, meshes)] if meshes else []), *parts[2:]]
+
+
+def where_bodies_are(found: list[dict[str, Any]]) -> list[Any]:
+    """The tables of boxes and of named places, of which the first are shown."""
+    boxes = [
+        (
+            body["name"],
+            *(point(at, body["extent"]) for at in body["box"]),
+            f"{body['length']:.6g} m" if body["length"] else f"{body['area']:.6g} m2" if body["area"] else "-",
+            body["pieces"],
+        )
+        for body in found
+    ]
+    places = [(f"{body['name']}.{name}", point(at, body["extent"])) for body in found for name, at in body["places"].items()]
+    more = [f"and {len(places) - PLACES} more places, all of them with --json"] if len(places) > PLACES else []
+    tables = [ReportTable("Geometry", ("body", "from [m]", "to [m]", "length or area", "pieces"), boxes)]
+    return [*tables, *([ReportTable("Places", ("place", "at [m]"), places[:PLACES])] if places else []), *more]
+
+
+def point(at: list[float], size: float) -> str:
+    """A point in a table; coordinates that are nothing beside the size of its body are 0."""
+    return "(" + ", ".join(f"{x if abs(x) > 1e-12 * size else 0.0:.5g}" for x in at) + ")"
 
 
 def joint_row(name: str, constraints: int, counted: dict[str, Any] | None) -> tuple[object, ...]:
