@@ -173,6 +173,20 @@ def test_readme_sets_up_in_two_lines_and_ci_runs_the_second() -> None:
     assert demo.removesuffix(".venv/bin/fmbs demo") in (ROOT / "docs" / "first_steps.md").read_text()
 
 
+def test_libraries_with_used_inner_parts_are_bounded() -> None:
+    """Next releases of numba and llvmlite wait for the newest lane of `.ci/versions`, whose tests there are."""
+    bounded = [one for text in PROJECT["dependencies"] if (one := Requirement(text)).name in ("numba", "llvmlite")]
+    assert len(bounded) == 2
+    for one in bounded:
+        assert any(bound.operator == "<" for bound in one.specifier), one
+        assert importlib.metadata.version(one.name) in one.specifier
+    script = ROOT / ".ci" / "versions"
+    assert os.access(script, os.X_OK)
+    named = re.findall(r"tests/\S+\.py", script.read_text())
+    assert named
+    assert all((ROOT / path).is_file() for path in named)
+
+
 def test_versions_agree() -> None:
     assert f"version: {PROJECT['version']}" in (ROOT / "CITATION.cff").read_text().splitlines()
     assert importlib.metadata.version("fmbs_skfem") == PROJECT["version"]
