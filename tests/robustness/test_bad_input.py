@@ -441,3 +441,23 @@ def test_heights_that_are_no_lists(heights: str, tmp_path: Path) -> None:
 )
 def test_sizes_whose_products_are_no_numbers(before: str, after: str, tmp_path: Path) -> None:
     refused(beam(tmp_path, changed(BEAM, before, after)), "of a size from 1e-50 to 1e+50, got ", "; look at its unit")
+
+
+def test_joints_that_leave_nothing_to_move(tmp_path: Path) -> None:
+    """All rows of the joints of a mass at rest follow from each other: its component has no modes in a reduced model."""
+    text = """\
+schema: 1
+dimension: 2
+bodies:
+  held: {type: point_mass, mass: 1 kg, position: [0, 0]}
+  free: {type: point_mass, mass: 1 kg, position: [1, 0]}
+joints:
+  a: {type: pin, at: held.center}
+  d: {type: distance, at: held.center, to: [1, 0]}
+loads: {g: {type: gravity, acceleration: [0, -9.81]}}
+analysis: {type: dynamic, duration: 10 ms, step: 1 ms}
+outputs: {p: {type: position, at: free.center}}
+reduction: {snapshots: 1 ms}
+"""
+    done = fmbs("reduce", beam(tmp_path, text), "--out", tmp_path / "model.h5")
+    assert done.code == 0, done.err

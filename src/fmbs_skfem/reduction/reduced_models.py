@@ -222,7 +222,7 @@ def about_start(task: TrainingTask, raw: System, found: Bases) -> dict[str, Basi
         rows, own = rows_of(raw, members), found[name]
         A, a = inner_constraints(raw, rows)
         count = own.modes.shape[1] - own.against
-        if len(a) and np.abs(A @ own.modes[:, :count]).max() > KEEPS * np.abs(A).max():
+        if len(a) and np.abs(A @ own.modes[:, :count]).max(initial=0.0) > KEEPS * np.abs(A).max():  # one at rest has no modes
             kept = satisfy(own.modes[:, :count].T, A, 0 * a).T
             own = replace(own, modes=np.ascontiguousarray(np.hstack([kept, own.modes[:, count:]])), factors=None)
         mine[name] = replace(own, mean=start[rows] + own.mean)
