@@ -181,13 +181,13 @@ def march(problem: Problem, state: Equilibrium, end: float, step: float) -> Iter
     Where it fails in all shorter steps, as close behind a limit point, the branch of the next of those that it found before is
     taken. Once one is known, shorter steps only ask in a few iterations whether the path goes on; the shortest is solved fully.
     """
-    size, found, attempts, shortest = step, list[Equilibrium](), 0, False
+    size, found, attempts = step, list[Equilibrium](), 0
     while state.at < end - 1e-12 * step:
         attempts += 1
         target = min(end, state.at + size)
         behind = min((one for one in found if one.at > state.at), key=lambda one: one.at, default=None)
         try:
-            after = problem.solve(target, state, FEW if behind and not shortest else None)
+            after = problem.solve(target, state, FEW if behind and SHORTER * size >= FINEST * step else None)
             verdict = problem.judge(state, after)
         except SolverError:
             if SHORTER * size >= (FINEST if behind else SHORTEST) * step:
@@ -195,9 +195,6 @@ def march(problem: Problem, state: Equilibrium, end: float, step: float) -> Iter
                 continue
             if behind is None:
                 raise
-            if not shortest:
-                shortest = True
-                continue
             after, verdict = branch_at(problem, state.at + CLOSE * step, state, behind), Verdict(False, False, False, True)
         else:
             if target - state.at > least(verdict) * step and attempts < ATTEMPTS:
@@ -205,7 +202,7 @@ def march(problem: Problem, state: Equilibrium, end: float, step: float) -> Iter
                 size = SHORTER * (target - state.at)
                 continue
         yield Passed(after, leaps.crossing(problem.system, state, after, verdict))
-        state, size, shortest = after, min(step, size / SHORTER), False
+        state, size = after, min(step, size / SHORTER)
 
 
 def branch_at(problem: Problem, at: float, before: Equilibrium, behind: Equilibrium) -> Equilibrium:
