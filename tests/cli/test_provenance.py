@@ -124,7 +124,8 @@ def test_files_outside_of_the_folder_are_named_without_it(mesh: str, name: str, 
     path = scene(place, test_failures.SHORT)
     (place / "beam_20.msh").rename(place / mesh)
     path.write_text(path.read_text().replace("beam_20.msh", mesh))
-    found = reports.provenance_to_keep(scenes.read(path))
+    read = scenes.read(path)
+    found = reports.provenance_to_keep(reports.provenance(read), read)
     assert set(found["files"]) == {path.name, name}
     assert found["file"] == path.name
 

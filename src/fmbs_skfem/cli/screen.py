@@ -15,7 +15,7 @@ import click
 from ..core import durable
 from ..core.errors import FmbsError, InputError, say
 from ..studies import text_tables
-from ..studies.result import console, width_of
+from ..studies.result import width_of
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -109,9 +109,10 @@ class Bar:
         if self.bar is None and now - self.begin < PATIENCE:
             return
         if self.bar is None:
+            from rich.console import Console
             from rich.progress import Progress
 
-            self.bar = Progress(console=console(sys.stderr), transient=True)
+            self.bar = Progress(console=Console(file=sys.stderr, highlight=False), transient=True)
             self.bar.start()
             self.bar.add_task(label, total=1.0)
         self.bar.update(self.bar.task_ids[0], completed=fraction)

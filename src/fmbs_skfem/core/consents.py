@@ -57,7 +57,8 @@ def require(files: Mapping[Path, str]) -> None:
     word = current()
     if word == "allow":
         return
-    new = dict(files) if word == "refuse" else {path: digest for path, digest in files.items() if digest not in remembered()}
+    known = set() if word == "refuse" else remembered()
+    new = {path: digest for path, digest in files.items() if digest not in known}
     if new and (word == "refuse" or not ask(new)):
         raise Problem("consent to run Python files", f"none for {', '.join(map(str, new))}", REMEDY)
 

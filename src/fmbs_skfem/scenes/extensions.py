@@ -58,18 +58,18 @@ def load(named: object, folder: Path) -> list[Found]:
     if not isinstance(named, list) or not all(isinstance(text, str) for text in named):
         return [(("extensions",), Problem("a list of Python files, their paths from the folder of the scene", shown(named)))]
     found: list[Found] = []
-    files: dict[int, Path] = {}
+    files, digests = dict[int, Path](), dict[Path, str]()
     for k, text in enumerate(named):
         try:
             files[k] = meshes.path(text, folder, what="extension")
-            digest_of(files[k])
+            digests[files[k]] = digest_of(files[k])
         except Problem as problem:
             found.append((("extensions", k), problem))
         except InputError as error:
             found.append((("extensions", k), Problem("a Python file of the project", str(error))))
     if not found:
         try:
-            consents.require({path: digest_of(path) for path in files.values() if not has_run(path)})
+            consents.require({path: digest for path, digest in digests.items() if RUN.get(module_of(path)) != digest})
         except Problem as problem:
             return [(("extensions",), problem)]
         for k, path in files.items():
@@ -85,11 +85,6 @@ def load(named: object, folder: Path) -> list[Found]:
 def module_of(path: Path) -> str:
     """The name of the module of a file."""
     return PREFIX + str(path).encode().hex()
-
-
-def has_run(path: Path) -> bool:
-    """Whether a file, as it is now, was run by this process."""
-    return RUN.get(module_of(path)) == digest_of(path)
 
 
 def digest_of(path: Path) -> str:

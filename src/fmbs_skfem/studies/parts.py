@@ -69,16 +69,17 @@ def train(
     else:
         states, told = excitation.run(part, alone, job.progress(f"{body} alone"))
     spent = time.process_time() - begun
-    origin = reports.provenance_to_keep(scene)
+    origin = reports.provenance(scene)
+    kept = reports.provenance_to_keep(origin, scene)
     record = {"alone": None if told is None else reports.plain(asdict(told)), "motions_s": spent, "scene": jobs.title(scene)}
     if known is not None:
         record["before"] = {key: known.notes.get(key) for key in ("alone", "scene", "states", "strains", "before")}
-    found = part_files.train(part, states, tolerance, modes, hyper, known, body=body, **record, provenance=origin)
+    found = part_files.train(part, states, tolerance, modes, hyper, known, body=body, **record, provenance=kept)
     view: list[ReportTable | str] = [described(f"Part {body}", found)]
     if path is not None:
         part_files.save(found, path)
         view.append(f"written: {path}")
-    report = {"status": "ok", "file": path, **facts(found), "provenance": reports.provenance(scene), "notices": job.notices}
+    report = {"status": "ok", "file": path, **facts(found), "provenance": origin, "notices": job.notices}
     about = f"{body}: {found.notes['functions']} shape functions for {found.notes['functions_full']}"
     return PartResult(about=about, report=report, lines=view, part=found)
 

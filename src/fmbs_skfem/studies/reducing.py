@@ -56,7 +56,7 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> Reduc
     view += tables.output_errors(report["output_errors"])
     if path is not None:
         training, plain = dict(scene.parameters), reports.plain(report)
-        kept, how = reports.provenance_to_keep(scene), {"scheme": found.case.scheme, "newton": found.case.newton}
+        kept, how = reports.provenance_to_keep(origin, scene), {"scheme": found.case.scheme, "newton": found.case.newton}
         files.save(found.system, path, scene=report["scene"], training=training, report=plain, provenance=kept, **how)
         view.append(f"written: {path}")
     more = {"file": path, "provenance": origin, "notices": job.notices}

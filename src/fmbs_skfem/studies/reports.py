@@ -169,12 +169,12 @@ def provenance(
     }
 
 
-def provenance_to_keep(scene: Scene) -> dict[str, Any]:
-    """The provenance that a part or a reduced model keeps: its files are named from the folder of the scene, as it names them.
+def provenance_to_keep(origin: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
+    """The provenance `origin` of a scene as a part or a reduced model keeps it: files are named from the folder of the scene.
 
     Such files are passed on, and whoever gets one has other folders. Files that stand elsewhere have their names alone.
     """
-    found = plain(provenance(scene))
+    found = plain(origin)
     assert isinstance(found, dict)
     root = Path(found["file"]).parent if found["file"] else scene.folder.absolute()
 

@@ -22,7 +22,6 @@ from . import text_tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.console import Console
 
 WIDTH = 132  #: characters of a line where there is no terminal
 REASONS = {
@@ -85,13 +84,6 @@ class ReportTable:
 def width_of(file: TextIO) -> int:
     """Characters of a line: those of a terminal; of the house's lines where there is none."""
     return shutil.get_terminal_size().columns if file.isatty() else WIDTH
-
-
-def console(file: TextIO) -> Console:
-    """A rich console of the width of a file."""
-    from rich.console import Console
-
-    return Console(file=file, width=None if file.isatty() else WIDTH, highlight=False, soft_wrap=False)
 
 
 def format_value(value: object) -> str:

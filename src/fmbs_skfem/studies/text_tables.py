@@ -52,16 +52,13 @@ def blocks(natural: Sequence[int], least: Sequence[int], width: int) -> Iterator
         if sum(widths) + gap * count + 1 <= width:
             yield list(range(count)), gap
             return
-    k = 1
-    while k < count:
-        shown, used = [0], least[0] + NARROW
-        while k < count and (len(shown) == 1 or used + least[k] + NARROW + 1 <= width):
-            shown.append(k)
-            used += least[k] + NARROW
-            k += 1
-        yield shown, NARROW
-    if count == 1:
-        yield [0], NARROW
+    shown = [0]
+    for k in range(1, count):
+        if len(shown) > 1 and sum(least[one] + NARROW for one in [*shown, k]) + 1 > width:
+            yield shown, NARROW
+            shown = [0]
+        shown.append(k)
+    yield shown, NARROW
 
 
 def stretch(natural: Sequence[int], least: Sequence[int], room: int) -> list[int]:

@@ -171,7 +171,7 @@ def make_product(order: TrainingOrder, found: FinishedTraining) -> ParametricMod
         "fixed": {name: value for name, value in scene.parameters.items() if name not in scene.ranges},
         "training": reports.plain(record(order, found)),
         prediction.KEY: {**prediction.record(found), "measure": order.measure},
-        "provenance": reports.provenance_to_keep(scene),
+        "provenance": reports.provenance_to_keep(reports.provenance(scene), scene),
     }
     return parametric_model.ParametricModel(found.model.parametric, notes)
 
