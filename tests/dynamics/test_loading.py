@@ -98,11 +98,13 @@ def test_load_levels_stay_on_the_grid_after_a_cut(monkeypatch: pytest.MonkeyPatc
     asked: list[float] = []
     solve = statics.newton_statics
 
-    def stubborn(model: object, start: statics.Equilibrium, newton: Newton, factor: float, unit: str) -> statics.Equilibrium:
+    def stubborn(
+        model: object, start: statics.Equilibrium, newton: Newton, factor: float, unit: str, few: int | None
+    ) -> statics.Equilibrium:
         asked.append(factor)
         if factor - start.at > 0.15:
             raise SolverError("too far", None, factor)
-        return solve(model, start, newton, factor, unit)  # type: ignore[arg-type]
+        return solve(model, start, newton, factor, unit, few)  # type: ignore[arg-type]
 
     expected = outputs(solve_statics(bar(), 4, TIGHT))
     monkeypatch.setattr(statics, "newton_statics", stubborn)
@@ -115,10 +117,12 @@ def test_load_levels_stay_on_the_grid_after_a_cut(monkeypatch: pytest.MonkeyPatc
 def test_a_cut_step_that_ends_in_failure_keeps_the_last_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
     solve = statics.newton_statics
 
-    def up_to(model: object, start: statics.Equilibrium, newton: Newton, factor: float, unit: str) -> statics.Equilibrium:
+    def up_to(
+        model: object, start: statics.Equilibrium, newton: Newton, factor: float, unit: str, few: int | None
+    ) -> statics.Equilibrium:
         if factor > 0.4:
             raise SolverError("no further", None, factor)
-        return solve(model, start, newton, factor, unit)  # type: ignore[arg-type]
+        return solve(model, start, newton, factor, unit, few)  # type: ignore[arg-type]
 
     monkeypatch.setattr(statics, "newton_statics", up_to)
     with pytest.raises(SolverError, match="no further") as caught:

@@ -220,7 +220,7 @@ def test_an_arc_rolls_on_a_bar() -> None:
     touch = ContactBeam("c", body="arc", other="bar", radius=radius, stiffness=K, friction=9.0, sticking=1.0, sticking_damping=0.0)
     system = replace(assemble([arc, bar], loads=[touch]), elastic=())
     model, first = compiled.compile_system(system), arc.reference.size
-    rows, xi = node_rows("", arc, None)
+    rows, xi = node_rows("", arc, None, np.inf)
     nodes = (rows @ arc.reference.ravel()).reshape(len(xi), 2, 3)
     curve = CubicHermiteSpline(xi, nodes[:, 0], nodes[:, 1])
 

@@ -56,7 +56,8 @@ class Takes:
 
 
 # ------------------------------------------------------------------------------------------------------------------ values
-#: size in SI units, whose products in a model, such as E d^4, are still finite numbers; its inverse where one is divided by
+#: size in SI units, whose products in a model, such as E d^4, are still finite numbers; its inverse where one is divided by. Not of
+#: times, which the number of steps bounds
 LARGEST = 1e50
 
 
@@ -65,7 +66,7 @@ def read_quantity(value: object, dimension: units.Dimension, context: Context, *
     number = quantities.convert(value, dimension, context.parameters)
     if not all(within(number, bound) for bound in bounds):
         raise Problem(f"{dimension} {' and '.join(bounds)}", shown(value))
-    if abs(number) > LARGEST or ("> 0" in bounds and number < 1.0 / LARGEST):
+    if dimension != units.TIME and (abs(number) > LARGEST or ("> 0" in bounds and number < 1.0 / LARGEST)):
         raise Problem(f"{dimension} of a size from {1.0 / LARGEST:g} to {LARGEST:g}", shown(value), "look at its unit")
     return number
 

@@ -48,14 +48,14 @@ class BodyFigures:
     name: str
     mass: float  #: [kg]
     extent: float  #: diagonal of the box around its positions [m]
-    length: float | None = None  #: of a line [m]
-    area: float | None = None  #: of a plate or shell [m2]
     wave_speed: float | None = None  #: [m/s]
     slenderness: float | None = None
     sag: float | None = None  #: of the cantilever of its length under gravity, over that length
     weight_strain: float | None = None
     cells: CellShapes | None = None
     degree: int | None = None  #: of the cells of a line
+    length: float | None = None  #: of a line [m]
+    area: float | None = None  #: of a plate or shell [m2]
 
 
 def of_any(part: Body) -> BodyFigures:
