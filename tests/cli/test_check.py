@@ -201,14 +201,14 @@ def test_a_bar_on_a_hinge_is_free_to_turn_about_it(tmp_path: Path) -> None:
 
 
 def test_gruebler_and_rank_stand_side_by_side(tmp_path: Path) -> None:
-    """A planar four-bar of revolutes in space: 3 * 6 - 4 * 5 = -2 by the formula, 1 by rank, 3 conditions too many."""
+    """A planar four-bar of revolutes in space: 3 * 6 - 4 * 5 = -2 by the formula, 1 by rank, 3 redundant constraints."""
     path = rigid_scene(tmp_path, LINKS, four_bar(3), dim=3)
     done = fmbs("check", path, "--json")
     counted = done.json["mechanism"]
     assert (done.code, counted["gruebler"], counted["degrees_of_freedom"], len(counted["overconstrained"])) == (0, -2, 1, 3)
     assert len(done.json["redundant"]) == 3
     shown = fmbs("check", path)
-    assert "conditions too many for rigid bodies     3 (" in shown.out
+    assert "redundant constraints (rigid bodies)     3 (" in shown.out
     assert fmbs("check", rigid_scene(tmp_path, LINKS, four_bar(2)), "--strict").code == 0
 
 

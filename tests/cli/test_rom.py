@@ -90,7 +90,7 @@ def test_without_values_the_nominal_ones_run(model: Path, tmp_path: Path) -> Non
     assert done.code == 0, done.err
     assert "E = 1e+09" in done.out
     assert "Predicted error of the outputs over their ranges:" in done.out
-    assert "cannot promise" not in done.out
+    assert "not reliable" not in done.out
 
 
 def test_outside_the_box_there_is_a_notice_and_no_prediction(model: Path, tmp_path: Path) -> None:

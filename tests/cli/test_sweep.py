@@ -314,7 +314,7 @@ def test_a_trained_model_shows_its_surrogate(model: Path, address: str, tmp_path
     done = fmbs("sweep", trained, "--samples", "2", "--scheduler", address, "--out", out, "--json")
     assert done.code == 0, done.err
     (doubt,) = done.json["notices"]
-    assert doubt == "the training of the model cannot promise the errors that it predicts: there is one full run only"
+    assert doubt == "the error estimate of the model is not reliable: there is one full run only; check with full runs"
     assert str(out / "surrogate.png") in done.json["files"]
     assert (out / "surrogate.png").read_bytes().startswith(b"\x89PNG")
 

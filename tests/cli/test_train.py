@@ -301,9 +301,9 @@ def test_a_holdout_point_without_a_motion_is_marked_and_the_training_goes_on(
     assert call.json["status"] == "no promise"
     assert "the full model has no motion at 1 of 2 hold-out points" in call.json["doubts"]
     doubts = "; ".join(call.json["doubts"])
-    assert f"The training cannot promise its predicted error: {doubts}" in again.out
+    assert f"This error estimate is not reliable: {doubts}; check with full runs" in again.out
     run = fmbs("rom", "run", tmp_path / "out" / "model.h5", "--no-plots", "--out", tmp_path / "run")
-    assert f"Its training cannot promise that: {doubts}" in run.out
+    assert f"This error estimate is not reliable: {doubts}; check with full runs" in run.out
     assert "Errors of the outputs" in again.out
     assert "end_x [m]" in again.out
 

@@ -43,10 +43,10 @@ def missed(motion: Trajectory) -> float:
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize(("speed", "step"), [(200.0, 1e-3), (2000.0, 5e-5), (2000.0, 2.5e-5)])
 def test_moments_of_gears_that_err_are_told(dim: int, speed: float, step: float) -> None:
-    with pytest.warns(Notice, match="gear 'teeth': a wheel turns by up to") as told:
+    with pytest.warns(Notice, match="the step is too large for gear 'teeth': its moment is wrong by about") as told:
         motion = spun(step, speed, dim)
     text = next(str(one.message) for one in told if "gear 'teeth'" in str(one.message))
-    found = float(re.search(r"errs by about (\S+) N m", text)[1])  # type: ignore[index]
+    found = float(re.search(r"wrong by about (\S+) N m", text)[1])  # type: ignore[index]
     assert found == pytest.approx(missed(motion), rel=0.15)
     assert missed(spun(step / 2, speed, dim)) == pytest.approx(missed(motion) / 8, rel=0.3)
 

@@ -63,7 +63,7 @@ def test_two_full_runs_are_enough(trained: FinishedTraining, checked: tuple[Held
 
 def test_truncation_is_told_as_the_limit(trained: FinishedTraining) -> None:
     assert trained.outcome.stop in (greedy.StopReason.FLOOR, greedy.StopReason.REPEATED)
-    assert "truncation (eps)" in trained.outcome.stop.value
+    assert "eps (truncation)" in trained.outcome.stop.value
 
 
 def test_the_second_run_is_needed(checked: tuple[HeldOut, HeldOut]) -> None:

@@ -35,7 +35,7 @@ def test_one_point_in_ten_may_lie_above_its_band() -> None:
         ({"predicted": (1e-4, 1e-5, 2e-3)}, "the predicted error reaches 0.002 with its band, the wanted one is 0.001"),
         ({"true": np.append(TRUE[:9], 1.5e-3), "high": 10 * HIGH}, "1 of 10 hold-out points are above the wanted error 0.001"),
         ({"predicted": (2.0, 1.0, 4.0), "tolerance": None}, "errors reach 2 of what is predicted"),
-        ({"predicted": (1e-5, 1e-7, 9e-4)}, "the predicted band spans a factor of 9e+03"),
+        ({"predicted": (1e-5, 1e-7, 9e-4)}, "it is uncertain by a factor of 9e+03"),
     ],
 )
 def test_every_reason(change: dict[str, object], told: str) -> None:

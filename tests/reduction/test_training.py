@@ -397,7 +397,9 @@ def test_smaller_tolerances_choose_smaller_eps() -> None:
     with pytest.raises(InputError, match="an error between 0 and 1"):
         error_budget.choose(task, run, 0.0)
     measured = dataclasses.replace(task, measure=full_runs.OutputMeasure())
-    with pytest.raises(NoModel, match=r"tolerance: expected an error that truncation can reach, above .* \(\w+: .*, got 1e-14"):
+    with pytest.raises(
+        NoModel, match=r"tolerance: expected at least .*, the best that the reduced model reaches \(\w+: .*, got 1e-14"
+    ):
         error_budget.choose(measured, full_runs.full_run(measured, {"E": 1e9}), 1e-14)
 
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Collection, Iterator
 
-COMPILES = (
-    "compiling {} and what else this model needs, once after installation (about half a minute); `fmbs warm` compiles all ahead"
-)
-EXPRESSIONS = "compiling expressions of this model, once for each of them (some seconds)"
+COMPILES = "first run: compiling {} and the like (about 30 s, kept for later); `fmbs warm` compiles everything in advance"
+EXPRESSIONS = "compiling expressions of this model (some seconds, kept for later)"
 LAW = "law_"  #: of names of functions that are made from expressions, see `symbols.import_text`
 _BEGUN: set[str] = set()  #: functions whose compilation has begun
 _LISTENERS: list[Callable[[str], None]] = []

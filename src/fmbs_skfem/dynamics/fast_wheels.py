@@ -44,8 +44,9 @@ def warn_of_fast_wheels(model: Compiled, motion: Trajectory, step: float) -> Non
 def tell(gear: str, turn: float, error: float, moments: np.ndarray) -> None:
     """The warning, where the error is SHARE of the moments (s,) or more."""
     if error > SHARE * (usual := float(np.sqrt(np.mean(moments**2)))):
-        told = f"a wheel turns by up to {turn:.2g} rad a step, by which the moment it passes on errs by about {error:.2g} N m"
-        notify(f"gear '{gear}': {told}, beside {usual:.2g} N m on average; half the step makes it an eighth")
+        wrong = f"its moment is wrong by about {error:.2g} N m (root mean square {usual:.2g} N m)"
+        turns = f"a wheel turns by up to {turn:.2g} rad a step"
+        notify(f"the step is too large for gear '{gear}': {wrong}, since {turns}; half the step makes an eighth of the error")
 
 
 def moment_of(model: Compiled, motion: Trajectory, row: int, push: float, at: int) -> float:

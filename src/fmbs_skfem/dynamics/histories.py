@@ -107,8 +107,8 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
     for owner, share in (*coarse_histories(plain, step, steps), *coarse_forces(motion, plain, step, steps)):
         wrong[owner] = max(wrong.get(owner, 0.0), share)
     for owner, share in wrong.items():
-        text = f"the history of {owner} changes inside of steps of {step:g} s, which give it wrong by up to {share:.0%} over time"
-        notify(f"{text}: take a smaller step")
+        text = f"{owner} changes faster than the step of {step:g} s"
+        notify(f"{text}: its integral over time is wrong by up to {share:.0%}; take a smaller step")
 
 
 def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:

@@ -89,9 +89,9 @@ def choose_eps(task: TrainingTask, run: FullRun, tolerance: float) -> tuple[floa
     best = min(found, key=lambda eps: found[eps])
     if not found[best] <= tolerance:
         worst = worst_outputs(task, run, replace(task.plan, tolerance=best, modes=None, hyper=plain), tolerance)
-        expected = f"an error that truncation can reach, above {found[best]:.1g}{worst}"
-        remedy = "leave out outputs that shake faster than snapshots are taken, take these more often, or a larger tolerance"
-        raise NoModel(say("tolerance", expected, tolerance, f"{remedy}, or sharper Newton iterations"))
+        expected = f"at least {found[best]:.1g}, the best that the reduced model reaches{worst}"
+        remedy = "take snapshots more often, leave these outputs out, or lower the tolerance of Newton's method"
+        raise NoModel(say("tolerance", expected, tolerance, remedy))
     return best, found[best]
 
 

@@ -67,8 +67,8 @@ class StopReason(Enum):
     """Why the loop ended."""
 
     TOLERANCE = "the largest indicator is below the tolerance"
-    REPEATED = "the largest indicator is at a full run already made: truncation (eps) or hyper-reduction (eta) is the limit"
-    FLOOR = "the largest indicator is no higher than at the full runs: truncation (eps) or hyper-reduction (eta) is the limit"
+    REPEATED = "more full runs no longer help: the worst sample has one already; lower eps (truncation) or eta (hyper-reduction)"
+    FLOOR = "more full runs no longer help: no sample is worse than those with one; lower eps (truncation) or eta (hyper-reduction)"
     LARGE = "the reduced model has nearly as many unknowns as the full one, and would only grow with more full runs"
     ITERATIONS = "the number of full runs is used up"
     ALONE = "there are no parameters, and nothing to choose"

@@ -142,8 +142,8 @@ def _decompose(
     """
     left, s = left_singular(W, x)
     if not np.any(s > floor):
-        remedy = "train on a longer or more lively run, or leave this component out of the reduction"
-        raise InputError(say("pod", "snapshots that differ from their mean", "a constant state", remedy))
+        remedy = "give it loads or an initial motion, or leave this component out of the reduction"
+        raise InputError(say("pod", "a component that moves in the training run", "one that stays where it is", remedy))
     first = np.zeros((len(mean), 0)) if keep is None else _direction(W, _state(keep, "keep", x.shape[0]), mean)
     rest = s
     if first.shape[1]:

@@ -140,7 +140,7 @@ def doubts(
             f"it is one against the mechanism with its parts, which err by up to {part_error:.2g} of an output: train these"
         )
     if math.isfinite(predicted[2]) and predicted[2] > 10.0**WIDE * predicted[1] > 0.0:
-        found.append(f"the predicted band spans a factor of {predicted[2] / predicted[1]:.2g}, too wide to say anything")
+        found.append(f"it is uncertain by a factor of {predicted[2] / predicted[1]:.1g}")
     above = int(np.sum(e[known] > top[known])) if len(top) else 0
     if above > LEFT * known.sum():
         found.append(f"{above} of {int(known.sum())} hold-out points lie above the predicted band")

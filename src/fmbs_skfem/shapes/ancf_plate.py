@@ -202,17 +202,17 @@ def _check_corners(points: Floats, cells: Ints, tangents: Floats) -> None:
     kinds = (
         (
             (straight > FLAT).all(),
-            "too strongly curved",
-            "no two edges of a cell may lie on one circle; take 'arcs: []'",
+            "with two edges on one arc",
+            "set 'arcs: []' for straight edges, or use triangles",
         ),
-        ((straight < -FLAT).all(), "clockwise", "reverse its nodes"),
-        ((np.abs(straight) <= FLAT).any(), "degenerate", "its corners need angles between 0 and 180 degrees"),
-        (((straight < 0).sum() == 2), "bow-tie", "order its nodes around the cell"),
-        (True, "concave", "move its nodes"),
+        ((straight < -FLAT).all(), "that is clockwise", "reverse its nodes"),
+        ((np.abs(straight) <= FLAT).any(), "that is degenerate", "its corners need angles between 0 and 180 degrees"),
+        (((straight < 0).sum() == 2), "that is a bow-tie", "order its nodes around the cell"),
+        (True, "that is concave", "move its nodes"),
     )
     kind, remedy = next((kind, remedy) for found, kind, remedy in kinds if found)
     nodes = ", ".join(f"{node} {_place(points[node])}" for node in cells[cell])
-    got = f"the {kind} cell {cell} with the nodes {nodes}; cells {groups.list_numbers(bad)}"
+    got = f"cell {cell} {kind}, nodes {nodes}; cells {groups.list_numbers(bad)}"
     raise InputError(say("ancf_plate.surface: cells", "convex anticlockwise cells", got, remedy))
 
 

@@ -263,7 +263,7 @@ def view(found: dict[str, Any]) -> list[Any]:
         mechanism_table(found["mechanism"]),
         ReportTable("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
     ]
-    parts += [f"left by drives: {motion}" for motion in found["mechanism"]["free_motions"][:LISTED]]
+    parts += [f"free motion after drives: {motion}" for motion in found["mechanism"]["free_motions"][:LISTED]]
     redundant = [(one["row"], ", ".join(one["follows_from"])) for one in found["redundant"]]
     parts += [ReportTable("Redundant rows", ("row", "follows from"), redundant)] if redundant else []
     heads = ("mesh of", "cells", "largest / smallest", "aspect", "angle [deg]", "Jacobian ratio")
@@ -309,8 +309,8 @@ def mechanism_table(found: dict[str, Any]) -> ReportTable:
         ("rigid motions of all bodies", found["rigid_motions"]),
         ("taken by joints, one by one", taken),
         ("degrees of freedom by Gruebler's count", found["gruebler"]),
-        ("conditions too many for rigid bodies", excess),
+        ("redundant constraints (rigid bodies)", excess),
         ("degrees of freedom by rank", found["degrees_of_freedom"]),
-        ("left by drives", found["left_by_drives"]),
+        ("free motions after drives", found["left_by_drives"]),
     ]
     return ReportTable("Mechanism", ("", ""), rows)

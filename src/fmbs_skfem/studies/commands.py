@@ -172,7 +172,7 @@ def train(
     iterations: Annotated[int | None, Option("Largest number of full runs, instead of the scene's.", "N", least=1)] = None,
     holdout: Annotated[int | None, Option("Number of hold-out points, instead of the scene's; 0 for none.", "N", least=0)] = None,
     compare: Annotated[bool, Option("Train the comparators too, and check all of them at the hold-out points.")] = False,
-    resume: Annotated[bool, Option("Insist that the folder holds an interrupted training to go on with.")] = False,
+    resume: Annotated[bool, Option("Only continue an interrupted training; fail if there is none.")] = False,
     duration: Duration = None,
     plots: Plots = True,
     **shared: Unpack[Shared],

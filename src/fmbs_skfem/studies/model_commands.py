@@ -50,7 +50,7 @@ def train_part(
     source: SceneSource,
     *,
     body: BodyName = "",
-    alone: Annotated[bool, Option("Move the body by itself, by what it meets at its places; no mechanism is run.")] = False,
+    alone: Annotated[bool, Option("Train the body alone, with random forces at its connection points.")] = False,
     tolerance: Annotated[float, Option("Truncation eps of the shape functions.", "EPS")] = 1e-12,
     modes: Annotated[
         int | None, Option("Number of shape functions, rigid motions included, instead of a tolerance.", "R", least=1)

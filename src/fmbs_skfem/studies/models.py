@@ -202,5 +202,7 @@ def remarks(facts: Mapping[str, Any]) -> Sequence[str]:
     if (error := facts.get("predicted_error")) is not None:
         band = f"with the band {error['low']:.2g} to {error['high']:.2g}"
         found.append(f"Predicted {facts['measure']}: {error['error']:.2g}, {band}.")
-        found += [f"Its training cannot promise that: {'; '.join(facts['doubts'])}."] if facts["doubts"] else []
+        found += (
+            [f"This error estimate is not reliable: {'; '.join(facts['doubts'])}; check with full runs."] if facts["doubts"] else []
+        )
     return found

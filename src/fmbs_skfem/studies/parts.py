@@ -178,8 +178,9 @@ def at_place(part: Body, full: Body) -> Body:
     names = [name for name in places(full) if name in places(part)]
     missing = sorted(set(places(full)) - set(names))
     if missing or not names:
-        got = f"none called {', '.join(missing)}" if missing else "no places at all"
-        raise InputError(say(f"part for '{full.name}'", f"the places of the full body ({', '.join(places(full))})", got))
+        wanted = f"a part with the places {', '.join(missing or names)} of the body it stands for"
+        got = f"one with {', '.join(places(part)) or 'none'}"
+        raise InputError(say(f"part for '{full.name}'", wanted, got, "name them alike in both scenes"))
     there, here = (points_of(body, names) for body in (part, full))
     start, end = there.mean(axis=0), here.mean(axis=0)
     size = float(np.sqrt(np.trace(second_moment(full))))

@@ -125,7 +125,7 @@ def of_model(job: Job, ranges: Ranges, duration: float | None, instants: int) ->
     task, parameters = ModelTask(str(path), fixed, instants), check_ranges(str(job.path), kept)
     title = models.title(path, model.notes)
     if doubts := model.notes.get(prediction.DOUBTS, ()):
-        notify(f"the training of the model cannot promise the errors that it predicts: {'; '.join(doubts)}")
+        notify(f"the error estimate of the model is not reliable: {'; '.join(doubts)}; check with full runs")
     ranges_of_training = tuple(named[own.name] for own in parameters)
     mark = mark_of(digest, instants)
     return Members(title, parameters, task, mark, prediction.predictor(model), fixed, trained=ranges_of_training)

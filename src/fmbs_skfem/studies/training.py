@@ -286,7 +286,9 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
     error = report["predicted_error"]
     band = f"with the band {error['low']:.2g} to {error['high']:.2g}"
     largest = f"Largest predicted {report['measure']}, among the candidates: {error['error']:.2g}, {band}."
-    doubts = [f"The training cannot promise its predicted error: {'; '.join(report['doubts'])}."] if report["doubts"] else []
+    doubts = (
+        [f"This error estimate is not reliable: {'; '.join(report['doubts'])}; check with full runs."] if report["doubts"] else []
+    )
     lost = name_failed([*report["failed"], *report.get("holdout", {}).get("failed", ())])
     left = [f"The equation {name} is left out: it {why}." for name, why in report["left_out"].items() if why.startswith("locks")]
     checks = "; ".join(map(format_point, report["checks"]))
@@ -295,7 +297,7 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
         text,
         f"Full runs at {points}.",
         *unseen,
-        f"The training ended because {report['stop']}.",
+        f"Training stopped: {report['stop']}.",
         *lost,
         *left,
         budget,

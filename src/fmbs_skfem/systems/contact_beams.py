@@ -13,7 +13,7 @@ Beams that cross touch at their closest points; such as lie `along` one another,
 beams that crossed become parallel, closest points jump, and the energy balance shows it.
 
 Of one beam, places less than `apart` from one another along the line do not touch: a line that is nowhere bent more sharply than by
-its radius R comes back to itself, at a distance of 2 R, after pi R at the earliest. Where it crosses itself, nodes have to stand
+its radius R touches itself, at a distance of 2 R, after pi R at the earliest. Where it crosses itself, nodes have to stand
 closer than `apart`, or a loop takes at least CELLS pieces. Lines whose ends are one place, as of a hoop, are closed.
 """
 

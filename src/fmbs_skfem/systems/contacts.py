@@ -82,7 +82,11 @@ class Touch(Load, ABC):
     friction: Annotated[float, fields.quantity("", ">= 0"), "coefficient of Coulomb"] = 0.0
     sticking: Annotated[Stiffness | None, "of what sticks"] = None
     sticking_damping: Annotated[Damping | None, "of what sticks"] = None
-    resolution: Annotated[float, fields.quantity("", ">= 0"), "rad of a vibration on it a step; 0 divides none but leaps"] = 0.05
+    resolution: Annotated[
+        float,
+        fields.quantity("", ">= 0"),
+        "radians of its vibration per divided step; with 0 only steps that would jump through a thin body are divided",
+    ] = 0.05
     shared: Annotated[bool, "whether stiffness and damping are those of the whole body, of which points have shares"] = False
     resists: ClassVar[bool] = True
 

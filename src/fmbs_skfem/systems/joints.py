@@ -94,8 +94,8 @@ class Pin(Joint, word=("pin", "spherical")):
 class Clamp(Joint):
     """Position and directions fixed: the slope of a beam, all axes of a rigid body or rim, the tangent plane of a plate or shell.
 
-    What is no direction stays free: the stretch |dr/dS| at the end of a beam, strains and curvatures at a point of a plate; hold
-    whole edges with `edge`.
+    The stretch at the end of a beam, |dr/dS|, stays free, and so do strains and curvatures at a point of a plate; hold whole edges
+    with `edge`.
 
     {type: clamp, at: beam.left}
     """

@@ -3,7 +3,7 @@ r"""Degrees of freedom of a mechanism, counted on the rigid motions of its bodie
     q_b' = B_b z_b,   B_b = [ 1 (x) e_c,  e_k x (r - c_b) ],     Phi_q B z = 0
 
     rank count          F = sum_b rank B_b - rank(Phi_q B)
-    Gruebler, Kutzbach  G = sum_b rank B_b - sum_j rank(Phi_q,j B)          F - G >= 0: conditions too many (overconstrained)
+    Gruebler, Kutzbach  G = sum_b rank B_b - sum_j rank(Phi_q,j B)          F - G >= 0: redundant constraints (overconstrained)
 
 A body, rigid or flexible, has as many motions as its coordinates show: 2 or 3 a mass point, 3 or 6 a body, 5 a straight line in
 space, which carries no torsion. Drives are left out of F and G; they take degrees of freedom from what is left. Ranks are the

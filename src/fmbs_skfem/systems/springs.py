@@ -30,7 +30,9 @@ from .places import At, Draft, Gauge, vector
 Stiffness = Annotated[float, fields.quantity("N/m", ">= 0")]
 Damping = Annotated[float, fields.quantity("N s/m", ">= 0")]
 Length = Annotated[float, fields.quantity("m", ">= 0")]
-Resolution = Annotated[float, fields.quantity("", ">= 0"), "rad of a vibration on it a step; 0 divides none"]
+Resolution = Annotated[
+    float, fields.quantity("", ">= 0"), "radians of its vibration per divided step; with 0 steps are not divided"
+]
 Smoothing = Annotated[float, fields.quantity("m", ">= 0"), "over which it begins, 0 for at once"]
 SPACE = 3  #: rows of these laws; in the plane the last one is zero
 RESOLUTION = 0.05  #: rad of a vibration on what is one-sided a step, by default
