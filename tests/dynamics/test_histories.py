@@ -14,7 +14,7 @@ from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
-from fmbs_skfem.dynamics import GeneralizedAlpha, histories, integrate
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, step_size
 from fmbs_skfem.systems import At, Motion, assemble, joints, loads, probes
 from fmbs_skfem.systems.controllers import Pid
 from fmbs_skfem.systems.controls import ControlForce
@@ -157,11 +157,11 @@ def test_angles_that_turn_smoothly_do_not_jump(turns: float, end: float) -> None
         [wheel], [joints.Pin("hub", At("wheel", "center")), joints.DrivenAngle("d", At("wheel", "frame"), of_time(angle))]
     )
     for step in (1e-3, 1e-4):
-        assert not histories.drives_that_jump(system, step, round(end / step))
+        assert not step_size.drives_that_jump(system, step, round(end / step))
 
 
 @pytest.mark.parametrize("history", ["sin(9 * t)", "cos(9 * t)", "1000 + 1e-9 * t", "3 * t"])
 def test_drives_that_vanish_at_their_end_do_not_jump(history: str) -> None:
     system = assemble([point_mass("m", 1.0, np.zeros(2))], [joints.DrivenPosition("d", At("m"), (of_time(history), of_time("0")))])
     for steps in range(30, 80):
-        assert not histories.drives_that_jump(system, STEP, steps), steps
+        assert not step_size.drives_that_jump(system, STEP, steps), steps

@@ -19,6 +19,8 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, diagnosis, integrate, integration, outputs, sampled_loops, start
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
+from fmbs_skfem.dynamics.feed import Feed
+from fmbs_skfem.dynamics.observers import Setting
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads, probes
@@ -346,11 +348,12 @@ def loop(kd: float, beam: bool, sample: float = SAMPLE) -> System:
 @pytest.mark.parametrize("sample", [SAMPLE, 0.1 * SAMPLE])
 def test_the_gain_of_a_sampled_loop_is_exact_for_a_rigid_body(sample: float) -> None:
     """-(kd + kp T) T / J with the moment of inertia about the hinge, as the angle changes by T times the rate."""
-    run = integration.begun(loop(0.3, False, sample), GeneralizedAlpha(sample), Newton(), np.array([0]), 10)
-    assert run.feed is not None
-    found = sampled_loops.gain(run, run.feed.samplers[0].of, sample)
+    system, scheme = loop(0.3, False, sample), GeneralizedAlpha(sample)
+    run = integration.begun(Setting(system, scheme, Newton(), 10, system), np.array([0]))
+    feed = run.find(Feed)
+    found = sampled_loops.gain(run, feed.samplers[0].of, sample)
     assert found == pytest.approx(-0.3 * (1.0 + sample) * sample / (0.1 + 2.0 * 0.5**2), rel=1e-6)
-    assert sampled_loops.tell_diverging(run) == ""
+    assert sampled_loops.tell_diverging(run, feed) == ""
 
 
 @pytest.mark.parametrize("kd", [4.0, 40.0])

@@ -1,5 +1,6 @@
 """Time integration, statics, vibration modes, stability and buckling."""
 
+from . import fast_wheels, feed, finer_parts, step_size  # which offer observers  # noqa: F401
 from .arclength import ArcLength, Branch, at_load_factor, follow_path, limit_points
 from .buckling import BucklingModes, buckling
 from .campbell import CampbellDiagram, campbell

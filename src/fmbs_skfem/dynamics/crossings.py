@@ -19,6 +19,7 @@ import numpy as np
 from ..systems import compiled as compilation
 from ..systems.redundancy import scale_of
 from ..systems.system import Trigger
+from .measuring import Reader
 
 if TYPE_CHECKING:
     from .run import OpenRun
@@ -95,14 +96,15 @@ def noise_of(run: OpenRun, numbers: Sequence[int]) -> np.ndarray:
     """
     system, random = run.model.system, np.random.default_rng(0)
     d = NOISE * scale_of(system) * random.choice([-1.0, 1.0], system.size)
-    run.reader.read(run, numbers, 0.0)
-    columns = run.reader.last[1] if run.reader.last else {}
+    reader = run.find(Reader)
+    reader.read(run, numbers, 0.0)
+    columns = reader.last[1] if reader.last else {}
     signs = dict(zip(columns, random.choice([-1.0, 1.0], len(columns)), strict=True))
 
     def values(part: float) -> np.ndarray:
         memory = compilation.accepted(run.model, system.x0 + part * d, system.v0 + part * d / run.scheme.step)
-        near = {name: value + part * NOISE * run.reader.size * signs[name] for name, value in columns.items()}
-        return np.array([run.reader.value(run, k, memory, near) for k in numbers])
+        near = {name: value + part * NOISE * reader.size * signs[name] for name, value in columns.items()}
+        return np.array([reader.value(run, k, memory, near) for k in numbers])
 
     here = values(0.0)
     with np.errstate(invalid="ignore"):

@@ -9,6 +9,7 @@ is known of parts that know no more shapes, and stored states of a run are looke
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +23,8 @@ from ..core.notices import notify
 from ..core.records import dataclass
 from ..systems import finer_systems
 from ..systems.system import Elastic, System
-from .checkpoint import Record, RunState
+from .observers import Observer, Setting, offered
+from .run import OpenRun, count_stored, states
 from .trajectory import Trajectory
 
 BLOCK = 200  #: states whose strains are found at a time
@@ -168,29 +170,34 @@ def warn(found: list[Departure]) -> None:
         notify(summarise(found))
 
 
-def watch(system: System, parts: list[Elastic]) -> Record | None:
-    """A record of `integrate` that shows a notice when strains first leave the training of some parts, see `unknown_parts`.
+class Watch(Observer):
+    """A notice when strains first leave the training of parts of which nothing else is known, and one that sums up at the end.
 
-    A second one at the end of the run sums up what has left it since. A caller that takes notices for errors stops the run with the
-    first. None where there are no parts. Looks are taken after every LOOK stored states and at the end, however often the run
-    shows its states.
+    A caller that takes notices for errors stops the run with the first. Looks are taken after every LOOK stored states and at the
+    end, however often the run makes a pause.
     """
-    if not parts:
-        return None
-    seen, told, known = 0, 0, dict[tuple[str, str], Departure]()
 
-    def look(moment: RunState) -> None:
-        nonlocal seen, told
-        last = moment.done >= moment.steps
-        for end in [*range(seen + LOOK, moment.kept, LOOK), moment.kept] if last else range(seen + LOOK, moment.kept + 1, LOOK):
-            rows = moment.rows(seen, end)
-            for one in find_in(system, rows.times, rows.x, parts):
+    looks = "pause"
+
+    def __init__(self, parts: list[Elastic]) -> None:
+        self.parts, self.seen, self.told = parts, 0, 0
+        self.known = dict[tuple[str, str], Departure]()
+
+    def after(self, run: OpenRun) -> None:
+        kept, last, known = count_stored(run), run.done >= run.steps, self.known
+        for end in [*range(self.seen + LOOK, kept, LOOK), kept] if last else range(self.seen + LOOK, kept + 1, LOOK):
+            rows = states(run, self.seen, end)
+            for one in find_in(run.model.system, rows.times, rows.x, self.parts):
                 before = known.get((one.body, one.kind), one)
                 farthest = max(before, one, key=lambda each: each.excess)
                 known[one.body, one.kind] = replace(farthest, time=before.time)
-            seen = end
-            if len(known) > told and (not told or (last and end == moment.kept)):
-                told = len(known)
+            self.seen = end
+            if len(known) > self.told and (not self.told or (last and end == kept)):
+                self.told = len(known)
                 warn(list(known.values()))
 
-    return look
+
+@offered
+def _(setting: Setting) -> Iterator[Observer]:
+    if not setting.live and (parts := unknown_parts(setting.system)):
+        yield Watch(parts)

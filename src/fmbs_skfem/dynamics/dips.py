@@ -17,6 +17,7 @@ import numpy as np
 
 from ..systems import compiled as compilation
 from .dividing import put
+from .measuring import Reader
 from .pieces import EXACT, take_piece
 
 if TYPE_CHECKING:
@@ -79,13 +80,13 @@ def search(
     after, late = [part.copy() for part in state], rates(run, numbers, h * run.done)
     put(state, before)
     run.done -= 1
-    early = rates(run, numbers, h * run.done)
+    early, reader = rates(run, numbers, h * run.done), run.find(Reader)
 
     def look(k: int, place: float) -> tuple[float, float]:
         put(state, before)
         take_piece(run, 0.0, place)
         time = h * (run.done + place)
-        return signs[k] * run.reader.read(run, [numbers[k]], time)[0], signs[k] * rates(run, [numbers[k]], time)[0]
+        return signs[k] * reader.read(run, [numbers[k]], time)[0], signs[k] * rates(run, [numbers[k]], time)[0]
 
     for k in some.tolist():
         ends = Ends(*(float(signs[k] * part[k]) for part in (last, now, early, late)))

@@ -17,25 +17,25 @@ Source (events by the sign of functions, and starts after them): Hairer, Norsett
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core import ranks
 from ..core.errors import Reason, SolverError
 from ..core.notices import notify, remark
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled
 from ..systems.events import gap_of, numbers_of
-from ..systems.redundancy import scale_of
-from ..systems.system import loose_rows
 from . import checkpoint as checkpoints
 from . import dips, stepping
-from .checkpoint import Checkpoint
 from .crossings import Crossings, noise_of
 from .dividing import put, restart
 from .initial import Instant, consistent_start, first_state
+from .integration import failure
+from .loose_rows import follows
+from .measuring import Reader
+from .observers import Observer
 from .pieces import EXACT, TINY, Unreached, last_place, take_piece
 from .step import STEPS
 from .trajectory import Gap, Happening
@@ -57,46 +57,55 @@ GAPS, RESTS, TRAIL = "event gaps", "events at rest", "event values"
 NOT_KNOWN = np.nan, np.nan
 
 
-class Watch:
+class Watch(Observer):
     """The events of a run."""
 
-    def __init__(self, run: OpenRun, feed: Feed) -> None:
-        system, self.feed = run.model.system, feed
+    def __init__(self, feed: Feed) -> None:
+        system, self.feed = feed.system, feed
         self.triggers, self.locks = system.triggers, {one.joint: one for one in system.locks}
         self.joints = np.array([joint for joint, _ in system.constraints.names], dtype=object)
         self.closed = ~rows_of_locks(system)  #: rows that are to hold, whether or not others make them hold already
         #: of values, and of the margins of those that are conditions behind them
         self.margins = [k for k, one in enumerate(self.triggers) if one.margin is not None and one.margin >= 0]
         self.numbers = [one.value for one in self.triggers] + [int(self.triggers[k].margin or 0) for k in self.margins]
-        self.noise = noise_of(run, self.numbers)
-        self.crossings = Crossings(self.triggers, self.noise[: len(self.triggers)])
         self.size = np.zeros(len(self.triggers))  #: of the values in the last step with an event
         self.jumps = np.zeros(len(self.triggers), dtype=bool)  #: which values jumped where they happened last
-        self.happened: list[Happening] = []
         self.lately = set[int]()  #: events that have happened in the present step
         self.idle = set[str]()  #: remarks on what changes nothing, each made once
         self.trail = (np.full(len(self.numbers), np.nan),) * 2  #: values and margins (t + b,) of the last two steps
+        self.saved: list[np.ndarray] = []  #: the state before the present step
+
+    def begin(self, run: OpenRun) -> None:
+        """What round-off makes zero at the start."""
+        self.happened, self.reader = run.happened, run.find(Reader)
+        self.noise = noise_of(run, self.numbers)
+        self.crossings = Crossings(self.triggers, self.noise[: len(self.triggers)])
         self.require_numbers(self.read(run, 0.0), 0.0)
+
+    def before(self, run: OpenRun) -> None:
+        """Remember the state that a step begins with."""
+        self.saved = [part.copy() for part in run.step.state]
+
+    def after(self, run: OpenRun) -> None:
+        """Let events happen in the step; SolverError where it cannot be taken in parts."""
+        status = self.look(run, self.saved)
+        if status != stepping.DONE:
+            raise failure(run, status, run.scheme.step * (run.done + 1))
 
     def read(self, run: OpenRun, place: float) -> np.ndarray:
         """All values and margins (t + b,) in the present state, at a place in the step; NaN where one is no number."""
         time = run.scheme.step * (run.done + place)
-        return np.clip(run.reader.read(run, self.numbers, time, within=0.0 < place < 1.0), -HUGE, HUGE)
+        return np.clip(self.reader.read(run, self.numbers, time, within=0.0 < place < 1.0), -HUGE, HUGE)
 
     def values(self, run: OpenRun, place: float) -> np.ndarray:
         """The values of all events (t,)."""
         return self.read(run, place)[: len(self.triggers)]
 
-    @property
-    def ended(self) -> float | None:
-        """When an event has stopped the run [s]."""
-        return self.happened[-1].time if self.happened and self.happened[-1].stop else None
-
     def look(self, run: OpenRun, before: Sequence[np.ndarray]) -> int:
         """Let happen what happens in the step that was taken from the state `before`; the status of a piece that failed."""
         self.lately = set()
         if run.done == 1:
-            self.begin(run, before)
+            self.take_start(run, before)
         read = self.read(run, 0.0)
         now, dip, touched = read[: len(self.triggers)], 1.0, NONE
         begun = bool(self.crossings.crossed(now).any() or self.broken(read).any())
@@ -105,7 +114,7 @@ class Watch:
         self.trail = self.trail[1], read
         if not begun and dip == 1.0:
             self.remember(now)
-            run.reader.keep()
+            self.reader.keep()
             return stepping.DONE
         put(run.step.state, before)
         run.done -= 1
@@ -116,18 +125,18 @@ class Watch:
             return failed.status
         run.step.job.counters[STEPS] = steps
         run.done += 1
-        run.reader.keep()
-        if self.ended is not None:
-            run.end(self.ended)
+        self.reader.keep()
+        if run.end_time is not None:
+            run.end(run.end_time)
         run.store()
         return stepping.DONE
 
-    def begin(self, run: OpenRun, before: Sequence[np.ndarray]) -> None:
+    def take_start(self, run: OpenRun, before: Sequence[np.ndarray]) -> None:
         """Take the values of the start, the state `before` the first step."""
         after = [part.copy() for part in run.step.state]
         put(run.step.state, before)
         then = self.read(run, -1.0)
-        run.reader.keep()
+        self.reader.keep()
         put(run.step.state, after)
         self.crossings.begin(then[: len(self.triggers)])
         self.trail = then, then
@@ -182,7 +191,7 @@ class Watch:
         """
         place, acted, count = 0.0, set[int](), 0
         due = NONE
-        while self.ended is None:
+        while not run.ended:
             if not len(due):
                 end = dip if place < dip else 1.0
                 reached, due = self.go_on(run, place, end)
@@ -333,15 +342,15 @@ class Watch:
             self.closed[mine] = False
 
     def arrays(self, run: OpenRun) -> dict[str, np.ndarray]:
-        """What is to be kept of it, by name."""
         numbers = {one.name: k for k, one in enumerate(self.triggers)}
-        rows = [(numbers[one.name], one.time, one.loss) for one in self.happened]
+        own = [one for one in self.happened if one.name in numbers]
+        rows = [(numbers[one.name], one.time, one.loss) for one in own]
         found: dict[str, np.ndarray] = {
             "events on guard": self.crossings.sides,
             "rows closed": self.closed,
             "rows off": run.step.space.off,
         }
-        gaps = [(gap.distance, gap.angle) for one in self.happened for gap in one.gaps]
+        gaps = [(gap.distance, gap.angle) for one in own for gap in one.gaps]
         told: dict[str, np.ndarray] = {
             "events": np.array(rows, dtype=float).reshape(-1, 3),
             GAPS: np.array(gaps, dtype=float).reshape(-1, 2),
@@ -349,40 +358,19 @@ class Watch:
         told |= {RESTS: self.crossings.rests, TRAIL: np.array(self.trail)}
         return {name: array.copy() for name, array in (found | told).items()}
 
-    def put(self, run: OpenRun, held: Checkpoint) -> None:
-        """Put back what was kept."""
+    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray], done: int) -> None:
         self.crossings.sides, self.closed, run.step.space.off[:] = (
-            checkpoints.fitting(held.arrays, name, array).copy() for name, array in list(self.arrays(run).items())[:3]
+            checkpoints.fitting(arrays, name, array).copy() for name, array in list(self.arrays(run).items())[:3]
         )
-        self.crossings.rests = held.arrays.get(RESTS, self.crossings.rests).copy()
-        self.trail = (*held.arrays.get(TRAIL, self.trail),)
-        gaps = iter(held.arrays.get(GAPS, ()))
-        self.happened = []
-        for number, time, loss in held.arrays["events"].tolist():
+        self.crossings.rests = arrays.get(RESTS, self.crossings.rests).copy()
+        self.trail = (*arrays.get(TRAIL, self.trail),)
+        gaps = iter(arrays.get(GAPS, ()))
+        self.happened.clear()
+        for number, time, loss in arrays["events"].tolist():
             one = self.triggers[int(number)]
             known = [(name, next(gaps, NOT_KNOWN)) for name in one.lock]
             gap = tuple(Gap(name, *(None if np.isnan(part) else float(part) for part in parts)) for name, parts in known)
             self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss, gap))
-
-
-def open_at_start(model: Compiled, x: np.ndarray) -> np.ndarray:
-    """Rows (m,) bool that do not hold where a motion starts, at x (n,): of locks, and of loose joints where others hold."""
-    closed = ~rows_of_locks(model.system)
-    return np.asarray(~closed | follows(model, x, 0.0, closed))
-
-
-def follows(model: Compiled, x: np.ndarray, time: float, closed: np.ndarray) -> np.ndarray:
-    """Loose rows (m,) bool among the closed ones that follow from others, or hold in the whole space of a reduced model."""
-    loose = loose_rows(model.system.constraints)
-    found = np.zeros(len(loose), dtype=bool)
-    if not (loose & closed).any():
-        return found
-    J, size = compilation.gap(model, x, time)[1] * scale_of(model.system), lengths(model, x, time)
-    noise = empty(model, size)
-    rows = np.flatnonzero(closed & ~(loose & noise))
-    rest = rows[ranks.part(J[rows], ranks.CLOSED, ~loose[rows])[1]]
-    found[rest] = True
-    return np.asarray(loose & closed & (found | noise))
 
 
 def endless(names: Sequence[str], time: float) -> SolverError:

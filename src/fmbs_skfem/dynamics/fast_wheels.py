@@ -8,6 +8,8 @@ The motion keeps its second order, as all wheels are held back by as much, but t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.sparse import csr_array
 
@@ -15,12 +17,30 @@ from ..core import saddle
 from ..core.notices import notify
 from ..systems import compiled
 from ..systems.compiled import Compiled
+from .observers import Observer, Setting, offered
+from .run import OpenRun
 from .trajectory import Trajectory
 
 GEAR = "gear_"  #: how the laws of gears begin
 LAG = 0.05  #: as measured with rho_inf of 0.5 to 1, a fifth of what it is after a start; nearer to 1 where rho_inf is 0
 SMALL_TURN = 0.02  #: in a step, up to which a wheel is not looked at [rad]
 SHARE = 0.05  #: error of a moment, of the root mean square of the gear's, from which a warning is shown
+
+
+class Wheels(Observer):
+    """Looks at gears at the end of a run."""
+
+    looks = "end"
+
+    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
+        warn_of_fast_wheels(run.model, motion, run.scheme.step)
+        return motion
+
+
+@offered
+def _(setting: Setting) -> Iterator[Observer]:
+    if any(laws.law.name.startswith(GEAR) for laws in setting.system.constraints.laws):
+        yield Wheels()
 
 
 def warn_of_fast_wheels(model: Compiled, motion: Trajectory, step: float) -> None:

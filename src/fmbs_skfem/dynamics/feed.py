@@ -8,23 +8,30 @@ is held in the step.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
 from ..core.errors import InputError, Reason, SolverError, closest, listed, say
 from ..core.inputs import KEPT, GivenInput, Held, Input
+from ..core.notices import notify
 from ..core.records import dataclass
 from ..core.structs import Routine, address_of, packed
 from ..systems.controllers import Controlled
+from ..systems.events import with_locks
 from ..systems.signals import driving_inputs, given_by_name, read_inputs, with_inputs
 from ..systems.system import System, driven_rows, driving
 from . import checkpoint as checkpoints
-from . import stepping
-from .checkpoint import Checkpoint
+from . import sampled_loops, stepping
+from .events import Watch
 from .histories import leading_signals
+from .measuring import Reader
+from .observers import Observer, Setting, Source, extending, offered
+from .outputs import survey_of
+from .run import trajectory
 from .scheme import GeneralizedAlpha
+from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from .run import OpenRun
@@ -46,8 +53,8 @@ class Sampler:
     memory: list[float]
 
 
-class Feed:
-    """Inputs of a run; `system` reads them."""
+class Feed(Source):
+    """Inputs of a run; `system` reads them, `plain` their starts."""
 
     def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
         self.plain, self.scheme, self.inputs = plain, scheme, given_by_name(plain)
@@ -75,6 +82,13 @@ class Feed:
         self.row = np.zeros((1, len(plain.signals) * (4 if driven_rows(plain.constraints).any() else 1)))
         self.stored = np.array([-1])
         self.table, self.address = np.zeros(0, np.int64), 0  #: of the packed step, once there is one
+        self.next: Mapping[str, float] = {}  #: new values for the next step
+
+    def before(self, run: OpenRun) -> None:
+        """Tell inputs what is given for the step, and let controllers act."""
+        self.tell(self.next)
+        self.next = {}
+        self.sample(run)
 
     def tell(self, values: Mapping[str, float]) -> None:
         """New values of inputs for the next step; those that are not named keep theirs."""
@@ -109,7 +123,7 @@ class Feed:
                 new = self.value(run, one)
                 changed = changed or new != told.values[-1]
                 told.values[-1] = new
-        run.reader.keep()
+        run.find(Reader).keep()
         for name, values in self.record.items():
             values.append(self.given[name].values[-1])
         if changed:
@@ -118,7 +132,7 @@ class Feed:
     def value(self, run: OpenRun, one: Sampler) -> float:
         """The output of a controller."""
         time = self.scheme.step * run.done
-        found = one.of.law(time, run.reader.read(run, one.of.reads, time), one.memory)
+        found = one.of.law(time, run.find(Reader).read(run, one.of.reads, time), one.memory)
         if not math.isfinite(found):
             text = f"controller '{one.of.name}' gives {found} at t = {time:.6g} s; look at what it reads, guard it with where(...)"
             raise SolverError(text, Reason.NOT_FINITE, time, ((f"controller {one.of.name}", found),))
@@ -191,21 +205,63 @@ class Feed:
                 return f"{rose} in {len(told)} samples, quarter by quarter"
         return ""
 
-    def arrays(self) -> dict[str, np.ndarray]:
-        """What is to be kept of it, by name."""
+    def explain(self, run: OpenRun) -> str:
+        """That a loop is unstable."""
+        told = self.unstable(run)
+        if told or not (told := sampled_loops.tell_diverging(run, self)):
+            return told
+        return f"{Reason.GROWING.value}: {told}"
+
+    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
+        """A warning of a controller whose output grows with the energy of the motion."""
+        if text := self.unstable(run):
+            notify(text)
+        return motion
+
+    def unstable(self, run: OpenRun) -> str:
+        """What is said of a controller whose output grows with the energy of the motion; nothing where none does."""
+        if not (told := self.growing()):
+            return ""
+        motion = trajectory(run)
+        energy = survey_of(motion)[0][:, :2].sum(axis=1)
+        rise = f"{told}, and the energy of the motion to {energy.max():.3g} J up to t = {motion.times[-1]:.6g} s"
+        return f"{Reason.GROWING.value}: {rise}; lower its gains, take a shorter sample time, or limit it"
+
+    def arrays(self, run: OpenRun) -> dict[str, np.ndarray]:
         found = {f"input {name}": np.array(one.values) for name, one in self.given.items()}
         found |= {f"controller {one.of.name}": np.array(one.memory) for one in self.samplers}
         return found | {f"told {name}": np.array(values) for name, values in self.record.items()}
 
-    def put(self, held: Checkpoint) -> None:
-        """Put back what was kept."""
+    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray], done: int) -> None:
         for name, one in self.given.items():
-            one.values = checkpoints.fitting(held.arrays, f"input {name}", np.array(one.values)).tolist()
-            one.first = held.done + 1 - KEPT
+            one.values = checkpoints.fitting(arrays, f"input {name}", np.array(one.values)).tolist()
+            one.first = done + 1 - KEPT
         for each in self.samplers:
-            each.memory = checkpoints.fitting(held.arrays, f"controller {each.of.name}", np.array(each.memory)).tolist()
+            each.memory = checkpoints.fitting(arrays, f"controller {each.of.name}", np.array(each.memory)).tolist()
         for name in self.record:
-            self.record[name] = checkpoints.fitting(held.arrays, f"told {name}", np.zeros(held.done + 1)).tolist()
+            self.record[name] = checkpoints.fitting(arrays, f"told {name}", np.zeros(done + 1)).tolist()
+
+
+@extending
+def _(setting: Setting) -> System:
+    """Where inputs are given while it runs there may be events, too, which lock joints."""
+    return with_locks(setting.system) if is_fed(setting) else setting.system
+
+
+@offered
+def _(setting: Setting) -> Iterator[Observer]:
+    if is_fed(setting):
+        feed = Feed(setting.system, setting.scheme)
+        yield feed
+        yield Reader(feed.system)
+        if setting.system.triggers:
+            yield Watch(feed)
+
+
+def is_fed(setting: Setting) -> bool:
+    """Whether something is given while it runs: by a caller, by controllers or events."""
+    system = setting.system
+    return setting.live or bool(system.triggers) or any(isinstance(one, Controlled) for one in system.signals)
 
 
 def sampler(one: Controlled, scheme: GeneralizedAlpha) -> Sampler:

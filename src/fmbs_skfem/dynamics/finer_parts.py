@@ -29,7 +29,9 @@ from ..systems import finer_systems
 from ..systems.assembly import eliminate
 from ..systems.system import Elastic, System, remembered
 from . import departures, loads_met
+from .observers import Observer, Setting, offered
 from .output_errors import between, columns, common_times, smallest_ranges
+from .run import OpenRun
 from .trajectory import Trajectory
 
 TOLD = 1e-2  #: error over the range of an output, or of a frequency, from which a warning is shown
@@ -76,6 +78,26 @@ def unchecked(system: System) -> System:
     parts = {one.name for one in departures.trained_parts(system)}
     elastic = tuple(replace(one, gather=replace(one.gather, checked=False)) if one.name in parts else one for one in system.elastic)
     return replace(system, elastic=elastic, full=None if system.full is None else unchecked(system.full))
+
+
+class HeldAgainst(Observer):
+    """Holds the motion of a run against that of finer parts."""
+
+    looks = "end"
+
+    def __init__(self, setting: Setting) -> None:
+        self.setting = setting
+
+    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
+        told = self.setting
+        assert told.repeat is not None
+        return hold_against(motion, told.given, told.repeat, watched=True, progress=told.progress)
+
+
+@offered
+def _(setting: Setting) -> Iterator[Observer]:
+    if setting.repeat is not None and departures.trained_parts(setting.system):
+        yield HeldAgainst(setting)
 
 
 def hold_against(

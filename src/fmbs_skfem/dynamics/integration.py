@@ -3,40 +3,28 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..core import machine_memory
 from ..core.errors import InputError, Reason, SolverError, say
-from ..core.notices import Notice, Progress, notify, remark
-from ..systems import forces, responses
+from ..core.notices import Notice, Progress
 from ..systems.compiled import accepted, compile_system
-from ..systems.controllers import Controlled
-from ..systems.events import with_locks
 from ..systems.system import System
-from . import departures, finer_parts, rest, sampled_loops, stepping
+from . import rest, stepping
 from .checkpoint import Record, Resumed
 from .dividing import HALVINGS, divided
-from .events import Watch, open_at_start
-from .fast_wheels import warn_of_fast_wheels
-from .feed import Feed
-from .histories import (
-    leading_signals,
-    leading_values,
-    warn_of_coarse_steps,
-    warn_of_drives_that_jump,
-    warn_of_jumps,
-    warn_of_tilts,
-)
+from .histories import leading_signals, leading_values
 from .initial import Instant, Start, consistent_start, first_step, startable
 from .large import Large
+from .loose_rows import open_at_start
 from .names import as_text, row_names, worst
-from .outputs import survey_of
+from .observers import Look, Observer, Setting, Source, extended, observers_of
 from .run import OpenRun, last_residual, moment, take_up, trajectory
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
-from .trajectory import Statistics, Trajectory
+from .trajectory import Trajectory
 
 REASONS = {
     stepping.NOT_CONVERGED: Reason.NOT_CONVERGED,
@@ -57,6 +45,7 @@ def integrate(
     progress: Progress | None = None,
     record: Record | None = None,
     resume: Resumed | None = None,
+    observers: Sequence[Observer] = (),
 ) -> Trajectory:
     """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the end, or after the steps listed.
 
@@ -67,65 +56,47 @@ def integrate(
     is halved; SolverError carries reason, time, worst residuals by name and the partial trajectory.
 
     `record` sees the run a few times a second and may keep its states and a checkpoint; `resume` goes on from those, and ends in
-    the same numbers as a run that was never stopped. Parts are held against finer ones in
-    a second run, see `finer_parts`: a warning is shown where outputs differ.
+    the same numbers as a run that was never stopped. `observers` look at the run beside those that the system offers, see
+    `observers`.
     """
     steps = steps_in(scheme, duration)
     fitting(system, steps, len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1)
-    run = begun(startable(system, scheme), scheme, newton or Newton(), kept_steps(every, steps), steps, resume, progress=progress)
-    before = forces.cost_of(run.model.forces)
-    looks = [one for one in (record, departures.watch(run.model.system, departures.unknown_parts(system))) if one is not None]
+
+    def repeat(other: System, shown: Progress | None) -> Trajectory:
+        return integrate(other, scheme, duration, newton, every, shown)
+
+    watching = [Look(lambda run: progress(run.done / run.steps))] if progress else []
+    watching += [Look(lambda run: record(moment(run)))] if record else []
+    setting = Setting(system, scheme, newton or Newton(), steps, system, repeat=repeat, progress=progress)
+    run = begun(setting, kept_steps(every, steps), [*watching, *observers], resume)
     try:
-        follow(run, looks, progress)
-        motion = trajectory(run)
-        again = lambda other, shown: integrate(other, scheme, duration, newton, every, shown)  # noqa: E731
-        motion = finer_parts.hold_against(motion, system, again, watched=True, progress=progress)
-        warn_of_division(motion.statistics)
-        plain = run.feed.plain if run.feed else motion.system
-        warn_of_coarse_steps(motion, plain, scheme.step, steps)
-        warn_of_drives_that_jump(plain, scheme.step, steps)
-        if not warn_of_jumps(run.model, motion, scheme.step):
-            warn_of_tilts(motion)
-        warn_of_fast_wheels(run.model, motion, scheme.step)
-        tell_cost(before, forces.cost_of(run.model.forces), motion.statistics)
-        for text in (*responses.beyond(run.model, run.step.state.memory), unstable_loop(run)):
-            if text:
-                notify(text)
+        advance(run)
+        return finished(run)
     except Notice as notice:
         notice.partial = notice.partial or trajectory(run)
         raise
-    return motion
 
 
-def follow(run: OpenRun, looks: Sequence[Record], progress: Progress | None = None) -> None:
-    """Take all steps of a run, which is looked at between some of them."""
-    watched = progress is not None or len(looks) > 0
-    chunk = WHOLE if watched else run.steps
+def advance(run: OpenRun) -> None:
+    """Take all steps of a run, with pauses where it is watched."""
+    watching = [one for one in run.observers if one.looks == "pause"]
+    chunk = WHOLE if watching else run.steps
     while run.done < run.steps:
         begin = clock.perf_counter()
         past = run.done % WHOLE
         march(run, min(WHOLE - past if past else chunk, run.steps - run.done))
-        if watched:
+        if watching:
             chunk = choose_chunk(chunk, clock.perf_counter() - begin)
-        if progress:
-            progress(run.done / run.steps)
-        for look in looks:
-            look(moment(run))
+        for one in watching:
+            one.after(run)
 
 
-def tell_cost(before: forces.Cost, after: forces.Cost, cost: Statistics) -> None:
-    """A remark of what forces that are functions of Python cost in a run."""
-    if calls := after.calls - before.calls:
-        seconds = after.seconds - before.seconds
-        told = f"functions of Python were called {calls} times for forces, {seconds:.3g} s beside {cost.cpu_s:.3g} s of the run"
-        remark(f"{told}; in symbols they are compiled (docs/extensions.md)")
-
-
-def warn_of_division(cost: Statistics) -> None:
-    """A notice where the iteration failed so often that the motion is hardly resolved."""
-    if cost.unresolved:
-        failed = f"Newton's iteration failed {cost.halved} times in {cost.steps} steps, which were divided"
-        notify(f"{failed}: the motion is hardly resolved and may have left its path; take a smaller step")
+def finished(run: OpenRun) -> Trajectory:
+    """The motion of a run that has ended, as its observers leave it."""
+    motion = trajectory(run)
+    for one in run.observers:
+        motion = one.finish(run, motion)
+    return motion
 
 
 def fitting(system: System, steps: int, stored: int) -> None:
@@ -138,24 +109,18 @@ def fitting(system: System, steps: int, stored: int) -> None:
         )
 
 
-def begun(
-    system: System,
-    scheme: GeneralizedAlpha,
-    newton: Newton,
-    kept: np.ndarray,
-    steps: int,
-    resume: Resumed | None = None,
-    live: bool = False,
-    progress: Progress | None = None,
-) -> OpenRun:
-    """A run at its start, or where it was left; a live one takes its inputs from outside. Progress is 0 on the way to a start."""
+def begun(setting: Setting, kept: np.ndarray, more: Sequence[Observer] = (), resume: Resumed | None = None) -> OpenRun:
+    """A run at its start, or where it was left, with more observers than are offered. Progress is 0 on the way to a start."""
+    scheme, newton, steps = setting.scheme, setting.newton, setting.steps
+    system = startable(setting.system, scheme)
     at_rest = scheme.start == "equilibrium" and resume is None
-    x, v, memory = rest.in_equilibrium(system, newton, progress) if at_rest else (system.x0, system.v0, None)
-    facing = live or system.triggers or any(isinstance(one, Controlled) for one in system.signals)
-    feed = Feed(system := with_locks(system), scheme) if facing else None
+    x, v, memory = rest.in_equilibrium(system, newton, setting.progress) if at_rest else (system.x0, system.v0, None)
+    setting = replace(setting, system=(system := extended(replace(setting, system=system))))
+    observers = [*observers_of(setting), *more]
+    source = next((one for one in observers if isinstance(one, Source)), None)
     model = compile_system(system)
-    if feed:
-        system, model = feed.system, replace(model, system=feed.system)
+    if source:
+        system, model = source.system, replace(model, system=source.system)
     n, m = system.size, model.constraints
     none = np.zeros(n)
     first = Instant(0.0, x, v, open_at_start(model, x), memory, first=True)
@@ -171,21 +136,11 @@ def begun(
     step.space.off[:] = first.off
     step.job.out[:, 0] = step.state.x, start.v[model.order], start.a[model.order]
     step.job.multipliers[0], step.job.memory[0] = start.multipliers, step.state.memory
+    large = Large(model, newton.solver) if model.pattern else None
     clocks = clock.process_time(), clock.perf_counter()
-    run = OpenRun(
-        model,
-        scheme,
-        newton,
-        kept,
-        scheme.step * kept,
-        rows,
-        step,
-        Large(model, newton.solver) if model.pattern else None,
-        *clocks,
-        feed,
-    )
-    if system.triggers and feed:
-        run.watch = Watch(run, feed)
+    run = OpenRun(model, scheme, newton, kept, scheme.step * kept, rows, step, large, *clocks, observers, source)
+    for one in observers:
+        one.begin(run)
     if resume is not None:
         take_up(run, resume)
     return run
@@ -200,10 +155,10 @@ def choose_chunk(chunk: int, seconds: float) -> int:
 
 def march(run: OpenRun, many: int) -> None:
     """Take some steps, the last one possibly halved; SolverError where it cannot be taken."""
-    if run.feed is not None:
+    if run.close:
         for _ in range(many):
             if not run.ended:
-                march_fed(run, run.feed, {})
+                take_step(run)
         return
     status = whole_steps(run, many) if run.step.state.parts[0] == 0 else stepping.TOO_LONG
     if status != stepping.DONE:
@@ -222,56 +177,24 @@ def whole_steps(run: OpenRun, many: int) -> int:
     return status
 
 
-def march_fed(run: OpenRun, feed: Feed, values: Mapping[str, float]) -> None:
-    """Take one step with new values of inputs."""
-    feed.tell(values)
+def take_step(run: OpenRun) -> None:
+    """Take one step, at which observers look; SolverError where it cannot be taken."""
     try:
-        feed.sample(run)
-        before = [part.copy() for part in run.step.state] if run.watch else None
-        status = feed.take(run) if run.step.state.parts[0] == 0 else stepping.TOO_LONG
-    except SolverError as error:
-        error.partial = trajectory(run)
-        raise
-    if status == stepping.DONE:
-        run.done += 1
-    else:
-        run.model.check()
-        try:
+        for one in run.close:
+            one.before(run)
+        status = stepping.TOO_LONG
+        if run.step.state.parts[0] == 0:
+            status = run.source.take(run) if run.source else whole_steps(run, 1)
+        if status != stepping.DONE:
+            run.model.check()
             divide(run, status)
-        except FailedStep as error:
-            if text := unstable_loop(run) or diverging_loop(run):
-                raise SolverError(text, Reason.GROWING, error.time, error.worst, error.partial) from error
-            raise
-    if run.watch and before is not None:
-        attend(run, run.watch, before)
-
-
-def attend(run: OpenRun, watch: Watch, before: Sequence[np.ndarray]) -> None:
-    """Let events happen in the step that was taken from an earlier state; SolverError where it cannot be taken in parts."""
-    try:
-        status = watch.look(run, before)
+        elif run.source:
+            run.done += 1
+        for one in run.close:
+            one.after(run)
     except SolverError as error:
         error.partial = error.partial or trajectory(run)
         raise
-    if status != stepping.DONE:
-        raise failure(run, status, run.scheme.step * (run.done + 1))
-
-
-def unstable_loop(run: OpenRun) -> str:
-    """What is said of a controller whose input grows with the energy of the motion; nothing where none does."""
-    told = run.feed.growing() if run.feed else ""
-    if not told:
-        return ""
-    motion = trajectory(run)
-    energy = survey_of(motion)[0][:, :2].sum(axis=1)
-    rise = f"{told}, and the energy of the motion to {energy.max():.3g} J up to t = {motion.times[-1]:.6g} s"
-    return f"{Reason.GROWING.value}: {rise}; lower its gains, take a shorter sample time, or limit it"
-
-
-def diverging_loop(run: OpenRun) -> str:
-    """What is said of a controller whose loop diverges from one sample to the next, where a step could not be taken."""
-    told = sampled_loops.tell_diverging(run)
-    return f"{Reason.GROWING.value}: {told}" if told else ""
 
 
 def divide(run: OpenRun, status: int) -> None:
@@ -279,7 +202,10 @@ def divide(run: OpenRun, status: int) -> None:
     h, state = run.scheme.step, run.step.state
     halved, reached = divided(run, status, h * run.done, h, run.row(run.done + 1), max(1, int(state.parts[0])))
     if halved != stepping.DONE:
-        raise failure(run, halved, reached)
+        failed = failure(run, halved, reached)
+        if text := next((text for one in run.observers if (text := one.explain(run))), ""):
+            raise SolverError(text, Reason.GROWING, failed.time, failed.worst, failed.partial) from failed
+        raise failed
     run.done += 1
 
 

@@ -10,58 +10,52 @@ joint is the cubic through its last four values; any other one acts with the val
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.inputs import Held
-from ..core.notices import notify
-from ..systems import responses
-from ..systems.force_laws import LawForces
 from ..systems.system import System
 from . import finer_parts
 from .checkpoint import Checkpoint
-from .initial import startable
-from .integration import begun, march_fed
+from .feed import Feed
+from .integration import begun, take_step
 from .live_finer import Beside
 from .measuring import Meter, motion_of
+from .observers import Observer, Setting
 from .run import cost_of, moment, restore
 from .scheme import GeneralizedAlpha, Newton
 from .trajectory import Happening, Trajectory
 
 
-def start(system: System, scheme: GeneralizedAlpha, newton: Newton | None = None) -> LiveRun:
-    """A run at its consistent start, whose steps are taken one by one; errors as those of `integrate`.
+def start(system: System, scheme: GeneralizedAlpha, newton: Newton | None = None, observers: Sequence[Observer] = ()) -> LiveRun:
+    """A run at its consistent start, whose steps are taken one by one; errors as those of `integrate`, and observers.
 
     Parts are held against finer ones, which take the same steps, see `live_finer`.
     """
-    run, finer = LiveRun(startable(system, scheme), scheme, newton or Newton()), finer_parts.finer(system)
+    run, finer = LiveRun(system, scheme, newton or Newton(), observers), finer_parts.finer(system)
     finer_parts.warn_unknown(system)
     if finer is not None:
         with finer_parts.quietly():
-            run.beside = Beside(LiveRun(startable(finer, scheme), scheme, newton or Newton()))
+            run.beside = Beside(LiveRun(finer, scheme, newton or Newton()))
     return run
 
 
 class LiveRun:
     """A run between two steps; see `start`."""
 
-    def __init__(self, system: System, scheme: GeneralizedAlpha, newton: Newton) -> None:
-        self.run = begun(system, scheme, newton, np.zeros(1, np.int64), 0, live=True)
-        assert self.run.feed is not None
-        self.feed = self.run.feed
+    def __init__(self, system: System, scheme: GeneralizedAlpha, newton: Newton, observers: Sequence[Observer] = ()) -> None:
+        self.run = begun(Setting(system, scheme, newton, 0, system, live=True), np.zeros(1, np.int64), observers)
+        self.feed = self.run.find(Feed)
         self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
         self.beside: Beside | None = None
-        #: whether nothing is to be said any more of tables that were left
-        self.beyond = not any(isinstance(one, LawForces) and one.law.tables for one in self.run.model.system.loads.forces)
 
     @property
     def time(self) -> float:
         """Of the present state [s]."""
-        watch = self.run.watch
-        return self.run.scheme.step * self.run.done if watch is None or watch.ended is None else watch.ended
+        return self.run.time
 
     @property
     def ended(self) -> bool:
@@ -71,7 +65,7 @@ class LiveRun:
     @property
     def events(self) -> tuple[Happening, ...]:
         """What has happened so far."""
-        return tuple(self.run.watch.happened) if self.run.watch else ()
+        return tuple(self.run.happened)
 
     @property
     def inputs(self) -> dict[str, float]:
@@ -82,10 +76,8 @@ class LiveRun:
         """Take a step; inputs that are not named keep their values. SolverError where it cannot be taken."""
         if self.run.ended:
             raise InputError(say("run.step", "a run that goes on", f"one that an event has stopped at t = {self.time:g} s"))
-        march_fed(self.run, self.feed, inputs or {})
-        for text in () if self.beyond else responses.beyond(self.run.model, self.run.step.state.memory):
-            self.beyond = True
-            notify(text)
+        self.feed.next = inputs or {}
+        take_step(self.run)
         if self.beside is not None:
             self.beside.step(self, inputs or {})
 
@@ -93,13 +85,13 @@ class LiveRun:
     def state(self) -> Checkpoint:
         """All that the next step reads: set it to go on from there, here or in another run of the same system and scheme."""
         held = moment(self.run).checkpoint()
-        return replace(held, arrays=held.arrays | self.meter.arrays())
+        return replace(held, arrays=held.arrays | self.meter.kept())
 
     @state.setter
     def state(self, held: Checkpoint) -> None:
         restore(self.run, held)
         self.beside = None  # which stands elsewhere
-        self.meter.put(self.run, held)
+        self.meter.take_up(self.run, held.arrays)
 
     def outputs(self) -> dict[str, float]:
         """All named outputs of the present state; angles count their turns from call to call, energies from the start on."""

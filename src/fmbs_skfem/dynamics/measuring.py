@@ -13,10 +13,10 @@ import numpy as np
 
 from ..systems import readings
 from ..systems.probes import kind_of
-from ..systems.system import Output
+from ..systems.system import Output, System
 from . import checkpoint as checkpoints
-from .checkpoint import Checkpoint
 from .initial import Instant, consistent_start
+from .observers import Observer
 from .outputs import outputs
 from .trajectory import COLUMNS, Trajectory, joined
 
@@ -53,7 +53,7 @@ class Meter:
         """Count from the last instant on."""
         self.seen = self.last
 
-    def arrays(self) -> dict[str, np.ndarray]:
+    def kept(self) -> dict[str, np.ndarray]:
         """What is to be kept of it, by name."""
         if self.seen is None:
             return {}
@@ -62,31 +62,37 @@ class Meter:
         found |= {f"{self.word} memory": motion.memory, f"{self.word} values": np.array(list(values.values()))}
         return found if motion.work is None else found | {f"{self.word} work": motion.work}
 
-    def put(self, run: OpenRun, held: Checkpoint) -> None:
+    def take_up(self, run: OpenRun, arrays: Mapping[str, np.ndarray]) -> None:
         """Put back what was kept."""
         self.seen = self.last = None
-        if f"{self.word} values" not in held.arrays:
+        if f"{self.word} values" not in arrays:
             return
         now = motion_of(run, 0.0)
         kept: dict[str, Any] = {
-            key: checkpoints.fitting(held.arrays, f"{self.word} {key}", getattr(now, key)) for key in (*COLUMNS, "memory")
+            key: checkpoints.fitting(arrays, f"{self.word} {key}", getattr(now, key)) for key in (*COLUMNS, "memory")
         }
         outputs = run.model.system.outputs
         names = [column for name in (outputs if self.names is None else self.names) for column in outputs[name].columns]
-        values = checkpoints.fitting(held.arrays, f"{self.word} values", np.zeros(len(names)))
-        kept["work"] = held.arrays.get(f"{self.word} work")
+        values = checkpoints.fitting(arrays, f"{self.word} values", np.zeros(len(names)))
+        kept["work"] = arrays.get(f"{self.word} work")
         self.seen = replace(now, **kept), dict(zip(names, values.tolist(), strict=True))
 
 
-class Reader(Meter):
+class Reader(Meter, Observer):
     """Values that controllers and events of a run read, by number; see `systems.readings`."""
 
-    word = "read"
+    word, looks = "read", "end"
 
-    def __init__(self, run: OpenRun) -> None:
-        self.readings = run.model.system.readings
+    def __init__(self, system: System) -> None:
+        self.readings = system.readings
         super().__init__(readings.outputs_of(self.readings))
         self.checked = False
+
+    def arrays(self, run: OpenRun) -> Mapping[str, np.ndarray]:
+        return self.kept()
+
+    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray], done: int) -> None:
+        self.take_up(run, arrays)
 
     def read(self, run: OpenRun, numbers: Sequence[int], time: float, within: bool = False) -> list[float]:
         """Their values in the present state, at this time [s]; `within` a step with reactions that are found anew."""
@@ -125,9 +131,9 @@ def motion_of(run: OpenRun, time: float) -> Trajectory:
     state, back = run.step.state, np.argsort(run.model.order)
     x, v, a = (part[back][None] for part in (state.x, state.v, state.acceleration))
     held = state.multipliers[None] / run.step.method.c
-    work, events = state.work.copy() if np.isfinite(state.work).all() else None, run.watch.happened if run.watch else ()
+    work = state.work.copy() if np.isfinite(state.work).all() else None
     now = np.array([time]), x, v, a, held
-    return Trajectory(run.model.system, *now, memory=state.memory[None].copy(), events=tuple(events), work=work)
+    return Trajectory(run.model.system, *now, memory=state.memory[None].copy(), events=tuple(run.happened), work=work)
 
 
 def balanced(run: OpenRun, time: float) -> Trajectory:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from dataclasses import field, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,22 +15,21 @@ from ..core.structs import Routine
 from ..systems import compiled, responses
 from ..systems.compiled import Compiled
 from ..systems.layouts import Storage
+from ..systems.system import System
 from . import checkpoint as checkpoints
 from . import stepping
 from .checkpoint import Checkpoint, Resumed, Rows, RunState
 from .dividing import HALVINGS
 from .large import Large
-from .measuring import Reader
+from .observers import Observer, Source
 from .scheme import GeneralizedAlpha, Newton, method_of
 from .step import Method, Step
-from .trajectory import Statistics, Trajectory
+from .trajectory import Happening, Statistics, Trajectory
 
-if TYPE_CHECKING:
-    from .events import Watch
-    from .feed import Feed
-
+Found = TypeVar("Found", bound=Observer)
 BEHIND = ("factorise", "solve", "settle")  #: doors of `stepping` behind which large models keep their factors
 EQUAL = 1e-9  #: of a step, within which instants are one
+STOPPED = "stopped by"  #: in checkpoints: which observer with a name has stopped the run, and when [s]
 
 
 @dataclass
@@ -47,16 +46,58 @@ class OpenRun:
     large: Large | None  #: factors of a large model
     cpu: float  #: process time at the start, less what the run took before it was resumed [s]
     wall: float
-    feed: Feed | None = None  #: of what has inputs
+    observers: list[Observer] = field(default_factory=list)
+    source: Source | None = None  #: the one of them that gives the histories of every step
     done: int = 0  #: steps
     forgotten: bool = False  #: whether the memory of states before a checkpoint is not known
-    watch: Watch | None = None  #: of what has events
+    happened: list[Happening] = field(default_factory=list)
+    stopped: tuple[int, float] | None = None  #: by which observer of those with names, and when [s]
     facts: dict[str, str] = field(default_factory=dict)  #: of model and method, found when they are needed
+
+    @cached_property
+    def close(self) -> list[Observer]:
+        """Those that look at every step."""
+        return [one for one in self.observers if one.looks == "step"]
+
+    @cached_property
+    def named(self) -> list[Observer]:
+        """Those that have a name."""
+        return [one for one in self.observers if one.name]
+
+    def find(self, kind: type[Found]) -> Found:
+        """The observer of a kind."""
+        return next(one for one in self.observers if isinstance(one, kind))
+
+    @property
+    def plain(self) -> System:
+        """The system without what is given while it runs."""
+        return self.source.plain if self.source else self.model.system
 
     @property
     def ended(self) -> bool:
-        """Whether an event has stopped it."""
-        return self.watch is not None and self.watch.ended is not None
+        """Whether it was stopped."""
+        return self.end_time is not None
+
+    @property
+    def end_time(self) -> float | None:
+        """When it was stopped [s]."""
+        return self.happened[-1].time if self.happened and self.happened[-1].stop else None
+
+    @property
+    def time(self) -> float:
+        """Of the present state [s]."""
+        return self.scheme.step * self.done if self.end_time is None else self.end_time
+
+    def stop(self, by: Observer) -> None:
+        """End the run behind the step that was taken last."""
+        self.stopped = self.named.index(by), self.time
+        self.happened.append(Happening(by.name, self.time, True, (), (), 0.0))
+        self.end(self.time)
+        self.store()
+
+    def shorten(self, halvings: int) -> None:
+        """Take the next step in 2^halvings parts, or more where these fail."""
+        self.step.state.parts[0] = max(self.step.state.parts[0], halvings)
 
     def end(self, time: float) -> None:
         """End the run within the step that was taken last; its last state is stored."""
@@ -84,11 +125,6 @@ class OpenRun:
         """Places of kept values in the memory of forces."""
         return [int(k) for k in responses.kept(self.model)]
 
-    @cached_property
-    def reader(self) -> Reader:
-        """What reads values for controllers and events."""
-        return Reader(self)
-
     def take(self, method: Method, signals: np.ndarray, rows: np.ndarray) -> tuple[int, int]:
         """Take a step for every row of `signals`, to be stored in `rows` of the trajectory: the status and the steps done."""
         status = self.call(stepping.advance, method, signals, np.ascontiguousarray(rows[: len(signals)]))
@@ -111,8 +147,8 @@ class OpenRun:
 
 
 def facts_of(run: OpenRun) -> dict[str, str]:
-    """What model and method are; of inputs, their starts."""
-    model = replace(run.model, system=run.feed.plain) if run.feed else run.model
+    """What model and method are; of what is given while it runs, its start."""
+    model = replace(run.model, system=run.plain)
     run.facts = run.facts or checkpoints.facts(model, run.step.method, run.steps, run.kept)
     return run.facts
 
@@ -134,14 +170,21 @@ def take_up(run: OpenRun, resume: Resumed) -> None:
 def restore(run: OpenRun, held: Checkpoint) -> None:
     """Put a run into the state of a checkpoint."""
     checkpoints.restore(held, facts_of(run), run.step, run.large)
-    if run.feed:
-        run.feed.put(held)
-        run.reader.put(run, held)
-    if run.watch:
-        run.watch.put(run, held)
     run.done = held.done
-    if run.watch and run.watch.ended is not None:
-        run.end(run.watch.ended)
+    for one in run.observers:
+        begin = prefix(one)
+        one.put(run, {name.removeprefix(begin): array for name, array in held.arrays.items() if name.startswith(begin)}, held.done)
+    if STOPPED in held.arrays:
+        number, time = int(held.arrays[STOPPED][0]), float(held.arrays[STOPPED][1])
+        run.stopped = number, time
+        run.happened.append(Happening(run.named[number].name, time, True, (), (), 0.0))
+    if run.end_time is not None:
+        run.end(run.end_time)
+
+
+def prefix(one: Observer) -> str:
+    """How the names of what an observer keeps in checkpoints begin."""
+    return f"observer {one.name}: " if one.name else ""
 
 
 def count_stored(run: OpenRun) -> int:
@@ -161,10 +204,10 @@ def states(run: OpenRun, first: int, last: int) -> Rows:
 def trajectory(run: OpenRun) -> Trajectory:
     """The motion so far."""
     found = states(run, 0, count_stored(run))
-    system = run.feed.recorded() if run.feed else run.model.system
-    events = tuple(run.watch.happened) if run.watch else ()
+    system = run.source.recorded() if run.source else run.model.system
     motion = found.times, found.x, found.v, found.a, found.multipliers
-    return Trajectory(system, *motion, cost_of(run), found.memory, events, found.work if np.isfinite(found.work).all() else None)
+    work = found.work if np.isfinite(found.work).all() else None
+    return Trajectory(system, *motion, cost_of(run), found.memory, tuple(run.happened), work)
 
 
 def cost_of(run: OpenRun) -> Statistics:
@@ -179,7 +222,9 @@ def moment(run: OpenRun) -> RunState:
 
     def checkpoint() -> Checkpoint:
         facts, arrays = facts_of(run), checkpoints.arrays(run.step, run.large)
-        arrays |= (run.feed.arrays() | run.reader.arrays() if run.feed else {}) | (run.watch.arrays(run) if run.watch else {})
+        for one in run.observers:
+            arrays |= {prefix(one) + name: array for name, array in one.arrays(run).items()}
+        arrays |= {} if run.stopped is None else {STOPPED: np.array(run.stopped)}
         seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
         return Checkpoint(run.done, count_stored(run), facts, arrays, *seconds)
 

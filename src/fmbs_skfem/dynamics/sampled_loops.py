@@ -24,6 +24,7 @@ from ..systems.redundancy import scale_of
 from .statespace import slope
 
 if TYPE_CHECKING:
+    from .feed import Feed
     from .run import OpenRun
 
 DIVERGING = 2.0  #: gain from which a loop diverges whatever else it does
@@ -31,15 +32,13 @@ HALVED = 10  #: sample times that are tried, each half of the one before: nobody
 SMALL = 1e-6  #: largest change of an unknown in which answers are differentiated, over changes that count as large
 
 
-def tell_diverging(run: OpenRun) -> str:
+def tell_diverging(run: OpenRun, feed: Feed) -> str:
     """What is said of the controller whose loop has the largest gain, where that is beyond DIVERGING; nothing of others."""
-    if run.feed is None:
-        return ""
-    gains = [(gain(run, one.of, one.of.sample), one.of) for one in run.feed.samplers]
+    gains = [(gain(run, one.of, one.of.sample), one.of) for one in feed.samplers]
     g, worst = max(gains, key=lambda one: abs(one[0]), default=(0.0, None))
     if worst is None or not abs(g) > DIVERGING:
         return ""
-    given = run.feed.record[worst.name][1:]
+    given = feed.record[worst.name][1:]
     back = f"{abs(g):.3g} times as much{', and the other way' if g < 0.0 else ''}"
     text = f"what controller '{worst.name}' gives makes it give {back}, at its next sample, {worst.sample:g} s later"
     grown = f"it went from {given[0]:.3g} to {given[-1]:.3g} {worst.unit}".rstrip() if given else "it has not acted yet"
@@ -56,8 +55,7 @@ def shorter(run: OpenRun, one: Controlled) -> str:
 
 def gain(run: OpenRun, one: Controlled, T: float) -> float:
     """g of a controller at the start for samples of T [s]; 0 where it reads what no force keeps, or nothing moves or holds it."""
-    assert run.feed is not None
-    system = run.feed.plain
+    system = run.plain
     if any(number < 0 for number in one.reads) or not one.reads:
         return 0.0
     x, v, model = system.x0, system.v0, replace(run.model, system=system)  # with inputs as they start

@@ -9,7 +9,7 @@ import numpy as np
 from .. import dynamics
 from ..core.notices import notify
 from ..dynamics import GeneralizedAlpha, Trajectory
-from ..dynamics.histories import drives_that_jump
+from ..dynamics.step_size import drives_that_jump
 from ..systems.system import sizes
 
 NOISE = 1e-3  #: noise of accelerations, relative to the largest, above which a warning is shown

@@ -1,0 +1,141 @@
+"""What looks at a run: between its steps, and at its motion once it has ended.
+
+    integrate:   observers begin,   then  before - step - after  until the end,   then  finish
+
+The driver knows arrays and observers, and nothing of what they are for: events, controllers, parts, records, progress and warnings
+are observers. Whatever has one of its own offers it for a `Setting`, by `@offered`; those of a caller are arguments of `integrate`
+and `start`, those of a system its `observers`, of which `compile_observer` makes one each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from functools import singledispatch
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+
+from ..core.notices import Progress
+from ..core.records import dataclass
+from ..systems.system import System
+from .scheme import GeneralizedAlpha, Newton
+from .trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from .run import OpenRun
+
+Looks: TypeAlias = Literal["step", "pause", "end"]
+
+
+class Observer:
+    """Looks at a run; every method may be left out.
+
+    `looks` says when `before` and `after` are called: about every "step", where the run makes a "pause" (`after` alone: a few times
+    a second, always after a multiple of 64 steps), or not at all until its "end".
+    """
+
+    looks: Looks = "step"
+    name: str = ""  #: of the one of several of a kind; what it keeps in checkpoints goes by it
+
+    def begin(self, run: OpenRun) -> None:
+        """The run stands at its start."""
+
+    def before(self, run: OpenRun) -> None:
+        """A step is to be taken."""
+
+    def after(self, run: OpenRun) -> None:
+        """A step was taken: `run.stop(self)` ends the run there, `run.shorten(k)` takes the next step in 2^k parts."""
+
+    def explain(self, run: OpenRun) -> str:
+        """What is known of a step that could not be taken, which stands in the place of its error; nothing by default."""
+        return ""
+
+    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
+        """The motion of a run that has ended, with what is to be said of it."""
+        return motion
+
+    def arrays(self, run: OpenRun) -> Mapping[str, np.ndarray]:
+        """What a checkpoint keeps of it, by name."""
+        return {}
+
+    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray], done: int) -> None:
+        """Put back what a checkpoint kept of it after so many steps."""
+
+
+class Source(Observer):
+    """An observer that gives the histories of every step, and takes it."""
+
+    plain: System  #: without what it gives
+    system: System  #: which reads what it gives
+
+    def take(self, run: OpenRun) -> int:
+        """Take a step; the status."""
+        raise NotImplementedError
+
+    def recorded(self) -> System:
+        """The system with what it gave so far as histories."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is known of a run before it begins."""
+
+    system: System
+    scheme: GeneralizedAlpha
+    newton: Newton
+    steps: int
+    given: System  #: as the caller gave it, which remembers what was found of it
+    live: bool = False  #: whether steps are taken one by one, with inputs from outside and no end
+    #: the motion of another system in the same run
+    repeat: Callable[[System, Progress | None], Trajectory] | None = None
+    progress: Progress | None = None
+
+
+Offer: TypeAlias = Callable[[Setting], Iterable[Observer]]
+Extend: TypeAlias = Callable[[Setting], System]
+_OFFERS: list[Offer] = []
+_EXTENSIONS: list[Extend] = []
+
+
+def offered(offer: Offer) -> Offer:
+    """Register what offers observers of every run, of those that it is for."""
+    _OFFERS.append(offer)
+    return offer
+
+
+def extending(extend: Extend) -> Extend:
+    """Register what extends the system of every run before it begins."""
+    _EXTENSIONS.append(extend)
+    return extend
+
+
+@singledispatch
+def compile_observer(watched: Any, setting: Setting) -> Observer:
+    """The observer that is meant by one of the `observers` of a system."""
+    raise TypeError(type(watched))
+
+
+def extended(setting: Setting) -> System:
+    """The system as it runs."""
+    for extend in _EXTENSIONS:
+        setting = replace(setting, system=extend(setting))
+    return setting.system
+
+
+def observers_of(setting: Setting) -> list[Observer]:
+    """All that is offered for a run."""
+    return [one for offer in _OFFERS for one in offer(setting)]
+
+
+class Look(Observer):
+    """Calls a function at every pause of a run."""
+
+    looks: Looks = "pause"
+
+    def __init__(self, call: Callable[[OpenRun], object]) -> None:
+        self.call = call
+
+    def after(self, run: OpenRun) -> None:
+        self.call(run)
