@@ -77,6 +77,7 @@ def test_outputs_that_are_off_are_named(tmp_path: Path) -> None:
     told = next(line for line in call.json["notices"] if "gives outputs wrong over its own training" in line)
     assert "clamp_x is off by" in told
     assert "tip_y" not in told
+    assert told in fmbs("rom", "run", tmp_path / "model.h5", "--out", tmp_path / "run", "--json").json["notices"]
 
 
 @pytest.mark.parametrize(

@@ -46,6 +46,7 @@ def test_a_family_of_parts_that_do_not_stand_for_their_bodies_promises_nothing(t
     found = fmbs("train", family, "--json", "--no-plots", "--out", tmp_path / "out")
     assert found.code == 0, found.err
     assert found.json["status"] == "no promise"
+    assert len([text for text in found.json["notices"] if "parts 'arm' do not stand for" in text]) == 1  # of three full runs
     assert any("it is one against the mechanism with its parts, which err by up to" in text for text in found.json["doubts"])
 
 

@@ -35,15 +35,18 @@ class Notice(UserWarning):
     """
 
     partial: Any = None
+    about: str = ""  #: a command shows the first of its warnings about one thing, those about nothing by their text
 
 
 class Remark(Notice):
     """A warning of what is as it should be: `--strict` does not treat it as an error."""
 
 
-def notify(text: str) -> None:
-    """Show a warning to the caller of the library."""
-    warnings.warn(text, Notice, stacklevel=3)
+def notify(text: str, about: str = "") -> None:
+    """Show a warning to the caller of the library; a command shows the first one that is `about` the same, as in many samples."""
+    notice = Notice(text)
+    notice.about = about
+    warnings.warn(notice, stacklevel=3)
 
 
 def remark(text: str) -> None:

@@ -203,7 +203,8 @@ def warn(found: Mapping[str, float], motion: Trajectory, departed: list[departur
         return
     where = f"; {departures.summarise(departed)}" if departed else ""
     names = departures.first_of([f"'{one.name}'" for one in departures.trained_parts(motion.system)])
-    notify(f"parts {names} do not stand for their bodies here, {listed} of the range{where}; {remedy(motion)}")
+    about = f"parts {names} do not stand for their bodies here"
+    notify(f"{about}, {listed} of the range{where}; {remedy(motion)}", about)
 
 
 def largest(found: Mapping[str, float]) -> str:

@@ -24,7 +24,7 @@ from ..core.validation import check
 from ..dynamics.scheme import GeneralizedAlpha, Newton, Start
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
-from . import cases, earlier, validation  # noqa: F401  (rules of what is read)
+from . import cases, earlier, output_errors, validation  # noqa: F401  (rules of what is read)
 from .cases import Case
 
 T = TypeVar("T")
@@ -59,6 +59,8 @@ def case_of(
 ) -> tuple[Case, list[str]]:
     """The case of a model, and where it leaves the training, with a notice; times [s] not given are those of the training.
 
+    A notice names the outputs that the model gave wrong in its training.
+
     InputError where neither the notes nor the arguments have a duration and a step, CorruptFile where those of the notes are no
     numbers.
     """
@@ -70,6 +72,7 @@ def case_of(
     earlier_one = GeneralizedAlpha(times.get("step", h), times.get("rho_inf", 0.8), read_start(saved.notes, where))
     scheme = read_note(saved.notes, "scheme", earlier_one, where)
     case = Case(saved.system, scheme, times.get("duration", end), read_note(saved.notes, "newton", Newton(), where))
+    output_errors.warn_of_wrong(read_errors(saved.notes))
     return cases.at_times(case, duration, step, where)
 
 
@@ -110,6 +113,15 @@ def read_start(notes: Mapping[str, Any], where: str) -> Start:
         if found == start:
             return cast(Start, start)
     raise CorruptFile(say(f"{where}: notes.report.start", " or ".join(get_args(Start)), shown(found), KIND.remedy))
+
+
+def read_errors(notes: Mapping[str, Any]) -> dict[str, float]:
+    """Errors of the outputs over their ranges in the training, by column, as far as the notes of a file have them."""
+    report = notes.get("report", {})
+    known = report.get("output_errors", {}) if isinstance(report, Mapping) else {}
+    rows = known.items() if isinstance(known, Mapping) else ()
+    found = {name: one.get("relative") for name, one in rows if isinstance(one, Mapping)}
+    return {name: float(error) for name, error in found.items() if isinstance(error, int | float)}
 
 
 def load(path: str | Path) -> System:

@@ -17,10 +17,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..core.notices import notify
+from ..dynamics import finer_parts
 from ..dynamics.output_errors import OutputError, between, columns, common_times, round_off
 from ..dynamics.trajectory import Trajectory
 
-__all__ = ["OutputError", "between", "columns", "compare", "measure", "parts", "round_off"]
+__all__ = ["OutputError", "between", "columns", "compare", "measure", "parts", "round_off", "warn_of_wrong"]
+
+OFF = 0.1  #: error of an output over its range, above which a warning is shown: reactions err by ten times what positions do
 
 
 def compare(reference: Trajectory, other: Trajectory, known: Mapping[str, np.ndarray] | None = None) -> dict[str, OutputError]:
@@ -32,6 +36,13 @@ def compare(reference: Trajectory, other: Trajectory, known: Mapping[str, np.nda
     mine, others = columns(reference) if known is None else known, columns(other)
     mine, others = ({name: values[k] for name, values in found.items()} for found, k in ((mine, i), (others, j)))
     return between(mine, others, reference.system.outputs, nothing=round_off(reference.system, reference.times))
+
+
+def warn_of_wrong(relative: Mapping[str, float]) -> None:
+    """A warning of columns that a reduced model gives wrong, by more than OFF of their range, over its own training."""
+    if off := {name: error for name, error in relative.items() if error > OFF}:
+        text = f"the reduced model gives outputs wrong over its own training: {finer_parts.largest(off)} of the range"
+        notify(f"{text}; take a smaller eps, or leave them to the full model")
 
 
 def measure(found: Mapping[str, OutputError], tolerances: Mapping[str, float] | None = None) -> float:

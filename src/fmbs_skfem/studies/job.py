@@ -132,7 +132,8 @@ def blamed_on_extensions() -> Iterator[None]:
 
 @contextlib.contextmanager
 def hear(job: Job) -> Iterator[None]:
-    """Warnings go to the listener and into the job, each once."""
+    """Warnings go to the listener and into the job, each once, and of those about one thing the first."""
+    known = set[str]()
     with warnings.catch_warnings():
         usual = warnings.showwarning
 
@@ -142,7 +143,9 @@ def hear(job: Job) -> Iterator[None]:
                 return
             if job.listener.strict and not issubclass(category, Remark):
                 job.warned = job.warned or str(message)
-            if str(message) not in job.notices:
+            about = (message.about if isinstance(message, Notice) else "") or str(message)
+            if about not in known and str(message) not in job.notices:
+                known.add(about)
                 job.notices.append(str(message))
                 if job.listener.notice is None:
                     usual(message, category, *place, **more)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from .. import reduction
 from ..core.notices import notify
 from ..core.records import dataclass
-from ..dynamics import finer_parts
 from ..reduction import cases, costs, files, output_errors
 from ..reduction.plan import newton_for
 from ..reduction.runs import kept_steps
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
 
 
 ROUGH = 0.01  #: error over the largest displacement, above which a warning is shown
-OFF = 0.1  #: error of an output over its range, above which a warning is shown: reactions err by ten times what positions do
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -78,9 +76,7 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan) -> ReductionResult:
         size = f"{errors.maximum:.1%} of the largest displacement"
         notify(f"the reduced model errs by {size} over its own training: take a smaller eps or eta, or more modes")
     wrong = output_errors.compare(full, motion)
-    if off := {name: one.relative for name, one in wrong.items() if one.relative > OFF}:
-        text = f"the reduced model gives outputs wrong over its own training: {finer_parts.largest(off)} of the range"
-        notify(f"{text}; take a smaller eps, or leave them to the full model")
+    output_errors.warn_of_wrong({name: one.relative for name, one in wrong.items()})
     report = {
         "status": "ok",
         "scene": jobs.title(scene),
