@@ -1,8 +1,7 @@
 """The inputs of a run: given from outside, from step to step, or by controllers at their sample instants.
 
-The steps of a run that is fed are taken one by one, over one packed struct, at a few microseconds beside the compiled step.
-Histories without inputs are tabulated ahead. An input that drives a joint is the cubic through its last four values, any other one
-is held in the step.
+The steps of a run that is fed are taken one by one, see `single_steps`. An input that drives a joint is the cubic through its last
+four values, any other one is held in the step.
 """
 
 from __future__ import annotations
@@ -17,26 +16,24 @@ from ..core.errors import InputError, Reason, SolverError, closest, listed, say
 from ..core.inputs import KEPT, GivenInput, Held, Input
 from ..core.notices import notify
 from ..core.records import dataclass
-from ..core.structs import Routine, address_of, packed
 from ..systems.controllers import Controlled
 from ..systems.events import with_locks
 from ..systems.signals import driving_inputs, given_by_name, read_inputs, with_inputs
-from ..systems.system import System, driven_rows, driving
+from ..systems.system import System, driving
 from . import checkpoint as checkpoints
 from . import sampled_loops, stepping
 from .events import Watch
-from .histories import leading_signals
 from .measuring import Reader
-from .observers import Observer, Setting, Source, extending, offered
+from .observers import Looks, Observer, Setting, extending, offered
 from .outputs import survey_of
 from .run import trajectory
 from .scheme import GeneralizedAlpha
+from .single_steps import SingleSteps, one_row
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
     from .run import OpenRun
 
-AHEAD = 64  #: steps for which functions of time are tabulated at once
 FEW = 2  #: samples of a quarter
 TWICE = 2.0  #: times as much from quarter to quarter, where inputs grow beyond all bounds
 GROWN = 1e3  #: times as much from the first quarter to the last, there
@@ -53,11 +50,14 @@ class Sampler:
     memory: list[float]
 
 
-class Feed(Source):
+class Feed(SingleSteps):
     """Inputs of a run; `system` reads them, `plain` their starts."""
 
+    looks: Looks = "step"
+
     def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
-        self.plain, self.scheme, self.inputs = plain, scheme, given_by_name(plain)
+        super().__init__(plain, scheme)
+        self.inputs = given_by_name(plain)
         driven, smooth = {signal for _, signal in driving(plain.constraints)}, driving_inputs(plain)
         self.given = {
             name: GivenInput(scheme.step, [one.start] * KEPT, 1 - KEPT, name in smooth) for name, one in self.inputs.items()
@@ -78,10 +78,6 @@ class Feed(Source):
         if len(self.columns) < len(reading):
             self.columns = None
         self.histories = len(reading) < len(plain.signals)  #: whether there are others beside inputs
-        self.ahead, self.first = np.zeros((0, 0)), 0
-        self.row = np.zeros((1, len(plain.signals) * (4 if driven_rows(plain.constraints).any() else 1)))
-        self.stored = np.array([-1])
-        self.table, self.address = np.zeros(0, np.int64), 0  #: of the packed step, once there is one
         self.next: Mapping[str, float] = {}  #: new values for the next step
 
     def before(self, run: OpenRun) -> None:
@@ -149,43 +145,18 @@ class Feed(Source):
             run.model.check()
             run.step.work.kind[0] = 0
 
-    def take(self, run: OpenRun) -> int:
-        """Take a step; the status."""
+    def fill(self, number: int) -> None:
         if self.columns is None:
-            self.row[0] = one_row(self.system, self.scheme, run.done + 1)
+            self.row[0] = one_row(self.system, self.scheme, number + 1)
         else:
             if self.histories:
-                self.row[0] = self.tabulated(run.done)
+                super().fill(number)
             self.write()
-        self.stored[0] = run.row(run.done + 1)
-        return self.call(run, stepping.advance)
 
     def write(self) -> None:
         """Columns of inputs that are signals as they are."""
         for column, one in self.columns or ():
             self.row[0, column] = one.values[-1]
-
-    def tabulated(self, number: int) -> np.ndarray:
-        """Signals at the end of a step; inputs are at their start."""
-        k = number - self.first
-        if not 0 <= k < len(self.ahead):
-            h = self.scheme.step
-            self.ahead, broken = leading_signals(self.plain, h * (number + 1 + np.arange(AHEAD)), h)
-            self.first, k = number, 0
-            if broken is not None and not len(self.ahead):
-                raise broken
-        return self.ahead[k]
-
-    def call(self, run: OpenRun, routine: Routine) -> int:
-        """Call a routine of steps on the run."""
-        if run.large:
-            return run.call(routine, run.step.method, self.row, self.stored)
-        if self.address == 0:
-            job = run.step.job._replace(signals=self.row, rows=self.stored)
-            run.step = run.step._replace(job=job)
-            self.table = packed(run.step)
-            self.address = address_of(self.table)
-        return int(routine.call(self.address, 0))
 
     def recorded(self) -> System:
         """The system with what controllers gave so far as histories."""
@@ -271,11 +242,3 @@ def sampler(one: Controlled, scheme: GeneralizedAlpha) -> Sampler:
         expected = f"a whole number of steps of {scheme.step:g} s"
         raise InputError(say(f"controller '{one.name}'.sample", expected, f"{one.sample:g} s"))
     return Sampler(one, every, list(one.law.memory))
-
-
-def one_row(system: System, scheme: GeneralizedAlpha, number: float) -> np.ndarray:
-    """Signals after so many steps."""
-    table, broken = leading_signals(system, np.array([scheme.step * number]), scheme.step)
-    if broken is not None:
-        raise broken
-    return np.asarray(table[0])

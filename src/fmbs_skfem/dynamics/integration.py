@@ -24,6 +24,7 @@ from .names import as_text, row_names, worst
 from .observers import Look, Observer, Setting, Source, extended, observers_of
 from .run import OpenRun, last_residual, moment, take_up, trajectory
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
+from .single_steps import SingleSteps
 from .trajectory import Trajectory
 
 REASONS = {
@@ -118,6 +119,8 @@ def begun(setting: Setting, kept: np.ndarray, more: Sequence[Observer] = (), res
     setting = replace(setting, system=(system := extended(replace(setting, system=system))))
     observers = [*observers_of(setting), *more]
     source = next((one for one in observers if isinstance(one, Source)), None)
+    if source is None and any(one.looks == "step" for one in observers):
+        source = SingleSteps(system, scheme)
     model = compile_system(system)
     if source:
         system, model = source.system, replace(model, system=source.system)
@@ -182,14 +185,15 @@ def take_step(run: OpenRun) -> None:
     try:
         for one in run.close:
             one.before(run)
+        assert run.source is not None
         status = stepping.TOO_LONG
         if run.step.state.parts[0] == 0:
-            status = run.source.take(run) if run.source else whole_steps(run, 1)
-        if status != stepping.DONE:
+            status = run.source.take(run)
+        if status == stepping.DONE:
+            run.done += 1
+        else:
             run.model.check()
             divide(run, status)
-        elif run.source:
-            run.done += 1
         for one in run.close:
             one.after(run)
     except SolverError as error:

@@ -4,15 +4,14 @@
 
 The driver knows arrays and observers, and nothing of what they are for: events, controllers, parts, records, progress and warnings
 are observers. Whatever has one of its own offers it for a `Setting`, by `@offered`; those of a caller are arguments of `integrate`
-and `start`, those of a system its `observers`, of which `compile_observer` makes one each.
+and `start`, those of a scene its `monitors`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from functools import singledispatch
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
@@ -32,7 +31,7 @@ class Observer:
     """Looks at a run; every method may be left out.
 
     `looks` says when `before` and `after` are called: about every "step", where the run makes a "pause" (`after` alone: a few times
-    a second, always after a multiple of 64 steps), or not at all until its "end".
+    a second, always after a multiple of 8 steps), or not at all until its "end".
     """
 
     looks: Looks = "step"
@@ -111,10 +110,12 @@ def extending(extend: Extend) -> Extend:
     return extend
 
 
-@singledispatch
-def compile_observer(watched: Any, setting: Setting) -> Observer:
-    """The observer that is meant by one of the `observers` of a system."""
-    raise TypeError(type(watched))
+@offered
+def _(setting: Setting) -> Iterator[Observer]:
+    for monitor in setting.system.monitors:
+        observer = monitor.observer()
+        observer.name = monitor.name
+        yield observer
 
 
 def extended(setting: Setting) -> System:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Mapping
 from dataclasses import field, replace
 from functools import cached_property, partial
 from typing import TypeVar
@@ -21,6 +22,7 @@ from . import stepping
 from .checkpoint import Checkpoint, Resumed, Rows, RunState
 from .dividing import HALVINGS
 from .large import Large
+from .measuring import Meter, motion_of
 from .observers import Observer, Source
 from .scheme import GeneralizedAlpha, Newton, method_of
 from .step import Method, Step
@@ -52,6 +54,8 @@ class OpenRun:
     forgotten: bool = False  #: whether the memory of states before a checkpoint is not known
     happened: list[Happening] = field(default_factory=list)
     stopped: tuple[int, float] | None = None  #: by which observer of those with names, and when [s]
+    meters: dict[tuple[str, ...], Meter] = field(default_factory=dict)  #: by the outputs that they read
+    resumed: Mapping[str, np.ndarray] = field(default_factory=dict)  #: arrays of the checkpoint that it goes on from
     facts: dict[str, str] = field(default_factory=dict)  #: of model and method, found when they are needed
 
     @cached_property
@@ -87,6 +91,16 @@ class OpenRun:
     def time(self) -> float:
         """Of the present state [s]."""
         return self.scheme.step * self.done if self.end_time is None else self.end_time
+
+    def outputs(self, *names: str) -> dict[str, float]:
+        """Columns of outputs in the present state; angles count their turns, and energies their changes, from call to call."""
+        if names not in self.meters:
+            self.meters[names] = Meter(names)
+            self.meters[names].word = f"outputs {', '.join(names)}:"
+            self.meters[names].take_up(self, self.resumed)
+        found = self.meters[names].columns(motion_of(self, self.time))
+        self.meters[names].keep()
+        return found
 
     def stop(self, by: Observer) -> None:
         """End the run behind the step that was taken last."""
@@ -170,7 +184,8 @@ def take_up(run: OpenRun, resume: Resumed) -> None:
 def restore(run: OpenRun, held: Checkpoint) -> None:
     """Put a run into the state of a checkpoint."""
     checkpoints.restore(held, facts_of(run), run.step, run.large)
-    run.done = held.done
+    run.done, run.resumed = held.done, held.arrays
+    run.meters.clear()
     for one in run.observers:
         begin = prefix(one)
         one.put(run, {name.removeprefix(begin): array for name, array in held.arrays.items() if name.startswith(begin)}, held.done)
@@ -224,6 +239,8 @@ def moment(run: OpenRun) -> RunState:
         facts, arrays = facts_of(run), checkpoints.arrays(run.step, run.large)
         for one in run.observers:
             arrays |= {prefix(one) + name: array for name, array in one.arrays(run).items()}
+        for meter in run.meters.values():
+            arrays |= meter.kept()
         arrays |= {} if run.stopped is None else {STOPPED: np.array(run.stopped)}
         seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
         return Checkpoint(run.done, count_stored(run), facts, arrays, *seconds)

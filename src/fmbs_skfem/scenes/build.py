@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 LARGE = 500  #: functions of a plate above which sparse factors are used, which turn with it where constraints are multipliers
 MANY = 500  #: linear constraints, a dense column of the factors' inverse each, above which they are eliminated all the same
-SUBJECT = re.compile(r"(joint|load|output|controller|event) '([^']*)'")
+SUBJECT = re.compile(r"(joint|load|output|controller|event|monitor) '([^']*)'")
 
 
 def system(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> System:
@@ -79,9 +79,9 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     _check_places(scene, {part.name: part for part in parts})
     initial = scene.initial.bodies if scene.analysis.moves else {}
     joints, loads, told = scene.joints.values(), scene.loads.values(), (sources(scene), scene.controllers.values())
-    events = scene.events if scene.analysis.moves else {}
+    events, monitors = (scene.events, scene.monitors.values()) if scene.analysis.moves else ({}, ())
     try:
-        system = assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, *told, events)
+        system = assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, *told, events, monitors)
     except InputError as error:
         raise InputError(locate_message(scene, str(error))) from error
     if any(part.shapes for part in parts):

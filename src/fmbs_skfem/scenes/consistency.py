@@ -130,6 +130,8 @@ def _idle(scene: Scene) -> Iterator[Oddity]:
         yield ("controllers",), f"hold their start in an analysis of {scene.analysis.word}"
     if scene.events and not scene.analysis.moves:
         yield ("events",), f"do not happen in an analysis of {scene.analysis.word}"
+    if scene.monitors and not scene.analysis.moves:
+        yield ("monitors",), f"do nothing in an analysis of {scene.analysis.word}, which has no motion"
     for name in scene.parameters:
         if name not in scene.used and (name in scene.ranges or name in scene.changed):
             yield ("parameters", name), "nothing in the scene uses this parameter, so that its value changes nothing"
@@ -184,7 +186,7 @@ def places(scene: Scene) -> Iterator[tuple[tuple[str, ...], At]]:
 
 def _declared(scene: Scene) -> Iterator[Found]:
     """What bodies, joints, loads and outputs say themselves, and joints between a point and itself."""
-    for part in ("bodies", *PARTS, "controllers"):
+    for part in ("bodies", *PARTS, "controllers", "monitors"):
         for name, item in getattr(scene, part).items():
             for key, problem in item.problems(scene.dimension):
                 yield (part, name, *(key if isinstance(key, tuple) else (key,) if key else ())), problem

@@ -26,6 +26,7 @@ from ..systems.constraint_functions import Joint
 from ..systems.controllers import Controller
 from ..systems.events import Event
 from ..systems.loads import Load
+from ..systems.monitors import Monitor
 from ..systems.probes import Probe
 from . import fields, yamlfile
 from .analyses import Analysis
@@ -137,6 +138,7 @@ class Scene:
     loads: dict[str, Load] = field(default_factory=dict)
     controllers: dict[str, Controller] = field(default_factory=dict)
     events: Annotated[dict[str, Event], names(Event, words=True)] = field(default_factory=dict)
+    monitors: dict[str, Monitor] = field(default_factory=dict)
     damping: Rayleigh = field(default_factory=Rayleigh)
     initial: Initial = field(default_factory=Initial)
     analysis: Annotated[Analysis, "what to compute, such as {type: dynamic, duration: 1 s, step: 1 ms}"]

@@ -34,6 +34,7 @@ from .controllers import Controller, connect, gains_of
 from .events import Event, attend, watched
 from .forces import joined
 from .loads import Load
+from .monitors import Monitor, settled
 from .places import At, Coordinates, Draft, ProbeRows, TermCollector, vector
 from .system import (
     Affine,
@@ -92,10 +93,12 @@ def assemble(
     inputs: Iterable[Source] = (),
     controllers: Iterable[Controller] = (),
     events: Mapping[str, Event] | None = None,
+    monitors: Iterable[Monitor] = (),
 ) -> System:
     """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins.
 
     Expressions of the state read outputs, `inputs` (tables among them) and controllers by their names. `events` have names.
+    `monitors` look at runs.
     """
     bodies, joints, loads, inputs = list(bodies), list(joints), list(loads), list(inputs)
     damping = Rayleigh() if damping is None else damping
@@ -169,10 +172,11 @@ def assemble(
         origin=layout.origin,
         locks=locks,
         triggers=triggers,
+        monitors=(watching := settled(monitors, sensed, layout.dim)),
         readings=readings.collect(wanted, sensed, responses.known(draft), responses.tables_of(draft), gains_of(steered)),
     )
     if any(knows_more(part) for part in bodies):
-        given = joints, loads, damping, outputs, initial, False, inputs, steered, events
+        given = joints, loads, damping, outputs, initial, False, inputs, steered, events, watching
         make = lambda: assemble(map(finer, bodies), *given)  # noqa: E731
         finer_systems.note(system, make)
     return system

@@ -203,6 +203,7 @@ class System:
     locks: Annotated[tuple[Lock, ...], Inside("y k")] = ()
     triggers: tuple[Trigger, ...] = ()
     readings: tuple[Any, ...] = ()  #: what controllers and events read of outputs, see `readings`
+    monitors: tuple[Any, ...] = ()  #: what looks at runs, see `monitors`
     full: System | None = None  #: the form with all multipliers, from which reactions are recovered
     #: (n,) a state near the equilibrium of the loads at t = 0, of reduced systems whose motions start there; empty elsewhere
     near: Annotated[np.ndarray, Reals("*")] = field(default_factory=lambda: np.zeros(0))
