@@ -170,7 +170,7 @@ def test_a_table_that_is_left_by_its_argument_is_warned_of(tmp_path: Path, histo
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", Notice)
         reading.loads(text, tmp_path)
-    told = [str(one.message) for one in caught if "beyond its table" in str(one.message)]
+    told = [str(one.message) for one in caught if "outside of its table" in str(one.message)]
     assert len(told) == bool(start)
     assert all(f"from 0 to 2 s, from t = {start}" in one and "hold: true" in one for one in told)
 

@@ -57,7 +57,7 @@ def test_load_control_jumps_where_the_path_goes_on() -> None:
     """Load control ends on the far branch of the path as well, and finds none of what lies between."""
     path = follow_path(truss(), ArcLength(0.1), TIGHT)
     with pytest.warns(
-        Notice, match=r"the equilibrium leaps by 0\.17\d m .* between 0\.47\d+ and 0\.47\d+: .* `method: arc_length`"
+        Notice, match=r"the equilibrium jumps by 0\.17\d m .* between 0\.47\d+ and 0\.47\d+: .* `method: arc_length`"
     ):
         jumped = solve_statics(truss(), 10, TIGHT)
     np.testing.assert_allclose(jumped.x[-1], path.x[-1], atol=1e-10)

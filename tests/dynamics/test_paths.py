@@ -73,7 +73,7 @@ def test_a_truss_that_snaps_through_is_told(steps: int, load: float) -> None:
     assert leap.kind == "leap"
     assert leap.before <= 3.7921 / load <= leap.after < leap.before + 0.1
     assert len(said) == 1
-    assert "the equilibrium leaps by" in said[0]
+    assert "the equilibrium jumps by" in said[0]
     assert "`method: arc_length`" in said[0]
 
 

@@ -207,7 +207,7 @@ def test_no_equilibrium() -> None:
     ends = At("beam", "left"), At("beam", "right")
     beam = body.cable("beam", models.straight(4), sections.Given(EA=100.0, EI=1.0, rhoA=0.01), dim=2)
     pull = loads.PointForce("push", ends[1], (-1e9, 1.0))
-    with pytest.raises(SolverError, match=r"no equilibrium of the loads at t = 0 was found.*or start from the reference") as caught:
+    with pytest.raises(SolverError, match=r"no equilibrium with the loads at t = 0 was found.*or use `start: reference`") as caught:
         integrate(assemble([beam], [joints.Clamp("clamp", ends[0])], [pull]), FROM_REST, 0.1)
     assert caught.value.partial is None
     assert caught.value.reason is Reason.NO_EQUILIBRIUM

@@ -29,7 +29,7 @@ def test_one_point_in_ten_may_lie_above_its_band() -> None:
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"unresolved": 2}, "2 of 3 full motions are hardly resolved: take a smaller time step"),
+        ({"unresolved": 2}, "2 of 3 full motions are not resolved by their steps: take a smaller time step"),
         ({"full_runs": 1}, "there is one full run only"),
         ({"true": np.append(TRUE[:9], np.nan)}, "the full model has no motion at 1 of 10 hold-out points"),
         ({"predicted": (1e-4, 1e-5, 2e-3)}, "the predicted error reaches 0.002 with its band, the wanted one is 0.001"),

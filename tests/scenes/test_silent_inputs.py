@@ -72,7 +72,7 @@ def changed(text: str, *pairs: tuple[str, str]) -> str:
 
 def test_a_flat_section_in_space_is_refused() -> None:
     """A cable in space has one bending stiffness: 20 x 2 mm bends ten times as far one way as the other."""
-    with pytest.raises(InputError, match=r"scene:6: bodies\.beam\.section: .*bends alike.* give EA, EI and rhoA"):
+    with pytest.raises(InputError, match=r"scene:6: bodies\.beam\.section: .*same bending stiffness.* give EA, EI and rhoA"):
         scenes.loads(SPATIAL, EXAMPLES)
     for allowed in ("{shape: rectangular, width: 2 mm, height: 2 mm}", "{shape: given, EA: 1 kN, EI: 2 N m^2, rhoA: 0.1}"):
         system(SPATIAL.replace("{shape: rectangular, width: 20 mm, height: 2 mm}", allowed))
@@ -83,7 +83,7 @@ def test_a_flat_section_in_space_is_refused_in_python() -> None:
     flat, mesh = sections.Rectangular(0.02, 0.002), meshes.read(EXAMPLES.parent / "meshes" / "beam_10.msh")
     steel = sections.Material(2e11, 7800.0)
     assert body.cable("strip", mesh, flat, steel, dim=2).cells is not None
-    with pytest.raises(InputError, match="body 'strip': expected a section that bends alike"):
+    with pytest.raises(InputError, match="body 'strip': expected a section of the same bending stiffness"):
         body.cable("strip", mesh, flat, steel, dim=3)
 
 

@@ -360,7 +360,7 @@ def test_the_gain_of_a_sampled_loop_is_exact_for_a_rigid_body(sample: float) -> 
 def test_a_loop_that_diverges_from_sample_to_sample_is_named(kd: float) -> None:
     """With gains that run, where the iteration fails in the first steps: the end of the beam is light."""
     with pytest.raises(
-        SolverError, match=r"^the closed loop is unstable: what controller 'servo' gives makes it give .* times"
+        SolverError, match=r"^the closed loop is unstable: a change in the output of controller 'servo' returns .* times"
     ) as caught:
         integrate(loop(kd, True, 2e-3), GeneralizedAlpha(1e-3), 1.0)
     assert caught.value.reason is Reason.GROWING

@@ -79,7 +79,7 @@ def test_what_is_beyond_a_table_is_told(tmp_path: Path) -> None:
     """Its ends hold, with a warning of how far, unless that is meant."""
     text = SCENE.replace("[0.4, 0]", "[1.2, 0]")
     with pytest.warns(
-        Notice, match=r"table 'pull' was read up to 0\.\d+ beyond its ends .*; extend it, or say 'hold: true'"
+        Notice, match=r"table 'pull' was read up to 0\.\d+ \(SI units\) outside of its range, .*; extend it, or say 'hold: true'"
     ) as told:
         motion = integrate(scene(tmp_path, text), GeneralizedAlpha(5e-3), 2.0, TIGHT)
     stretch = outputs(motion)["ball_x"] - 1

@@ -237,7 +237,7 @@ outputs: {{{places}, root: {{type: section_forces, at: rod.left}}}}
 analysis: {{type: static, load_steps: 1}}
 """
     scene = scenes.loads(text, folder=folder)
-    with pytest.warns(Notice, match=r"output 'n5': load 'middle' may let forces jump at this place") as told:
+    with pytest.warns(Notice, match=r"output 'n5': load 'middle' act at this place, where internal forces may jump") as told:
         found = scene.run().outputs
     assert len(told) == 1
     assert [found[f"{name}_N"][-1] for name in ("root", "n2", "n5", "n8")] == pytest.approx([200.0, 200.0, 150.0, 100.0], rel=1e-3)

@@ -36,7 +36,7 @@ from .missing_shapes import MissingShapes
 from .sections import Given, Material, Section, positive
 from .values import Value, of_line
 
-BENDS_ALIKE = "a section that bends alike about all its axes"  #: of a cable in space, which has one bending stiffness
+BENDS_ALIKE = "a section of the same bending stiffness about all its axes"  #: of a cable in space, which has one bending stiffness
 BENDS_ALIKE_REMEDY = (
     "a cable has one bending stiffness: take a circular section, give EA, EI and rhoA, model a plate, or stay in the plane"
 )

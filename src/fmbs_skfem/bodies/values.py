@@ -66,7 +66,7 @@ def of_line(section: Section, material: Material | None, dim: int, locks: bool) 
         made = None if material is None else replace(material, **{name: numbers[name] for name in bulk})
         other: Section = replace(kept, **{name: numbers[name] for name in shape})
         if dim == 3 and not other.bends_alike:
-            raise InputError(say("section", "one that bends alike", other))
+            raise InputError(say("section", "one of the same bending stiffness about all its axes", other))
         given = other.stiffness(made)
         return {"EA": given.EA, "EI": given.EI, MASS: given.rhoA, SIZE: given.radius}
 

@@ -110,7 +110,7 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes
     K0, K1 = 0.5 * (sides[0] + sides[1]), (sides[0] - sides[1]) / (2.0 * probe)
     most = n - len(J) if n <= SMALL else min(n - len(J), n - 2)  # Arnoldi's method finds all but two
     if most < 1:
-        raise InputError(say("buckling", "a system that can move", "one that its joints hold altogether", "release a joint"))
+        raise InputError(say("buckling", "a system that can move", "one whose joints leave no motion", "release a joint"))
     if not 1 <= count <= most:
         raise InputError(say("buckling, count", f"1 to {most}", count))
     if (solved := saddle.constrained(K0, J)) is None:

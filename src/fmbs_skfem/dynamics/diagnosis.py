@@ -324,7 +324,7 @@ def large_strain(stop: StoppedSolve, found: Diagnosis) -> Cause | None:
         return None
     listed = ", ".join(f"{name} {100 * found.strains[name][0]:.3g} to {100 * found.strains[name][1]:.3g} %" for name in bad)
     remedy = "check units of load, stiffness and section: thin beams and plates bear a few per cent"
-    return Cause("large strain", f"strains beyond {100 * LARGE:.0f} %: {listed}", remedy)
+    return Cause("large strain", f"strains above {100 * LARGE:.0f} %: {listed}", remedy)
 
 
 def indefinite(stop: StoppedSolve, found: Diagnosis) -> Cause | None:

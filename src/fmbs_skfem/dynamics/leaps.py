@@ -92,5 +92,5 @@ def warn(states: Trajectory) -> None:
         return
     listed = [f"by {one.distance:.3g} m ({one.place}) between {one.before:.6g} and {one.after:.6g}" for one in found[:LISTED]]
     more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
-    text = f"the equilibrium leaps {', '.join(listed)}{more}: steps of the load do not follow its path there"
+    text = f"the equilibrium jumps {', '.join(listed)}{more}: the load steps skip a part of its path there"
     notify(f"{text}; follow it by `method: arc_length`, or take the motion (`type: dynamic`) to see where it comes to rest")

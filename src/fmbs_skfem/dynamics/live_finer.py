@@ -59,7 +59,9 @@ class Beside:
         if finer_parts.largest(found):
             self.finer = None
             if self.fed and growth(run) * run.time > GROWS:
-                remark(f"parts are held against finer ones without feedback, where the motion is unstable; {finer_parts.HOLD}")
+                remark(
+                    f"the error of parts is unknown: the run that checks them has no feedback and is unstable; {finer_parts.HOLD}"
+                )
             else:
                 finer_parts.warn(found, motion, departures.find(motion))
 

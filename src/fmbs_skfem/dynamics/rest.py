@@ -48,15 +48,15 @@ def in_equilibrium(system: System, newton: Newton, progress: Progress | None = N
     try:
         path = loaded(system, newton, progress)
         if unstable := modes.instability(path):
-            notify(f"the start of the motion: {unstable}: what little disturbs it takes the bodies away; start from the reference")
+            notify(f"the start of the motion: {unstable}: the smallest disturbance moves the bodies away; use `start: reference`")
     except Notice as notice:
         notice.partial = None
         raise
     except SolverError as error:
         if not whole.components and (free := free_motions.unsupported(whole)[0]):
             raise unheld(free, FREE) from error
-        text = "no equilibrium of the loads at t = 0 was found that the motion could start from"
-        raise SolverError(f"{text}: {error}, or start from the reference", Reason.NO_EQUILIBRIUM, 0.0, error.worst) from error
+        text = "no equilibrium with the loads at t = 0 was found"
+        raise SolverError(f"{text}: {error}, or use `start: reference`", Reason.NO_EQUILIBRIUM, 0.0, error.worst) from error
     x = path.x[-1]
     return Rest(x, turned(system, x), None if path.memory is None else path.memory[-1])
 

@@ -39,8 +39,8 @@ def tell_diverging(run: OpenRun, feed: Feed) -> str:
     if worst is None or not abs(g) > DIVERGING:
         return ""
     given = feed.record[worst.name][1:]
-    back = f"{abs(g):.3g} times as much{', and the other way' if g < 0.0 else ''}"
-    text = f"what controller '{worst.name}' gives makes it give {back}, at its next sample, {worst.sample:g} s later"
+    back = f"{abs(g):.3g} times as large{' and reversed' if g < 0.0 else ''}"
+    text = f"a change in the output of controller '{worst.name}' returns {back} at its next sample, {worst.sample:g} s later"
     grown = f"it went from {given[0]:.3g} to {given[-1]:.3g} {worst.unit}".rstrip() if given else "it has not acted yet"
     return f"{text} ({grown}); lower its gains, to {1.0 / abs(g):.1g} of these or less{shorter(run, worst)}"
 

@@ -279,4 +279,4 @@ def warn(states: Trajectory, last: np.ndarray, held: bool) -> None:
         return
     linear = linearise(states.system, states.x[-1], states.multipliers[-1], float(states.times[-1]), last)
     if free := find_free(states.system, linear).names:
-        notify(f"nothing resists that {'; '.join(free)}: where the bodies are along that is arbitrary; hold them by joints")
+        notify(f"free motions without stiffness: {'; '.join(free)}; positions along them are arbitrary, hold the bodies by joints")

@@ -126,7 +126,7 @@ def warn_of_division(cost: Statistics) -> None:
     """A notice where the iteration failed so often that the motion is hardly resolved."""
     if cost.unresolved:
         failed = f"Newton's iteration failed {cost.halved} times in {cost.steps} steps, which were divided"
-        notify(f"{failed}: the motion is hardly resolved and may have left its path; take a smaller step")
+        notify(f"{failed}: the steps do not resolve the motion, which may be wrong; take a smaller step")
 
 
 def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: int) -> None:

@@ -235,15 +235,15 @@ def warn_of_no_bending(body: Body, S: np.ndarray) -> None:
     Nothing that it lacks is seen in a run, as it is at rest.
     """
     if S.shape[1] <= np.linalg.matrix_rank(np.column_stack([body.constant, body.reference])):
-        text = f"part '{body.name}': its {S.shape[1]} shape functions are rigid motions and even stretches, it does not bend"
+        text = f"part '{body.name}': its {S.shape[1]} shape functions are rigid motions and even stretches, so that it cannot bend"
         notify(f"{text}; take more of them (a smaller tolerance)")
 
 
 def warn_of_size(body: Body, S: np.ndarray) -> None:
     """Say that functions S (b, m) are so many that the dense matrices of a part cost as much as the sparse ones of its body."""
     if S.shape[1] > LARGE * len(S):
-        text = f"part '{body.name}': it has {S.shape[1]} of the {len(S)} functions of its body, and will hardly be faster"
-        notify(f"{text}, if not slower; use the full body, or take fewer of them (a larger tolerance, or modes)")
+        text = f"part '{body.name}': it has {S.shape[1]} of the {len(S)} functions of its body and will not be faster than it"
+        notify(f"{text}; use the full body, or take fewer of them (a larger tolerance, or modes)")
 
 
 def coarser_strains(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:

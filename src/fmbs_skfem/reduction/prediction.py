@@ -134,7 +134,7 @@ def doubts(
     if full_runs == 1:
         found.append("there is one full run only, which does not show how the error depends on the parameters")
     if unresolved:
-        found.append(f"{unresolved} of {full_runs} full motions are hardly resolved: take a smaller time step")
+        found.append(f"{unresolved} of {full_runs} full motions are not resolved by their steps: take a smaller time step")
     if part_error > (PARTS if tolerance is None else tolerance):
         found.append(
             f"it is one against the mechanism with its parts, which err by up to {part_error:.2g} of an output: train these"

@@ -165,7 +165,7 @@ def leaves(given: Expression, instants: np.ndarray) -> str:
         if not isinstance(table, Table) or table.hold or table.call not in given.program:
             continue
         if (beyond := left(given, table, instants)).size:
-            where = f"reads {table.call[:-1]}...) beyond its table from {table.times[0]:g} to {table.times[-1]:g} s"
+            where = f"reads {table.call[:-1]}...) outside of its table, from {table.times[0]:g} to {table.times[-1]:g} s"
             since = f"from t = {beyond[0]:.3g} s on: the table keeps its last value there"
             return f"{where}, {since}; write 'hold: true' beside it if that is meant"
     return ""

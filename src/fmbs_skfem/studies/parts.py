@@ -94,7 +94,7 @@ def body_of(job: Job, scene: Scene, name: str) -> tuple[Body, list[Body]]:
     if part.cells is None or part.shapes is not None:
         elastic = [one.name for one in found if one.cells is not None and one.shapes is None]
         kind = scene.bodies[name].word
-        remedy = "give the scene with the full body, in whose place the part stands" if part.shapes is not None else ""
+        remedy = "give the scene that has the full body in place of the part" if part.shapes is not None else ""
         raise InputError(say("--body", f"a full elastic body ({', '.join(elastic) or 'none here'})", f"'{name}', a {kind}", remedy))
     return part, found
 
@@ -192,9 +192,9 @@ def at_place(part: Body, full: Body) -> Body:
     R = rotation_onto(there - start, here - end)
     own = parts.placed(part, full.name, end - R @ start, R)
     if np.abs(second_moment(own) - second_moment(full)).max() > ALIKE * size**2:
-        got = f"{', '.join(names)} on one line, about which it is turned"
+        got = f"{', '.join(names)} on one line, about which it may be rotated"
         remedy = "name a third place off that line, and train it anew"
-        raise InputError(say(f"part for '{full.name}'", "places that tell how the body stands", got, remedy))
+        raise InputError(say(f"part for '{full.name}'", "places that determine the orientation of the body", got, remedy))
     own = values.changed(own, {name: value.number for name, value in full.values.items() if name in own.values})
     if others := other_numbers(own, full):
         remedy = "train it anew with the material and section of the full body"

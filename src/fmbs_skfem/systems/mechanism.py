@@ -327,5 +327,5 @@ def driven_against(system: System, found: Sequence[Dependence]) -> list[Dependen
 def conflict(found: Sequence[Dependence]) -> SolverError:
     """The error of drives that move what is held or driven already."""
     listed = "; ".join(f"{one.row} with {' and '.join(one.on)}" if one.on else f"{one.row} with what is held" for one in found)
-    text = f"joints contradict each other: {listed}; what a drive moves must be free, remove the drive or what stands against it"
+    text = f"joints contradict each other: {listed}; a driven motion must be free: remove the drive or the joint that holds it"
     return SolverError(text, Reason.INCONSISTENT, 0.0, tuple((one.row, 0.0) for one in found))

@@ -144,5 +144,7 @@ def require_known(reading: Reading, columns: Mapping[str, float]) -> None:
         if np.isnan(columns[column]):
             remedy = "a reduced model knows the reactions of joints between its components alone"
             raise InputError(
-                say(reading.where, "outputs that the model knows", f"'{name}', of which it has dropped '{output}'", remedy)
+                say(
+                    reading.where, "outputs that the reduced model has", f"'{name}', which reads '{output}', left out of it", remedy
+                )
             )

@@ -128,8 +128,8 @@ def beyond(model: Compiled, memory: np.ndarray) -> Iterator[str]:
             for name, part in zip(source.law.tables, each[:, source.law.memory + source.law.kept :].T, strict=True):
                 far[name] = max(far.get(name, 0.0), float(part.max()))
     for name in (name for name, most in far.items() if most > 0.0):
-        text = f"table '{name.removesuffix('()')}' was read up to {far[name]:.3g} beyond its ends (SI units), where it is constant"
-        yield f"{text}; extend it, or say 'hold: true' if that is meant"
+        text = f"table '{name.removesuffix('()')}' was read up to {far[name]:.3g} (SI units) outside of its range"
+        yield f"{text}, where its last value is used; extend it, or say 'hold: true' if that is meant"
 
 
 def add(draft: Draft, where: str, coordinate: str, values: Sequence[OfState], rows: Sequence[int], free: float) -> None:

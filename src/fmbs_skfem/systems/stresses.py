@@ -204,5 +204,5 @@ def warn_of_jump(where: str, draft: Draft, part: Body, at: At) -> None:
         return
     others = [(what, locate(part, end.place)) for what, end in draft.acting if end.body == at.body]
     if meeting := [what for what, there in others if abs(here - float(there)) < near]:  # type: ignore[arg-type]
-        text = f"{', '.join(dict.fromkeys(meeting))} may let forces jump at this place, and what is shown is right on neither side"
-        notify(f"{where}: {text}; read it some cells beside the place")
+        text = f"{', '.join(dict.fromkeys(meeting))} act at this place, where internal forces may jump"
+        notify(f"{where}: {text}: the value shown is right on neither side; read it some cells away")
