@@ -38,7 +38,7 @@ from .constraint_functions import size_of
 from .contact_pair_states import gaps_of, measures
 from .contact_pairs import BeamContacts, whole_line
 from .contact_points import LIMIT, MOST, enough, line_shares
-from .contact_states import find_columns, rows_of
+from .contact_states import ContactColumns, find_columns, rows_of
 from .contacts import CLEAR, ContactGauge, Length, Touch
 from .loads import where
 from .places import At, Draft
@@ -104,7 +104,7 @@ class ContactBeam(Touch):
         )
         self.tell_overlaps(gaps_of(term, reference), size, f"'{self.other}'", "move the beams")
         draft.forces.terms.append(term)
-        draft.gauges[self.name] = ContactGauge("contact", (), 0.0, term)
+        draft.gauges[self.name] = ContactGauge("contact", (), 0.0, (term,))
 
     def lies_along(self, beams: list[Body]) -> bool:
         """Whether nodes touch, of two beams in the reference: all in the plane, and the parallel."""
@@ -166,11 +166,11 @@ def _(term: BeamContacts) -> list[int]:
 
 
 @find_columns.register
-def _(term: BeamContacts, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> list[np.ndarray]:
+def _(term: BeamContacts, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> ContactColumns:
     found = measures(term, y, rate)
     gap, force, slip, normal = found[..., 0], found[..., 1], found[..., 2], found[..., 3:]
     own_nodes = term.rows[: 2 * term.dim * (len(term.spans) + 1)].reshape(-1, 2, term.dim)[:, 0]
     friction = pushes[:, own_nodes].sum(axis=1) - np.einsum("st,stc->sc", force, normal)
     s, k = np.arange(len(y)), np.argmax(force, axis=1)
     sliding = np.where(force[s, k] > 0.0, slip[s, k], 0.0)
-    return [force.sum(axis=1), np.linalg.norm(friction, axis=1), gap.min(axis=1), sliding]
+    return ContactColumns(force.sum(axis=1), friction, gap.min(axis=1), force[s, k], sliding)

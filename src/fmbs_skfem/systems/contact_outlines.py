@@ -20,17 +20,24 @@ def mark_outline(name: str, draft: Draft, term: ContactForces) -> None:
     points = np.concatenate([part.reference[part.constant > 0.5] for part in layout.bodies.values()])
     middle, span = 0.5 * (points.max(axis=0) + points.min(axis=0)), float(np.linalg.norm(np.ptp(points, axis=0)))
     local = outline(term, dim, WIDER * span, term.placed[1:] @ (middle - term.placed[0]))
+    rows, offset = read_shape(draft, term, local)
     if not len(term.frame):
-        rows, offset = csr_array((local.size, layout.size)), (term.placed[0] + local @ term.placed[1:] + layout.origin).ravel()
-    else:
-        own, away = draft.probes.rows_of(term.frame.tolist())
-        turned = len(term.frame) > dim
-        shares = np.hstack([np.ones((len(local), 1)), local]) if turned else np.ones((len(local), 1))
-        spread = csr_array(np.kron(shares, np.eye(dim)))
-        rows, offset = csr_array(spread @ own), spread @ away + (0.0 if turned else (local @ term.placed[1:]).ravel())
+        offset = offset + np.tile(layout.origin, len(local))
     first = draft.sensors.add(rows, offset)
     kind = "plane" if term.shape == PLANE else "outline"
     draft.markers.append((name, kind, tuple(range(first, first + len(offset)))))
+
+
+def read_shape(draft: Draft, term: ContactForces, local: np.ndarray) -> tuple[csr_array, np.ndarray]:
+    """Rows (x c, q) and constants (x c,) of points (x, c) in the axes of a shape; of one that stands still from the origin of q."""
+    dim = term.placed.shape[1]
+    if not len(term.frame):
+        return csr_array((local.size, draft.layout.size)), (term.placed[0] + local @ term.placed[1:]).ravel()
+    own, away = draft.probes.rows_of(term.frame.tolist())
+    turned = len(term.frame) > dim
+    shares = np.hstack([np.ones((len(local), 1)), local]) if turned else np.ones((len(local), 1))
+    spread = csr_array(np.kron(shares, np.eye(dim)))
+    return csr_array(spread @ own), spread @ away + (0.0 if turned else (local @ term.placed[1:]).ravel())
 
 
 def outline(term: ContactForces, dim: int, wide: float, middle: np.ndarray) -> np.ndarray:

@@ -118,10 +118,10 @@ def begin_term(low: Any, F: Any, places: tuple[int, int], p: float, q: float) ->
     """The next term of low rank: d, A_p and B_q from the rows of two pieces, and no forces yet."""
     dim, t = F.dim, low.used[0]
     low.used[0] += 1
+    low.left[t] = 0.0  # all of it, as other forces have more rows
+    low.right[t] = 0.0
     for j in range(8 * dim):
         low.rows[t, j] = F.rows[row_of(j, places, dim)]
-        for f in range(3 * dim):
-            low.left[t, f, j] = low.right[t, f, j] = 0.0
     i, j = piece(p, F.spans), piece(q, F.others)
     at, by, other, along = (
         shares(p - i, 0, F.spans[i]),

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import singledispatch
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from ..core.errors import InputError, closest, listed, say
 from ..core.records import dataclass
+from .contact_facet_forces import measures
+from .contact_facet_pairs import FacetContacts
 from .contact_forces import ContactForces
 from .contact_shapes import distances
 from .contacts import ContactGauge
@@ -37,16 +39,28 @@ class ContactState(Probe, word="contact"):
             known = [key for key, one in draft.gauges.items() if isinstance(one, ContactGauge)]
             expected = f"one of the contacts {listed(known, self.load, 'of which there are none')}"
             raise InputError(say(f"output '{name}'", expected, f"'{self.load}'") + closest(self.load, known))
-        read = rows_of(gauge.term)
+        read = [row for term in gauge.terms for row in rows_of(term)]
         rows, offset = draft.probes.rows_of(read)
         first = draft.sensors.add(rows, offset - rows @ draft.layout.shift)  # sensors count from the origin of the scene
         columns = tuple(f"{name}_{part}" for part in PARTS)
-        return Output(self.word, tuple(range(first, first + len(offset))), columns, parameters=(float(read[0]),))
+        return Output(
+            self.word,
+            tuple(range(first, first + len(offset))),
+            columns,
+            parameters=tuple(float(rows_of(term)[0]) for term in gauge.terms),
+        )
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        term = next(one for one in sensed.forces if rows_of(one)[:1] == [int(output.parameters[0])])
-        return find_columns(term, sensed.values, sensed.rates, sensed.pushes())
+        found, first, pushes = list[ContactColumns](), 0, sensed.pushes()
+        for row in output.parameters:
+            term = next(one for one in sensed.forces if rows_of(one)[:1] == [int(row)])
+            part = slice(first, first + len(rows_of(term)))
+            found.append(find_columns(term, sensed.values[:, part], sensed.rates[:, part], pushes))
+            first = part.stop
+        force, friction, gap, most, slip = (np.array(columns) for columns in zip(*found, strict=True))
+        sliding = slip[np.argmax(most, axis=0), np.arange(slip.shape[1])]
+        return [force.sum(axis=0), np.linalg.norm(friction.sum(axis=0), axis=1), gap.min(axis=0), sliding]
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
@@ -54,7 +68,17 @@ class ContactState(Probe, word="contact"):
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        return None, len(PARTS), 1
+        return None, len(PARTS), None
+
+
+class ContactColumns(NamedTuple):
+    """What a term does: columns (s,) and vectors (s, c) over samples of a motion."""
+
+    force: np.ndarray  #: (s,) sum of normal forces [N]
+    friction: np.ndarray  #: (s, c) sum of those of friction on what touches [N]
+    gap: np.ndarray  #: (s,) the smallest one [m]
+    most: np.ndarray  #: (s,) normal force of the point that is pressed most [N]
+    slip: np.ndarray  #: (s,) how fast that slides, 0 where none touches [m/s]
 
 
 @singledispatch
@@ -69,13 +93,13 @@ def _(term: ContactForces) -> list[int]:
 
 
 @singledispatch
-def find_columns(term: Any, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> list[np.ndarray]:
-    """Columns (s,) from the rows of a contact (s, i), their rates, and the forces on all probe rows (s, j)."""
+def find_columns(term: Any, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> ContactColumns:
+    """Columns from the rows of a contact (s, i), their rates, and the forces on all probe rows (s, j)."""
     raise TypeError(type(term))
 
 
 @find_columns.register
-def _(term: ContactForces, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> list[np.ndarray]:
+def _(term: ContactForces, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> ContactColumns:
     count, wide = term.rows.shape
     dim, samples = term.placed.shape[1], len(y)
     points, moves = (part[:, : count * wide].reshape(samples, count, -1, dim) for part in (y, rate))
@@ -100,7 +124,27 @@ def _(term: ContactForces, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) 
     )
     speed -= np.sum(speed * normal, axis=1)[:, None] * normal
     slip = np.where(pressed[s, k] > 0.0, np.linalg.norm(speed, axis=1), 0.0)
-    return [pressed.sum(axis=1), np.linalg.norm(friction, axis=1), (away - term.radius).min(axis=1), slip]
+    return ContactColumns(pressed.sum(axis=1), friction, (away - term.radius).min(axis=1), pressed[s, k], slip)
+
+
+@rows_of.register
+def _(term: FacetContacts) -> list[int]:
+    return [int(row) for row in term.rows]
+
+
+@find_columns.register
+def _(term: FacetContacts, y: np.ndarray, rate: np.ndarray, pushes: np.ndarray) -> ContactColumns:
+    found = measures(term, y, rate)
+    gap, slip, normal = found[..., 0], found[..., 2], found[..., 3:]
+    force = pushes[:, term.rows[-3 * len(term) :]].reshape(len(y), len(term), 3)
+    pressed = np.einsum("stc,stc->st", force, normal)
+    beyond = pressed < 0.0  # the middle of the surface, which the rows of one state do not say
+    gap = np.where(beyond, -gap - 2.0 * term.radius, gap)
+    friction = np.einsum("st,stc->sc", pressed, normal) - force.sum(axis=1)
+    pressed = np.abs(pressed)
+    s, k = np.arange(len(y)), np.argmax(pressed, axis=1)
+    sliding = np.where(pressed[s, k] > 0.0, slip[s, k], 0.0)
+    return ContactColumns(pressed.sum(axis=1), friction, gap.min(axis=1), pressed[s, k], sliding)
 
 
 def shape_of(term: ContactForces, rows: np.ndarray, still: float) -> np.ndarray:

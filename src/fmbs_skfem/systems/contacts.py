@@ -33,6 +33,7 @@ from ..core.problems import Problem
 from ..core.records import dataclass
 from . import contact_shapes, fields
 from .constraint_functions import needs_axis, normals, size_of, unit
+from .contact_facet_points import facet_gaps, facets
 from .contact_forces import ContactForces
 from .contact_law import LAW
 from .contact_outlines import mark_outline
@@ -53,7 +54,7 @@ Damping = Annotated[float, fields.quantity("N s/m", ">= 0")]
 class ContactGauge(Gauge):
     """What a contact measures."""
 
-    term: Any  #: ContactForces or BeamContacts
+    terms: tuple[Any, ...]  #: ContactForces, FacetContacts or BeamContacts
 
 
 @dataclass(frozen=True)
@@ -188,14 +189,17 @@ class Contact(Touch, ABC):
             self.weights(touching.shares, len(touching.rows)),
         )
         gaps = overlaps(term, touching.places, placed)
+        between = facets(name, draft, self.body, term)
+        beside = [facet_gaps(draft, one) for one in between]
         if self.overlap == "keep":
             term = replace(term, radius=term.radius + np.minimum(gaps, 0.0))
+            between = [replace(one, radius=one.radius + np.minimum(gap, 0.0)) for one, gap in zip(between, beside, strict=True)]
         else:
             reach = max(size, float(np.abs(touching.places - placed[0]).max()))
-            self.tell_overlaps(gaps, reach, "the shape", "move the bodies, or write 'overlap: keep'")
-        draft.forces.terms.append(term)
+            self.tell_overlaps(np.concatenate([gaps, *beside]), reach, "the shape", "move the bodies, or write 'overlap: keep'")
+        draft.forces.terms += [term, *between]
         mark_outline(self.name, draft, term)
-        draft.gauges[self.name] = ContactGauge("contact", (), 0.0, term)
+        draft.gauges[self.name] = ContactGauge("contact", (), 0.0, (term, *between))
 
     def center_of(self, draft: Draft, shape: Shape) -> np.ndarray:
         """The origin of the shape, by default the place that carries it."""
