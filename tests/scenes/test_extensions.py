@@ -31,7 +31,7 @@ from fmbs_skfem.systems import probes
 from fmbs_skfem.systems.constraint_laws import ConstraintLaw
 from fmbs_skfem.systems.force_laws import ForceLaw
 
-from ..cli.calls import ROOT, fmbs
+from ..cli.calls import ROOT, Call, fmbs
 from ..robustness.inputs import BEAM, beam
 
 PAGE = (ROOT / "docs" / "extensions.md").read_text(encoding="utf-8")
@@ -302,7 +302,10 @@ def test_the_python_of_the_page_runs(project: Path, monkeypatch: pytest.MonkeyPa
         ("[nowhere.py]", r"extensions\[0\]: expected a Python file .*nowhere.py, which is not there"),
         ("[own.yaml]", r"extensions\[0\]: expected a Python file \(\.py\)"),
         ("my_joint.py", r"extensions: expected a list of Python files"),
-        ("[broken.py]", r"extensions\[0\]: expected a Python file that runs, got ZeroDivisionError in line 2: division by zero"),
+        (
+            "[broken.py]",
+            r"extensions\[0\]: expected a Python file that runs, got ZeroDivisionError in broken.py, line 2: division by zero",
+        ),
         ("[twice.py]", r"expected a word of its own, got 'pin', which is that of fmbs_skfem"),
         ("[bare.py]", r"class Bare: expected a dataclass"),
         ("[half.py]", r"class Half: expected the methods constrain, got none of these"),
@@ -466,6 +469,81 @@ WRONG = {
         "analysis: {type: broken, duration: 1 s}",
     ),
 }
+#: what a file returns that is of no use, with what the scene says of it
+USELESS = {
+    "no pairs": (
+        "@force(compiled=False)\ndef broken(t, at: fields.Place):\n    'x'\n    return 1.0\n",
+        "loads: {b: {type: broken, at: beam.right}}",
+        "own.py, class broken: expected values of the kind that its base asks for, got TypeError: 'float' object is not iterable",
+    ),
+    "an exit": (
+        "@force(compiled=False)\ndef broken(t, at: fields.Place):\n    'x'\n    raise SystemExit(0)\n",
+        "loads: {b: {type: broken, at: beam.right}}",
+        "own.py, line 19: expected a Python file that runs, got SystemExit: 0",
+    ),
+    "a text as energy": (
+        "@force(energy=True)\ndef broken(at: fields.Place):\n    'x'\n    return 'x'\n",
+        "loads: {b: {type: broken, at: beam.right}}",
+        "energy: expected a real expression of its arguments, got 'x'",
+    ),
+    "a force of something unknown": (
+        "@force(energy=True)\ndef broken(at: fields.Place):\n    'x'\n    import sympy\n    return sympy.Symbol('q')\n",
+        "loads: {b: {type: broken, at: beam.right}}",
+        "expected expressions of its arguments, got q in them",
+    ),
+    "a complex row": (
+        "@dataclass(frozen=True)\nclass Broken(OwnJoint):\n    'x'\n    name: str\n    at: fields.Place\n"
+        "    @staticmethod\n    def equations(at):\n        return {'a': 1j}\n",
+        "joints: {b: {type: broken, at: beam.left}}",
+        "class Broken: 'a': expected a real expression of its arguments, got 1j",
+    ),
+    "a coefficient": (
+        "@dataclass(frozen=True)\nclass Broken(Joint):\n    'x'\n    name: str\n    at: fields.Place\n"
+        "    def constrain(self, draft):\n        draft.constraints.row(self.name, 'c', (float('nan'), -1, 0, 0))\n",
+        "joints: {b: {type: broken, at: beam.left}}",
+        "joint 'b'.c: expected terms of a finite coefficient, and numbers of a signal and of rows i, j, or -1, got (nan, -1, 0, 0)",
+    ),
+    "a row that there is not": (
+        "@dataclass(frozen=True)\nclass Broken(Joint):\n    'x'\n    name: str\n    at: fields.Place\n"
+        "    def constrain(self, draft):\n        draft.constraints.row(self.name, 'c', (1.0, -1, 99, -1))\n",
+        "joints: {b: {type: broken, at: beam.left}}",
+        "signals and 2 rows, got signal -1, rows 99 and -1",
+    ),
+    "a row of a load": (
+        "@dataclass(frozen=True)\nclass Broken(Load):\n    'x'\n    name: str\n    at: fields.Place\n"
+        "    def push(self, draft):\n        draft.forces.dead([99], [1.0])\n",
+        "loads: {b: {type: broken, at: beam.right}}",
+        "law 'dead': expected numbers of the 4 rows that there are, got rows [99]",
+    ),
+    "a number as function of time": (
+        "@dataclass(frozen=True)\nclass Broken(Load):\n    'x'\n    name: str\n    at: fields.Place\n"
+        "    def push(self, draft):\n        draft.signal(2.0)\n",
+        "loads: {b: {type: broken, at: beam.right}}",
+        "signal: expected a function of time, got 2.0",
+    ),
+    "one value": (
+        "@dataclass(frozen=True)\nclass Broken(Probe):\n    'x'\n    at: fields.Place\n    unit: ClassVar[str] = 'm'\n"
+        "    def sense(self, name, draft):\n        return self.output(draft, (name,), [draft.layout.read('b', self.at)])\n"
+        "    @staticmethod\n    def evaluate(output, sensed):\n        return [3.0]\n",
+        "outputs: {b: {type: broken, at: beam.right}}",
+        "output 'b': evaluate: expected 11 numbers a column, one an instant, got an array () of float64",
+    ),
+    "a unit": (
+        "@dataclass(frozen=True)\nclass Broken(Probe):\n    'x'\n    at: fields.Place\n    unit: ClassVar[str] = {}\n"
+        "    def sense(self, name, draft):\n        return self.output(draft, (name,), [draft.layout.read('b', self.at)])\n"
+        "    @staticmethod\n    def evaluate(output, sensed):\n        return [sensed.values[:, 0]]\n",
+        "outputs: {b: {type: broken, at: beam.right}}",
+        "output 'b': unit: expected a text such as 'm', got ({},)",
+    ),
+    "coefficients": (
+        "@dataclass(frozen=True)\nclass Own(GeneralizedAlpha):\n    'x'\n    @property\n    def coefficients(self):\n"
+        "        return 0.0, 0.1, float('nan'), 0.3\n"
+        "@dataclass(frozen=True, kw_only=True)\nclass Broken(Dynamic):\n    'x'\n    @property\n    def scheme(self):\n"
+        "        return Own(self.step)\n",
+        "analysis: {type: broken, duration: 10 ms, step: 1 ms}",
+        "class Own.coefficients: expected four finite numbers alpha_m < 1, alpha_f < 1, gamma > 0, beta > 0, got (0.0",
+    ),
+}
 HEAD = """\
 from dataclasses import dataclass
 from typing import ClassVar
@@ -473,23 +551,41 @@ from typing import ClassVar
 import numpy as np
 
 from fmbs_skfem.core.fields import Time
+from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.scenes.analyses import Form, History
+from fmbs_skfem.scenes.dynamic import Dynamic
 from fmbs_skfem.systems import fields
 from fmbs_skfem.systems.force_functions import force
 from fmbs_skfem.systems.joints import Joint
+from fmbs_skfem.systems.loads import Load
+from fmbs_skfem.systems.own_joints import OwnJoint
 from fmbs_skfem.systems.probes import Probe
 """
+
+
+def run_with(folder: Path, content: str, section: str) -> Call:
+    """`fmbs run` of the beam with a file of a user's own, and a section of the scene in place of its own one."""
+    (folder / "own.py").write_text(HEAD + content)
+    name = section.partition(":")[0]
+    text = re.sub(rf"^{name}:.*\n(  .*\n)*", "", BEAM, flags=re.MULTILINE)
+    path = beam(folder, f"{text}\n{section}\nextensions: [own.py]\n")
+    return fmbs("run", path, "--no-plots", "--out", folder / "out")
+
+
+@pytest.mark.parametrize("kind", USELESS)
+def test_what_is_returned_and_of_no_use_is_refused(kind: str, tmp_path: Path) -> None:
+    content, section, message = USELESS[kind]
+    done = run_with(tmp_path, content, section)
+    assert done.code == 3, done.err
+    assert message in done.err
+    assert "internal error" not in done.err
 
 
 @pytest.mark.parametrize("kind", WRONG)
 def test_errors_of_ones_own_are_told_with_file_and_line(kind: str, tmp_path: Path) -> None:
     """Exit code 3, and no word of an internal error of the package."""
     content, section = WRONG[kind]
-    (tmp_path / "own.py").write_text(HEAD + content)
-    name = section.partition(":")[0]
-    text = re.sub(rf"^{name}:.*\n(  .*\n)*", "", BEAM, flags=re.MULTILINE)
-    path = beam(tmp_path, f"{text}\n{section}\nextensions: [own.py]\n")
-    done = fmbs("run", path, "--no-plots", "--out", tmp_path / "out")
+    done = run_with(tmp_path, content, section)
     lines = [f"line {k}" for k, row in enumerate((HEAD + content).splitlines(), 1) if row.endswith("# here")]
     assert done.code == 3, done.err
     assert f"{tmp_path / 'own.py'}, {(lines or ['class Broken'])[0]}: expected a Python file that runs, got " in done.err

@@ -37,6 +37,13 @@ def define(
     """
     if not name.isidentifier():
         raise InputError(say("own_laws.define: name", "a word of letters, digits and _", f"'{name}'"))
+    place = f"own_laws.define: law '{name}'"
+    if not isinstance(vectors, int) or vectors < 1:
+        raise InputError(say(place, "a number of vectors of 1 or more", repr(vectors)))
+    if not all(isinstance(one, str) for one in section):
+        raise InputError(say(place, "a section of names", repr(section)))
+    if not callable(energy) or not (dissipation is None or callable(dissipation)):
+        raise InputError(say(place, "functions for energy and dissipation", f"{energy!r} and {dissipation!r}"))
 
     @cache
     def loops() -> ModuleType:

@@ -19,7 +19,7 @@ from typing import TypeAlias
 import sympy
 
 from ..core.records import dataclass
-from ..core.symbols import Expression, module, statements
+from ..core.symbols import Expression, module, scalar, statements
 from .laws import KINDS
 
 Vectors: TypeAlias = list[sympy.Matrix]  #: r,1 ... r,k
@@ -105,12 +105,12 @@ def results(law: LawSymbols, dim: int, kind: str) -> tuple[list[Expression], lis
     *section, w = sympy.symbols(f"s:{len(law.section) + 1}", real=True)  # names of a user could be those of other variables
     beta = sympy.Symbol("beta")
     r, rates = ([sympy.Matrix(one[k * dim : (k + 1) * dim]) for k in range(law.vectors)] for one in (u, v))
-    W, symbols = law.energy(r, *section), [*u, *v, *section, w, beta]
+    W, symbols = scalar("energy of a law", law.energy(r, *section)), [*u, *v, *section, w, beta]
     if kind == "energy":
         return [w * W], symbols
     S = [sympy.diff(W, x) for x in u]
     damped = kind in ("damped_stress", "viscosity", "dissipation")
-    R = law.dissipation(r, rates, *section) if damped and law.dissipation else sympy.Integer(0)
+    R = scalar("dissipation of a law", law.dissipation(r, rates, *section) if damped and law.dissipation else 0)
     if kind == "dissipation":
         return [2 * w * R], symbols
     pull = [sympy.diff(R, y) for y in v]

@@ -20,6 +20,7 @@ import sympy
 from sympy.printing.pycode import PythonCodePrinter
 
 from .compilation import LAW
+from .errors import InputError, say
 from .expressions import Algebra
 from .jit import cache_folder
 
@@ -45,6 +46,17 @@ class Printer(PythonCodePrinter):
         return f"{type(call).__name__}({', '.join(self._print(one) for one in call.args)})"
 
     _print_Integer = _print_Half = _print_Rational
+
+
+def scalar(place: str, value: Expression) -> Expression:
+    """A value as a real expression; InputError where it is a text, a vector, complex, or no finite number."""
+    try:
+        found = sympy.sympify(value, strict=True)
+    except sympy.SympifyError:
+        found = None
+    if not isinstance(found, sympy.Expr) or found.has(sympy.I, sympy.nan, sympy.zoo, sympy.oo, -sympy.oo):
+        raise InputError(say(place, "a real expression of its arguments", repr(value)))
+    return found
 
 
 def function(name: str, slope: Callable[..., Expression] | None = None) -> Any:

@@ -249,10 +249,15 @@ def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[
         way = None if trajectory.way is None else (trajectory.way.values[:, rows], trajectory.way.kept)
         read = y[:, rows], rate[:, rows], change[:, rows]
         sensed = Sensed(name, trajectory.system.dim, trajectory.times, *read, *whole, forces, way)
-        values = list(kind_of(output).evaluate(output, sensed))
+        kind = kind_of(output)
+        values = [np.asarray(one) for one in kind.evaluate(output, sensed)]
         if len(values) != len(output.columns):
             expected = f"as many values as columns ({', '.join(output.columns)})"
             raise InputError(say(f"output '{name}': evaluate", expected, f"{len(values)} values"))
+        for one in values:
+            if one.shape != trajectory.times.shape or one.dtype.kind not in "biuf":
+                expected, got = f"{len(trajectory.times)} numbers a column, one an instant", f"an array {one.shape} of {one.dtype}"
+                raise InputError(say(f"output '{name}': evaluate", expected, got))
         columns.update(zip(output.columns, values, strict=True))
     return columns
 

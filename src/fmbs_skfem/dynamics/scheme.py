@@ -55,6 +55,11 @@ class GeneralizedAlpha:
             raise InputError(say("analysis.rho_inf", "a number between 0 and 1", self.rho_inf))
         if self.start not in get_args(Start):
             raise InputError(say("analysis.start", " or ".join(get_args(Start)), self.start))
+        found: Any = self.coefficients  # of one's own may be anything
+        four = isinstance(found, tuple) and len(found) == 4 and all(isinstance(one, int | float) for one in found)
+        if not (four and np.isfinite(found).all() and max(found[:2]) < 1 and min(found[2:]) > 0):
+            expected = "four finite numbers alpha_m < 1, alpha_f < 1, gamma > 0, beta > 0"
+            raise InputError(say(f"class {type(self).__qualname__}.coefficients", expected, found))
 
     @property
     def coefficients(self) -> tuple[float, float, float, float]:

@@ -160,7 +160,10 @@ def history(scene: Scene) -> History:
 
 def _body(scene: Scene, name: str, cells: int | None, allow_outside: bool) -> Body:
     try:
-        return scene.bodies[name].build(scene, cells, allow_outside)
+        found = scene.bodies[name].build(scene, cells, allow_outside)
+        if not isinstance(found, Body):
+            raise InputError(say(f"class {type(scene.bodies[name]).__qualname__}: build", "a Body", repr(found)))
+        return found
     except InputError as error:
         raise InputError(f"{where(scene, 'bodies', name)}: {error}") from error
 

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
-from types import CodeType, ModuleType
+from types import CodeType, FunctionType, ModuleType
 
 from ..core import consents
 from ..core.errors import InputError
@@ -96,12 +96,27 @@ def digest_of(path: Path) -> str:
 
 def place_of(error: BaseException) -> str:
     """File and line of an extension that an exception comes from or has passed, or its class that lacks something; else nothing."""
-    frames = reversed(traceback.extract_tb(error.__traceback__))
+    chain = [one.__traceback__ for one in (error, error.__cause__) if one is not None]
+    frames = [frame for one in chain for frame in reversed(traceback.extract_tb(one))]
     files = {file_of(name) for name in sys.modules if name.startswith(PREFIX)}
     if line := next((f"{frame.filename}, line {frame.lineno}" for frame in frames if frame.filename in files), ""):
         return line
     owner = type(getattr(error, "obj", None))  # of an AttributeError
     return f"{file_of(owner.__module__)}, class {owner.__qualname__}" if owner.__module__.startswith(PREFIX) else ""
+
+
+def class_of(error: BaseException) -> str:
+    """The class or function of an extension that was at hand where an exception came, the innermost first; else nothing.
+
+    That what it returned is of no use shows only where the package goes on with it, in no line of its file.
+    """
+    for frame, _ in reversed(list(traceback.walk_tb(error.__traceback__))):
+        for value in frame.f_locals.values():
+            owner = value if isinstance(value, type | FunctionType) else type(value)
+            if str(owner.__module__).startswith(PREFIX):
+                what = "class" if isinstance(owner, type) else "function"
+                return f"{file_of(owner.__module__)}, {what} {owner.__qualname__}"
+    return ""
 
 
 def file_of(module: str) -> str:
@@ -120,8 +135,8 @@ def run(path: Path) -> None:
         remark(f"runs the Python file {path}")
     try:
         importlib.import_module(name)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         last = next((frame for frame in reversed(traceback.extract_tb(error.__traceback__)) if frame.filename == str(path)), None)
-        where = f" in line {last.lineno}" if last is not None else ""
+        where = f" in {path.name}, line {last.lineno}" if last is not None else ""
         raise Problem("a Python file that runs", f"{type(error).__name__}{where}: {error}") from error
     RUN[name] = digest

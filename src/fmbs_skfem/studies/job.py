@@ -115,19 +115,24 @@ def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
 
 @contextlib.contextmanager
 def blamed_on_extensions() -> Iterator[None]:
-    """An exception that comes from a Python file of the user's own is an InputError with its file and line."""
+    """An exception of a Python file of the user's own, or over what it returned, is an InputError with its file and line or class.
+
+    Also its call of `sys.exit`, which would end a run without a word.
+    """
     try:
         yield
     except (FmbsError, Notice, MemoryError):
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         from ..scenes import extensions
 
-        place = extensions.place_of(error)
-        if not place:
-            raise
         got = f"{type(error).__name__}: {error}"
-        raise InputError(say(place, "a Python file that runs", got, "correct it; --debug shows the traceback")) from error
+        if place := extensions.place_of(error):
+            raise InputError(say(place, "a Python file that runs", got, "correct it; --debug shows the traceback")) from error
+        if place := extensions.class_of(error):
+            remedy = "correct what it returns (docs/extensions.md); where it is right, report the output of --debug"
+            raise InputError(say(place, "values of the kind that its base asks for", got, remedy)) from error
+        raise
 
 
 @contextlib.contextmanager

@@ -124,6 +124,7 @@ def assemble(
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, layout.dim)
         load.push(draft)
+    draft.require_rows()
     triggers, locks, loose = attend(
         draft, events or {}, joints, wanted.numbers[sum(len(one.reads) for one in steered) :], constraints
     )
@@ -134,6 +135,8 @@ def assemble(
     for name, probe in (outputs or {}).items():
         require_sound("output", name, probe, probe_rules.Probe, layout.dim)
         sensed[name] = probe.sense(name, draft)
+        if not all(isinstance(unit, str) for unit in probe.units(name, sensed[name])):
+            raise InputError(say(f"output '{name}': unit", "a text such as 'm'", repr(probe.units(name, sensed[name]))))
     probe_rules.require_distinct_columns(sensed)
     mass = diagonal([alike(part.mass, layout.dim) for part in parts])
     probes = draft.probes.affine()

@@ -81,10 +81,10 @@ class ForceSymbols:
     tables: Mapping[str, tuple[int, int]] = field(default_factory=dict)  #: first number and end of every curve by its name
 
     def unknown(self) -> set[Expression]:
-        """Symbols in the forces that are none of the law's."""
+        """Symbols in the forces and their energy that are none of the law's."""
         count = len(self.force)
         own = {*rows(count), *rates(count), *numbers(self.numbers), *(history(k) for k in range(self.histories))}
-        return set().union(*(sympy.sympify(value).free_symbols for value in self.force)) - own
+        return set().union(*(sympy.sympify(value).free_symbols for value in (*self.force, self.energy))) - own
 
 
 def pruned(law: ForceSymbols) -> tuple[ForceSymbols, tuple[int, ...]]:

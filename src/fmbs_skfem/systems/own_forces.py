@@ -84,13 +84,13 @@ def made(kind: type[OwnForce], name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     from . import force_symbols as written
 
     place, known = f"force law '{name}'", own_symbols.symbols_of(arguments_of(kind), name.partition("|")[2])
-    potential = sympy.sympify(known.call(kind.energy))
+    potential = symbols.scalar(f"{place}: energy", known.call(kind.energy))
     F = [-sympy.diff(potential, one) for one in written.rows(len(known.vectors))]
     for vector, force in known.call(kind.act):
         if len(vector) != len(force) or not set(vector) <= set(known.vectors):
             raise InputError(say(f"{place}: act", "pairs of a vector of a place and a force on it", f"{vector} and {force}"))
         for symbol, part in zip(vector, force, strict=True):
-            F[known.vectors.index(symbol)] += part
+            F[known.vectors.index(symbol)] += symbols.scalar(f"{place}: act", part)
     law, used = written.pruned(written.ForceSymbols(F, known.numbers, known.histories, potential))
     if unknown := law.unknown():
         raise InputError(say(place, "expressions of its arguments", f"{', '.join(sorted(map(str, unknown)))} in them"))

@@ -61,13 +61,13 @@ class OwnJoint(Joint, ABC, word=None):
 def functions_of(kind: type[OwnJoint], sizes: str) -> dict[str, tuple[Any, tuple[int, ...]]]:
     """Functions in symbols by name, and which of the rows of its places they read."""
     extras.need("symbols", f"class {kind.__qualname__}")
-    import sympy
-
+    from ..core import symbols
     from . import constraint_symbols as written
 
     known, found = own_symbols.symbols_of(own_symbols.arguments_of(kind, (kind.equations,)), sizes), {}
     for name, phi in known.call(kind.equations).items():
-        law, used = written.pruned(written.RowSymbols(sympy.sympify(phi), len(known.vectors), known.numbers, known.histories))
+        phi = symbols.scalar(f"class {kind.__qualname__}: '{name}'", phi)
+        law, used = written.pruned(written.RowSymbols(phi, len(known.vectors), known.numbers, known.histories))
         if unknown := law.unknown():
             got = f"{', '.join(sorted(map(str, unknown)))} in '{name}'"
             raise InputError(say(f"class {kind.__qualname__}", "expressions of its arguments without velocities", got))

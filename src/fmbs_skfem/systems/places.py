@@ -16,7 +16,7 @@ from ..core.errors import InputError, closest, listed, say
 from ..core.inputs import Source
 from ..core.records import dataclass
 from ..shapes.surface import Surface
-from . import constraint_laws, force_laws
+from . import constraint_laws, force_laws, row_laws
 from .constraint_laws import ConstraintLaw, LawRows
 from .force_laws import ForceLaw
 from .system import Affine, Lock, Signal
@@ -194,8 +194,15 @@ class TermCollector:
     ) -> None:
         """One constraint: terms (coefficient, signal, i, j).
 
-        `about` is (u, n) of u . n = 0, a moment about u x n; `along` is the direction of a force that is along no axis.
+        `about` is (u, n) of u . n = 0, a moment about u x n; `along` is the direction of a force that is along no axis. InputError
+        where a coefficient is no finite number, or a signal, i or j is no whole number from -1 on.
         """
+        given: tuple[Any, ...] = terms
+        for factor, *places in given:
+            known = isinstance(factor, int | float | np.number) and np.isfinite(factor) and len(places) == 3
+            if not known or not all(isinstance(one, int | np.integer) and one >= -1 for one in places):
+                expected = "terms of a finite coefficient, and numbers of a signal and of rows i, j, or -1"
+                raise InputError(say(f"joint '{joint}'.{coordinate}", expected, (factor, *places)))
         self.names.append((joint, coordinate))
         if along is not None:
             self.directions[joint, coordinate] = along
@@ -228,6 +235,8 @@ class Forces:
 
     def dead(self, rows: Sequence[int], coefficients: ArrayLike, signal: int = -1) -> None:
         """Forces coefficient s(t) on probe rows [N per unit of the row], s the function of time of this number or 1."""
+        if not np.isfinite(np.asarray(coefficients, dtype=float)).all():
+            raise InputError(say("dead forces", "finite coefficients", coefficients))
         self.terms.append(force_laws.dead(np.array(rows, dtype=np.int64), coefficients, np.full(len(rows), signal)))
 
     def act(self, law: str | ForceLaw, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()) -> None:
@@ -261,9 +270,28 @@ class Draft:
     locks: Sequence[Lock] = ()  #: of joints that events lock
     acting: Sequence[tuple[str, At]] = ()  #: joints and loads, as messages name them, and the places that they act on
 
+    def require_rows(self) -> None:
+        """InputError where joints or loads have rows or functions that there are none of: compiled code reads them unasked."""
+        rows, signals = self.probes.count, len(self.signals)
+        for k, _, signal, i, j in self.constraints.terms:
+            if max(i, j) >= rows or signal >= signals:
+                joint, coordinate = self.constraints.names[k]
+                got = f"signal {signal}, rows {i} and {j}"
+                raise InputError(say(f"joint '{joint}'.{coordinate}", f"numbers of the {signals} signals and {rows} rows", got))
+        for one in (*self.forces.terms, *self.constraints.laws):
+            if isinstance(one, row_laws.Groups):
+                for what, numbers, least, count in (("rows", one.rows, 0, rows), ("signals", one.signals, -1, signals)):
+                    if numbers.size and not least <= numbers.min() <= numbers.max() < count:
+                        got = f"{what} {numbers.ravel().tolist()[:9]}"
+                        raise InputError(say(f"law '{one.law.name}'", f"numbers of the {count} {what} that there are", got))
+
     def signal(self, function: Signal | None) -> int:
-        """The number of a function of time; -1 for None, the constant 1."""
+        """The number of a function of time; -1 for None, the constant 1. InputError where it is no function."""
         if function is None:
             return -1
+        given: object = function
+        if not callable(given):
+            remedy = "make one of a number or a text: expressions.of_time(2.0)"
+            raise InputError(say("signal", "a function of time", repr(function), remedy))
         self.signals.append(function)
         return len(self.signals) - 1
