@@ -117,6 +117,8 @@ def test_ends_of_a_range_are_inside() -> None:
         ),
         ("{range: [-1, 3]}", "{range: 3}", "scene:6: parameters.r.range: expected a list of two quantities"),
         ("{range: [-1, 3]}", "{range: [q, 3]}", r"scene:6: parameters.r.range\[0\]: expected one of the names E, d, pi, got 'q'"),
+        ("[-1, 3]", "[-1e308, 1e308]", "scene:6: parameters.r.range: expected a range whose width is a finite number"),
+        ("1 mm, 100 mm", "1e-300 m, 1e300 m", "scene:5: parameters.d.range: expected a range whose width is a finite number"),
         ("  r: ", "  t: ", "scene:6: parameters.t: expected a name of letters"),
         ("mass: m", "mass: d", r"scene:11: bodies.ball.mass: expected a mass \[kg\], got 'd' \(length\)"),
         ("parameters:\n", "parameters: 3\nrest:\n", "scene:3: parameters: expected a mapping of names and quantities, got 3"),

@@ -8,6 +8,7 @@ Without a value it is the middle of the range on its scale, (low + high) / 2 or 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import field, replace
 from functools import partial
@@ -153,6 +154,8 @@ def wrong_ends(first: Written, last: Written, log: bool) -> Problem | None:
         return Problem("a range whose first value is smaller than its second", text)
     if log and low <= 0.0:
         return Problem("a range above zero for the scale log", text, "write 'scale: linear', or a larger first value")
+    if not math.isfinite(high / low if log else high - low):
+        return Problem("a range whose width is a finite number", text)
     return None
 
 
