@@ -180,5 +180,5 @@ def test_a_controlled_arm_reduced(tmp_path: Path) -> None:
     assert len(done["models"]) > 2
     for model in done["models"]:
         assert model["status"] == "done"
-        for name in ("hinge", "tip_x", "tip_y", "drive_angle"):
+        for name in ("hinge", "tip_x", "tip_y", "drive_torque"):
             assert model["outputs"][name]["relative"] <= 1e-3

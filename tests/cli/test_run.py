@@ -49,7 +49,7 @@ def test_the_step_that_compiles_a_model_warns_of_nothing(tmp_path: Path, monkeyp
     [
         ("spin_up", "0.05", ["tip_deflection", "tip_x", "tip_y"]),
         ("double_pendulum", "0.02", ["B_x", "B_y", "B_z", "C_x", "C_y", "C_z"]),
-        ("four_bar", "0.05", ["C_x", "C_y", "coupler_slope_x", "coupler_slope_y", "motor_angle"]),
+        ("four_bar", "0.05", ["C_x", "C_y", "coupler_slope_x", "coupler_slope_y", "motor_torque"]),
         ("hanging_mass", "0.05", ["mass_x", "mass_y", "mass_z", "speed_x"]),
     ],
 )
@@ -76,11 +76,23 @@ def test_every_column_has_its_unit_and_a_drive_a_torque(tmp_path: Path) -> None:
     done = fmbs("run", EXAMPLES / "four_bar.yaml", "--out", out, "--duration", "0.01")
     found = json.loads((out / "report.json").read_text())
     assert found["units"].keys() == found["outputs"].keys()
-    assert (found["units"]["C_x"], found["units"]["coupler_slope_x"], found["units"]["motor_angle"]) == ("m", "", "N m")
+    assert (found["units"]["C_x"], found["units"]["coupler_slope_x"], found["units"]["motor_torque"]) == ("m", "", "N m")
     assert json.loads((out / "outputs.units.json").read_text()) == {"t": "s", **found["units"]}
-    assert found["labels"] == {"motor_angle": "moment about z"}
-    assert "motor_angle: moment about z [N m]" in done.out
+    assert found["labels"] == {"motor_torque": "moment about z"}
+    assert "motor_torque: moment about z [N m]" in done.out
     assert "C_x [m]" in done.out
+
+
+@pytest.mark.parametrize("wanted", [False, True])
+def test_the_head_of_outputs_has_units_on_request(wanted: bool, tmp_path: Path) -> None:
+    """Of a run; the same of one that is resumed is one more flag."""
+    shared = ["--out", tmp_path / "out", "--duration", "0.01", "--no-plots", *(["--units"] if wanted else [])]
+    assert fmbs("run", EXAMPLES / "four_bar.yaml", *shared).code == 0
+    head, numbers = table(tmp_path / "out" / "outputs.csv")
+    units = json.loads((tmp_path / "out" / "outputs.units.json").read_text())
+    assert head == [f"{name} [{unit}]" if wanted and unit else name for name, unit in units.items()]
+    assert ("motor_torque [N m]" in head, "C_x [m]" in head, "coupler_slope_x" in head) == (wanted, wanted, True)
+    assert numbers.shape[1] == len(head)
 
 
 def test_a_vector_is_one_panel_and_a_figure_has_the_first_ones_of_every_output() -> None:

@@ -24,6 +24,7 @@ from .options import (
     Shared,
     Step,
     TimeLimit,
+    Units,
     examples,
     hyper_reductions,
     ranges,
@@ -76,6 +77,7 @@ def run(
     duration: Duration = None,
     step: Step = None,
     plots: Plots = True,
+    units: Units = False,
     picture: Picture = False,
     checkpoint: Annotated[
         float | None,
@@ -101,10 +103,13 @@ def run(
     from . import runs
 
     with jobs.begin(source, **shared) as job:
+        job.units = units
         return runs.run_source(job, duration, step, plots, picture, checkpoint, time_limit)
 
 
-def resume(folder: Folder, *, plots: Plots = True, time_limit: TimeLimit = inf, **shared: Unpack[OutputOptions]) -> "Run":
+def resume(
+    folder: Folder, *, plots: Plots = True, units: Units = False, time_limit: TimeLimit = inf, **shared: Unpack[OutputOptions]
+) -> "Run":
     """Go on with a run that was stopped.
 
     The run whose output folder is DIR goes on from its last checkpoint; the numbers are those of a run that was never stopped.
@@ -115,6 +120,7 @@ def resume(folder: Folder, *, plots: Plots = True, time_limit: TimeLimit = inf, 
     from . import resuming
 
     with jobs.begin(folder, **shared) as job:
+        job.units = units
         return resuming.resume_run(job, plots, time_limit)
 
 

@@ -5,7 +5,20 @@ from typing import TYPE_CHECKING, Annotated, Unpack
 
 from ..core.errors import InputError, say
 from . import job as jobs
-from .options import Argument, Duration, ModelFile, Option, OutputOptions, Picture, Plots, SceneSource, Shared, Step, ValueOptions
+from .options import (
+    Argument,
+    Duration,
+    ModelFile,
+    Option,
+    OutputOptions,
+    Picture,
+    Plots,
+    SceneSource,
+    Shared,
+    Step,
+    Units,
+    ValueOptions,
+)
 from .result import Result
 
 if TYPE_CHECKING:
@@ -33,6 +46,7 @@ def run_model(
     duration: Duration = None,
     step: Step = None,
     plots: Plots = True,
+    units: Units = False,
     picture: Picture = False,
     **shared: Unpack[ValueOptions],
 ) -> "Run":
@@ -43,6 +57,7 @@ def run_model(
     from . import models
 
     with jobs.begin(path, **shared) as job:
+        job.units = units
         return models.run_saved(job, duration, step, plots, picture)
 
 

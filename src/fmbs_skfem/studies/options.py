@@ -113,6 +113,7 @@ ModelFile = Annotated[str | Path, Argument("FILE")]
 Duration = Annotated[float | None, Option("Duration of the motion, instead of that of the scene or of the training.", "SECONDS")]
 Step = Annotated[float | None, Option("Step of a saved reduced model, instead of that of its training.", "SECONDS")]
 Plots = Annotated[bool, Option("Draw the figures.")]
+Units = Annotated[bool, Option("Write the SI unit of every column into the head of outputs.csv: `tip_x [m]`.")]
 Picture = Annotated[
     bool, Option("Draw a saved reduced model into picture.png: the centre lines and surfaces of the bodies behind it.")
 ]

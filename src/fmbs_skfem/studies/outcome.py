@@ -30,10 +30,13 @@ OUTPUTS, UNITS = "outputs.csv", "outputs.units.json"
 SERIES = "motion"  #: of VTK files
 
 
-def write_outputs(out: Path, times: np.ndarray, columns: Mapping[str, np.ndarray], report: Mapping[str, Any]) -> list[Path]:
-    """The columns (s,) over time or load factor (s,), and the SI unit of each, empty for numbers."""
+def write_outputs(
+    out: Path, times: np.ndarray, columns: Mapping[str, np.ndarray], report: Mapping[str, Any], heads: bool = False
+) -> list[Path]:
+    """The columns (s,) over time or load factor (s,), with their SI units in their `heads`, and the unit of each by itself."""
     units = {"t": "s" if report.get("solver") else "", **report["units"]}
-    return [reports.write_csv(out / OUTPUTS, {"t": times, **columns}), reports.write_json(out / UNITS, units)]
+    named = {add_unit(name, units.get(name, "") if heads else ""): column for name, column in {"t": times, **columns}.items()}
+    return [reports.write_csv(out / OUTPUTS, named), reports.write_json(out / UNITS, units)]
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)

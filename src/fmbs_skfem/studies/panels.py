@@ -94,5 +94,5 @@ def arrange(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray], nois
 
 
 def heading_of(units: Mapping[str, str], labels: Mapping[str, str], column: str) -> str:
-    """`motor_angle: moment about z [N m]`."""
+    """`motor_torque: moment about z [N m]`."""
     return add_unit(f"{column}: {labels[column]}" if column in labels else column, units.get(column, ""))

@@ -137,7 +137,7 @@ def finish(
     missing = None
     if out is not None:
         with segments.room(out, out):
-            files = [*write_outputs(out, trajectory.times, outputs, report), out / reports.REPORT]
+            files = [*write_outputs(out, trajectory.times, outputs, report, job.units), out / reports.REPORT]
             report["files"] = files + (figures.save(out) if plots else [])
             report = failures.write_failure(out, report, error if isinstance(error, SolverError) else None, plots)
             reports.write_report(out, report)

@@ -29,7 +29,7 @@ from .system import Matrix, Output, System
 TIME = "t"  #: the first column of every table
 PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
 FORCES = "x", "y", "z", "normal", "length", "node"  #: first words of the coordinates of a joint along which reactions are forces
-MOMENTS = "angle", "axis", "axes", "slope", "teeth", "mx", "my", "mz"  #: and about which they are moments
+MOMENTS = "angle", "torque", "axis", "axes", "slope", "teeth", "mx", "my", "mz"  #: and about which they are moments
 Argument: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]  #: an angle (s,) and its first and second derivative
 Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
 
@@ -490,12 +490,15 @@ class Energy(Probe):
         return 0, 4, 0
 
 
+ANGLES = {"angle": "torque"}  #: what a joint that drives or holds an angle gives: a torque
+
+
 @dataclass(frozen=True)
 class Reaction(Probe):
     """Force of a joint on the body it holds [N], and its moments [N m] about axes that stand beside their columns.
 
     Axes are given in the reference: those of a joint between two bodies, along which sliders push as well, turn with `to`; that of
-    a universal joint stays normal to both of its own. The moment of a driven angle, in the column `NAME_angle`, is the torque of
+    a universal joint stays normal to both of its own. The moment of a driven angle, in the column `NAME_torque`, is the torque of
     the drive. Of a held edge it is the resultant: the force NAME_x, ... and the moment NAME_mx, ... about the middle of the edge
     in the reference, about the axes of the scene. Moments on the slope of a line are those on one of length 1: where the line is
     stretched there, by 1 % say, they are 1 % too small, and the moments of `section_forces` are not.
@@ -519,7 +522,7 @@ class Reaction(Probe):
             one, dim = draft.constraints.resultants[self.joint], draft.layout.dim
             more = {"joint": self.joint, "parameters": one.numbers, "labels": resultants.labels(one.place)}
             return self.output(draft, resultants.columns(name, dim), [one.arms], **more)
-        columns = tuple(f"{name}_{label.replace(' ', '_')}" for label in held)
+        columns = tuple(f"{name}_{ANGLES.get(label, label).replace(' ', '_')}" for label in held)
         labels = tuple(described(self.joint, label, draft) for label in held)
         return self.output(draft, columns, joint=self.joint, labels=labels)
 
