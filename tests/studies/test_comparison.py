@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
+from fmbs_skfem.reduction.comparison import Comparison, ModelRecord
 from fmbs_skfem.studies import comparison, figures, tables
 from tests.cli.calls import EXAMPLES
 
@@ -26,6 +27,17 @@ def test_wrong_models_do_not_hide_the_others() -> None:
     errors = np.array([1e-16, 1e-4, 2e-4, 30.0])  # [m]; of a motion of 1 m the last is wrong altogether, of one of 1 km it is not
     np.testing.assert_array_equal(figures.readable(errors, 1.0), [np.nan, 1e-4, 2e-4, np.nan])
     np.testing.assert_array_equal(figures.readable(errors, 1e3), [np.nan, 1e-4, 2e-4, 30.0])
+
+
+def test_models_off_the_chart_are_named_above_it() -> None:
+    """The report calls an error of 1 the size of the motion."""
+    records = [ModelRecord("full", "full", cpu_s=1.0, max_error=0.0, position_error=0.0)]
+    records += [ModelRecord("system", "system", cpu_s=0.1, max_error=1e-3, position_error=1e-3)]
+    records += [ModelRecord("ffrf", "ffrf", cpu_s=0.1, max_error=1.2, position_error=1.2)]
+    study = Comparison(tuple(records), None, {}, {}, {}, None)  # type: ignore[arg-type]
+    figure = figures.cloud(scenes.read(EXAMPLES / "double_pendulum.yaml"), study)
+    assert figure.get_suptitle() == "double-pendulum; off the chart (error > 100 %): ffrf"
+    assert "floating frame" not in figure.axes[0].get_legend_handles_labels()[1]
 
 
 def test_a_slider_is_followed_along_its_guide(tmp_path: Path) -> None:

@@ -12,9 +12,11 @@ from scipy.sparse import csr_array
 
 from fmbs_skfem import dynamics, studies
 from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.results import mode_shapes
 from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
+from fmbs_skfem.verification.plates import rectangle
 
 from ..models import straight
 
@@ -92,6 +94,38 @@ def test_modes_are_drawn_and_exported(tmp_path: Path) -> None:
     first = mesh.point_data["mode_1"]
     tip = np.linalg.norm(mesh.points - [0.5, 0.4, 0.0], axis=1).argmin()  # on coupler and rocker, it moves across the rocker
     np.testing.assert_allclose(np.abs(first[tip]), [1.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_lobes_to_both_sides_are_seen_and_differ(tmp_path: Path) -> None:
+    """A plate that moves up, down and along itself: two panels of as many red as blue pixels, one without colour."""
+    part = plate("sheet", rectangle("bfs", 2, 2, 0.5, 0.4), 2e-3, sections.Material(2e9, 1200.0, 0.3), dim=3)
+    system = eliminate(assemble([part]))
+    linear = dynamics.linearise(system)
+    free = dynamics.find_free(system, linear)
+    up, along = (free.vectors[:, free.names.index(f"sheet moves along {axis}")] for axis in ("(0, 0, 1)", "(1, 0, 0)"))
+    shapes = dynamics.Shapes(system, linear.x, np.stack([up, -up, along], axis=1), ("up", "down", "along"))
+    frames, look = mode_shapes.coloured(mode_shapes.moved(shapes, shapes.vectors.T), float(np.abs(up).max()))
+    assert look.limits == (-1.0, 1.0)
+    shown = frames.bodies["sheet"].fields[mode_shapes.DEFLECTION]
+    np.testing.assert_allclose(shown, np.broadcast_to(np.array([[0.0], [1.0], [-1.0], [0.0]]), shown.shape), atol=1e-12)
+    sheet = np.asarray(Image.open(mode_shapes.picture(shapes, tmp_path / "modes.png")).convert("RGB")).astype(int)
+    scenes = sheet[:, : int(0.8 * sheet.shape[1])]  # without the key
+    red, blue = ((scenes[:, :, one] - scenes[:, :, other] > 80).sum() for one, other in ((0, 2), (2, 0)))
+    assert red > 1000
+    assert blue == pytest.approx(red, rel=0.05)
+
+
+def test_the_state_behind_lines_is_a_line(tmp_path: Path) -> None:
+    """A rod that is shifted across itself: a thin grey line where it was, no tube."""
+    part = body.cable("rod", straight(2), sections.Given(EA=1e9, EI=1e3, rhoA=1.0), dim=2, degree=3)
+    system = eliminate(assemble([part]))
+    linear = dynamics.linearise(system)
+    free = dynamics.find_free(system, linear)
+    shapes = dynamics.Shapes(system, linear.x, free.vectors[:, [free.names.index("rod moves along (0, 1)")]], ("across",))
+    sheet = np.asarray(Image.open(mode_shapes.picture(shapes, tmp_path / "modes.png")).convert("RGB")).astype(int)
+    middle = sheet[:, int(0.45 * sheet.shape[1])]  # between two lines of the grid
+    grey = (np.ptp(middle, axis=1) < 8) & (middle[:, 0] > 60) & (middle[:, 0] < 205)
+    assert 1 <= grey.sum() <= 4
 
 
 def shaft(spin: float) -> System:

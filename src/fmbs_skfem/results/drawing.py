@@ -112,6 +112,13 @@ def configuration(
     )
 
 
+def outline(plotter: Any, job: PictureJob, arrays: Arrays) -> None:
+    """The first instant as lines alone, which hide nothing: edges of surfaces, centre lines of the others."""
+    for i in range(len(job.bodies)):
+        lines = _edges(arrays, i, arrays[f"points_{i}"][0])
+        plotter.add_mesh(lines, color=palette.GREY, lighting=False, line_width=1.6, name=f"outline {i}", **STILL)
+
+
 def _arrows(
     plotter: Any, job: PictureJob, arrays: Arrays, sample: int, nearer: Array, thinnest: float, strength: float, slot: int
 ) -> None:
@@ -209,12 +216,21 @@ def _surface(arrays: Arrays, i: int, points: Array, colours: Pixels, shaded: boo
     """Facets of a surface, with smooth normals where it is shaded, and the lines around it."""
     import pyvista
 
-    quads, edges = arrays[f"quads_{i}"], arrays[f"edges_{i}"]
+    quads = arrays[f"quads_{i}"]
     surface = pyvista.PolyData(points, faces=np.column_stack([np.full(len(quads), 4), quads]).ravel())
     surface.point_data["tint"] = colours
     if shaded:
         surface.point_data.active_normals = surfaces.normals(points, quads, arrays[f"place_{i}"])
-    return surface, pyvista.PolyData(points, lines=np.column_stack([np.full(len(edges), 2), edges]).ravel())
+    return surface, _edges(arrays, i, points)
+
+
+def _edges(arrays: Arrays, i: int, points: Array) -> Any:
+    """The lines around a surface, or the centre line of any other body, through points (x, 3)."""
+    import pyvista
+
+    along = np.arange(len(points))
+    edges = arrays.get(f"edges_{i}", np.column_stack([along[:-1], along[1:]]))
+    return pyvista.PolyData(points, lines=np.column_stack([np.full(len(edges), 2), edges]).ravel())
 
 
 def _tube(points: Array, colours: Pixels, radius: float) -> Any:

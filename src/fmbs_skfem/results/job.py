@@ -35,7 +35,7 @@ class Look:
     clock: str = "s"  #: unit of the times; "load factor" of equilibria
     size: tuple[int, int] = (1120, 800)  #: width, height [pixel]
     captions: tuple[str, ...] = ()  #: of the drawn instants, in place of their times
-    behind: bool = False  #: the first instant is drawn pale behind each of the others
+    behind: bool = False  #: the first instant is drawn as an outline with each of the others
 
     def __post_init__(self) -> None:
         if min(self.size) < 200 or max(self.size) > 8000:

@@ -1,6 +1,9 @@
 """Small motions about a state as frames, pictures, animations and VTK fields.
 
 r(x, phase) = r_state(x) + a Re(v(x) exp(i phase)),   a: the largest displacement is REACH of the size of what is drawn
+
+Colours are w / a of surfaces in space, the deflection w = n . (r - r_state) along the normal n of the state, from -1 to 1, so that
+lobes to both sides differ; where all is in one plane or only lines are drawn |r - r_state| / a, from 0 to 1.
 """
 
 from __future__ import annotations
@@ -13,13 +16,14 @@ import numpy as np
 from ..dynamics import Shapes, Trajectory
 from . import frames as frames_
 from . import motion, pictures
-from .frames import Frames
+from .frames import Frames, Shown
 from .pictures import Look
 
 REACH = 0.12
 PHASES = 24  #: instants of a period in an animation, at most
 RATE = 12.0  #: of them a second
-SHAPE = "mode shape"  #: field of pictures: the displacement over the largest of all points, 0 to 1
+SHAPE, DEFLECTION = "mode shape", "normal deflection"  #: fields of pictures, over the largest displacement of all points
+TANGENTS = ("axis_1", "axis_2")  #: fields of surfaces, whose cross product is along the normal
 
 
 def moved(shapes: Shapes, displacements: np.ndarray) -> Frames:
@@ -27,7 +31,7 @@ def moved(shapes: Shapes, displacements: np.ndarray) -> Frames:
     x = shapes.x + np.concatenate([np.zeros((1, len(shapes.x))), displacements])
     still, times = np.zeros_like(x), np.arange(len(x), dtype=float)
     none = np.zeros((len(x), len(shapes.system.constraints.names)))
-    return motion.frames(Trajectory(shapes.system, times, x, still, still, none), wanted=())
+    return motion.frames(Trajectory(shapes.system, times, x, still, still, none), wanted=TANGENTS)
 
 
 def longest(real: Frames, imaginary: Frames) -> np.ndarray:
@@ -61,33 +65,46 @@ def unit_vectors(shapes: Shapes) -> tuple[np.ndarray, float]:
     return shapes.vectors / np.where(far > 0.0, far, 1.0), size(real)
 
 
-def coloured(frames: Frames, largest: float) -> Frames:
-    """Frames with the displacement from the first instant over the largest one as a field; none in the first."""
-    bodies = {}
-    for name, body in frames.bodies.items():
-        values = np.linalg.norm(body.points - body.points[:1], axis=2) / largest
-        values[0] = np.nan
-        bodies[name] = replace(body, fields={SHAPE: values})
-    return replace(frames, bodies=bodies)
+def coloured(frames: Frames, largest: float) -> tuple[Frames, Look]:
+    """Frames with the one field that colours them, the displacement over the largest one [m], and the look that shows it."""
+    if any(body.is_surface for body in frames.bodies.values()) and not frames_.planar(frames):
+        name, low, value = DEFLECTION, -1.0, deflection
+    else:
+        name, low, value = SHAPE, 0.0, distance
+    bodies = {key: replace(body, fields={name: value(body) / largest}) for key, body in frames.bodies.items()}
+    return replace(frames, bodies=bodies), Look(name, f"{name} [-]", (low, 1.0), behind=True)
+
+
+def distance(body: Shown) -> np.ndarray:
+    """|r - r_state| (s, x) [m]; the state is the first instant."""
+    return np.asarray(np.linalg.norm(body.points - body.points[:1], axis=2))
+
+
+def deflection(body: Shown) -> np.ndarray:
+    """n . (r - r_state) (s, x) [m] of a surface, n from its TANGENTS at the first instant; NaN of a line, which has no normal."""
+    if not body.is_surface:
+        return np.full(body.points.shape[:2], np.nan)
+    n = np.cross(*(body.fields[name][0] for name in TANGENTS))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    return np.einsum("xc,sxc->sx", n, body.points - body.points[:1])
 
 
 def picture(shapes: Shapes, path: Path, title: str = "") -> Path:
-    """Every motion at its largest over the pale state, side by side in a PNG."""
+    """Every motion at its largest beside the outline of the state, side by side in a PNG."""
     vectors, extent = unit_vectors(shapes)
-    frames = coloured(moved(shapes, REACH * extent * vectors.real.T), REACH * extent)
-    look = Look(SHAPE, f"{SHAPE} [-]", (0.0, 1.0), title=title, captions=shapes.captions, behind=True)
+    frames, look = coloured(moved(shapes, REACH * extent * vectors.real.T), REACH * extent)
+    look = replace(look, title=title, captions=shapes.captions)
     return pictures.render(frames, path, frames.times.tolist(), look, pictures.Arrangement.MULTIPLES)
 
 
 def animate(shapes: Shapes, number: int, path: Path, title: str = "", count: int = PHASES) -> Path:
-    """A period of one motion over the pale state as a GIF or MP4; growth and damping are left out."""
+    """A period of one motion beside the outline of the state as a GIF or MP4; growth and damping are left out."""
     vectors, extent = unit_vectors(replace(shapes, vectors=shapes.vectors[:, [number]]))
     count = min(count, PHASES)
     phases = np.exp(2j * np.pi * np.arange(count) / count)
-    frames = coloured(moved(shapes, REACH * extent * np.real(phases[:, None] * vectors[:, 0])), REACH * extent)
+    frames, look = coloured(moved(shapes, REACH * extent * np.real(phases[:, None] * vectors[:, 0])), REACH * extent)
     head = f"{title}, {shapes.captions[number]}" if title else shapes.captions[number]
-    captions = (head,) * count
-    look = Look(SHAPE, f"{SHAPE} [-]", (0.0, 1.0), captions=captions, behind=True, size=(800, 600))
+    look = replace(look, captions=(head,) * count, size=(800, 600))
     return pictures.animate(frames, path, count + 1, RATE, look)
 
 

@@ -300,7 +300,7 @@ def _instants(job: PictureJob, arrays: Arrays, size: tuple[int, int], height: in
     axes, images = decor.axis_texts(camera, box, job.planar, height), []
     thinnest, samples = _thinnest(camera, box), drawn(job, arrays)
     if job.look.behind:
-        drawing.configuration(plotter, job, arrays, 0, thinnest, PALEST)
+        drawing.outline(plotter, job, arrays)
     for sample, stamp in zip(samples, stamps(job, arrays["times"][samples]), strict=True):
         drawing.configuration(plotter, job, arrays, int(sample), thinnest, slot=int(job.look.behind))
         head = Text(stamp + (f"   {title}" if title else ""), (height, height), "la", round(1.15 * height), "#000000")

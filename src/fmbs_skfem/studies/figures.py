@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from ..reduction.pod import Basis
     from ..scenes import Scene
 
-WRONG = 1.0  #: error over the size of the motion above which a model has nothing in common with the full one
+WRONG = 1.0  #: error over the size of the motion above which a model is not drawn: it has nothing in common with the full one
 
 
 def names(scene: Scene) -> list[str]:
@@ -60,10 +60,10 @@ def errors(study: Comparison) -> Figure:
 
 
 def cloud(scene: Scene, study: Comparison) -> Figure:
-    """CPU time against error; models that are wrong altogether are named in the title, not drawn."""
+    """CPU time against error; models whose error is above WRONG are named in the title, not drawn."""
     wrong = [record.name for record in study.records if record.max_error > WRONG]
     shown = [point for point in points(study) if point.name not in wrong]
-    heading = jobs.title(scene) + (f" (not drawn, since wrong altogether: {', '.join(wrong)})" if wrong else "")
+    heading = jobs.title(scene) + (f"; off the chart (error > {100.0 * WRONG:g} %): {', '.join(wrong)}" if wrong else "")
     return plots.speed_error(shown, study.time_error.position if study.time_error else None, "largest position error [m]", heading)
 
 
