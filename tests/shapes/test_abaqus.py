@@ -98,9 +98,65 @@ def test_elements_of_surfaces(kind: str, corners: int, tmp_path: Path) -> None:
     assert list(found.face_groups) == ["all"]
 
 
+#: two squares side by side, numbered so that their first sides differ
+SHEET = (
+    "*NODE\n1, 0., 0.\n2, 1., 0.\n3, 2., 0.\n4, 0., 1.\n5, 1., 1.\n6, 2., 1.\n"
+    "*ELEMENT, TYPE={kind}, ELSET=all\n7, 1, 2, 5, 4\n8, 3, 6, 5, 2\n*ELSET, ELSET=first\n7\n"
+)
+
+
+@pytest.mark.parametrize(
+    "kind,cards,edges",
+    [
+        ("S4R", "*SURFACE, NAME=s\nfirst, E4\n", [[0, 3]]),
+        ("S4R", "*SURFACE, NAME=s, TYPE=ELEMENT\n7, e1\n8, E4\n", [[0, 1], [1, 2]]),
+        ("M3D4", "*SURFACE, NAME=s\nall, E1\n", [[0, 1], [2, 5]]),
+        ("S4", "*SURFACE, NAME=s\nall, E3\n", [[3, 4]]),  # the other one is inside
+        ("CPS4", "*SURFACE, NAME=s\nfirst, S4\n*SURFACE, NAME=S\n8, S1\n", [[0, 3], [2, 5]]),
+        ("CPE4", "*SURFACE, NAME=s\nfirst\n", [[0, 1], [0, 3], [3, 4]]),
+        ("CPS4", "*SURFACE, NAME=s\nlater, S4\n*ELSET, ELSET=later\n7\n", [[0, 3]]),
+        ("S4", "*NSET, NSET=s\n3, 6\n*SURFACE, NAME=s\n7, E4\n", [[0, 3], [2, 5]]),
+        ("S4", "*SURFACE, NAME=s\nall, SPOS\n", []),
+    ],
+)
+def test_sides_of_elements_are_edges(kind: str, cards: str, edges: list[list[int]], tmp_path: Path) -> None:
+    """Of shells, membranes and plane elements; faces of shells are no edges."""
+    path = tmp_path / "plate.inp"
+    path.write_text(SHEET.format(kind=kind) + cards)
+    found = plate_meshes.read(path, planar=True).edge_groups
+    assert sorted(np.sort(found.pop("s", np.zeros((0, 2), int))).tolist()) == edges
+    assert not found
+
+
+def test_sides_of_instances_are_edges(tmp_path: Path) -> None:
+    """As Abaqus/CAE writes them: an internal set of an instance, and its surface in the assembly."""
+    text = f"*Part, name=P\n{SHEET.format(kind='S4R')}*End Part\n*Assembly, name=A\n*Instance, name=P-1, part=P\n*End Instance\n"
+    text += "*Elset, elset=_Surf-1_E1, internal, instance=P-1\n 8,\n*Surface, type=ELEMENT, name=Surf-1\n_Surf-1_E1, E1\n"
+    path = tmp_path / "plate.inp"
+    path.write_text(text + "*End Assembly\n")
+    assert np.sort(plate_meshes.read(path, planar=True).edge_groups["Surf-1"]).tolist() == [[2, 5]]
+
+
+@pytest.mark.parametrize(
+    "kind,card,said",
+    [
+        ("S4", "NAME=s\nall, S4\n", "line 14: surface 's' is read without S4 of elements of type S4 (sides are E1 to E4)"),
+        ("CPS4", "NAME=s\nall, E1\n", "line 14: surface 's' is read without E1 of elements of type CPS4 (sides are S1 to S4)"),
+        ("S4", "NAME=s, TYPE=NODE\n1\n", "line 13: surface 's' is left out: NAME=s, TYPE=NODE"),
+    ],
+)
+def test_surfaces_that_are_not_read_are_named(kind: str, card: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "plate.inp"
+    path.write_text(SHEET.format(kind=kind) + "*SURFACE, " + card)
+    with pytest.warns(Notice) as notices:
+        plate_meshes.read(path, planar=True)
+    assert any(said in str(one.message) for one in notices)
+
+
 @pytest.mark.parametrize(
     "text,said",
     [
+        ("*SURFACE, NAME=s\nnone, E1\n", "line 11: expected numbers and sets .* in the set 's', got 'none'"),
         ("*INCLUDE, INPUT=more.inp\n", "line 10: expected nodes, elements and sets written out, got .INCLUDE INPUT=more.inp"),
         ("*NGEN\n1, 4, 1\n", "line 10: expected nodes, elements and sets written out, got .NGEN"),
         ("*SYSTEM\n0, 0, 0\n", "got .SYSTEM"),

@@ -136,6 +136,57 @@ def test_polygonal_data_of_pyvista(binary: bool, tmp_path: Path) -> None:
     assert {name: ids.tolist() for name, ids in found.face_groups.items()} == {"half": [1]}
 
 
+#: the points (0, 1, 2) x (0, 1) in three ways
+GRIDS = {
+    "STRUCTURED_POINTS": "DIMENSIONS 3 2 1\nORIGIN 0 0 0\nSPACING 1 1 9\n",
+    "RECTILINEAR_GRID": "DIMENSIONS 3 2 1\nX_COORDINATES 3 float\n0 1 2\nY_COORDINATES 2 float\n0 1\nZ_COORDINATES 1 float\n0\n",
+    "STRUCTURED_GRID": "DIMENSIONS 3 2 1\nPOINTS 6 double\n0 0 0 1 0 0 2 0 0 0 1 0 1 1 0 2 1 0\n",
+}
+
+
+@pytest.mark.parametrize("version", ["3.0", "5.1"])
+@pytest.mark.parametrize("dataset", GRIDS)
+def test_structured_grids(dataset: str, version: str, tmp_path: Path) -> None:
+    """Two squares, whose arrays may be groups."""
+    data = "CELL_DATA 2\nSCALARS half int 1\nLOOKUP_TABLE default\n0 1\nPOINT_DATA 6\nFIELD f 1\ncorner 1 6 int\n1 0 0 0 0 0\n"
+    path = tmp_path / "grid.vtk"
+    path.write_text(f"# vtk DataFile Version {version}\nt\nASCII\nDATASET {dataset}\n{GRIDS[dataset]}{data}")
+    found = plate_meshes.read(path, planar=True)
+    np.testing.assert_array_equal(found.points, [[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0], [2, 1, 0]])
+    assert found.cells.tolist() == [[0, 1, 4, 3], [1, 2, 5, 4]]
+    assert {name: ids.tolist() for name, ids in found.face_groups.items()} == {"half": [1]}
+    assert {name: ids.tolist() for name, ids in found.point_groups.items()} == {"corner": [0]}
+
+
+def test_a_row_of_structured_points_along_z_is_a_line(tmp_path: Path) -> None:
+    path = tmp_path / "line.vtk"
+    path.write_text(
+        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 1 1 3\nSPACING 1 1 0.5\nORIGIN 1 0 0\n"
+    )
+    found = meshes.read(path)
+    assert found.cells.tolist() == [[0, 1], [1, 2]]
+    np.testing.assert_array_equal(found.points, [[1, 0, 0], [1, 0, 0.5], [1, 0, 1]])
+
+
+@pytest.mark.parametrize(
+    "text,said",
+    [
+        ("STRUCTURED_POINTS\nDIMENSIONS 99999999 99999999 1\n", "expected DIMENSIONS nx ny nz of 2 to 1000000 points together"),
+        ("STRUCTURED_POINTS\nORIGIN 0 0 0\n", "got 0 0 0"),
+        ("STRUCTURED_POINTS\nDIMENSIONS 3 2 1\nSPACING 1 x\n", "expected three numbers, got '1 x"),
+        ("STRUCTURED_POINTS\nDIMENSIONS 2 2 2\n", "hexahedron"),
+        ("STRUCTURED_GRID\nDIMENSIONS 3 2 1\nPOINTS 1 float\n0 0 0\n", "expected 6 points as DIMENSIONS says, got 1"),
+        ("RECTILINEAR_GRID\nDIMENSIONS 3 1 1\nX_COORDINATES 2 float\n0 1\n", "expected 3, 1 and 1 coordinates .*, got 2, 0, 0"),
+        ("FIELD\n", "expected a data set STRUCTURED_POINTS, .* or POLYDATA, got 'FIELD'"),
+    ],
+)
+def test_structured_grids_that_are_refused(text: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "grid.vtk"
+    path.write_text(f"# vtk DataFile Version 5.1\nt\nASCII\nDATASET {text}")
+    with pytest.raises(InputError, match=said):
+        plate_meshes.read(path, planar=True)
+
+
 def test_damaged_vtk_files_are_refused(tmp_path: Path) -> None:
     head = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 2 float\n0 0 0 1 0 0\n"
     for text, said in {

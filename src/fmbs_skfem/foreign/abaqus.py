@@ -4,9 +4,11 @@
 
 Sets add up over all cards of their name; `generate`, sets of sets, `instance=`, `I.5` and `I.NAME` are followed. A set of a part
 has its own name where one instance only has it, else `INSTANCE.NAME`. Nodes of a set along the boundary of a surface, by which
-Abaqus names an edge, also become line cells. What makes or moves nodes in other ways is refused, elements that are neither lines
-nor plates are skipped with a notice.
-Source: Abaqus Analysis User's Guide, "Defining a model in Abaqus", "Node definition", "Element definition", "Assembly definition".
+Abaqus names an edge, also become line cells, as do sides of elements under *SURFACE: the side i from corner i to the next is Ei
+of shells and membranes, Si of plane elements, all free sides of these where none is named. Faces SPOS and SNEG are no sides. What
+makes or moves nodes in other ways is refused, elements that are neither lines nor plates are skipped with a notice.
+Source: Abaqus Analysis User's Guide, "Defining a model in Abaqus", "Node definition", "Element definition", "Assembly definition",
+"Element-based surface definition".
 """
 
 from __future__ import annotations
@@ -64,7 +66,7 @@ class _Card:
 class _Members:
     """What one card adds to a set."""
 
-    kind: str  #: NSET or ELSET
+    kind: str  #: NSET, ELSET or SURFACE
     name: str
     line: int
     numbers: list[int] = field(default_factory=list)
@@ -72,6 +74,12 @@ class _Members:
     names: list[str] = field(default_factory=list)  #: of sets, or `INSTANCE.5`
     instance: str = ""
     elements: str = ""  #: the set whose elements' nodes are meant
+    face: str = ""  #: of SURFACE: E1, S1, SPOS, ...
+
+    @property
+    def of(self) -> str:
+        """What its numbers and names are."""
+        return "NSET" if self.kind == "NSET" else "ELSET"
 
 
 @dataclass(eq=False)
@@ -79,7 +87,7 @@ class _Level:
     """What stands outside of parts, in a part, or in an instance."""
 
     nodes: dict[int, list[float]] = field(default_factory=dict)
-    elements: dict[int, tuple[str, list[int]]] = field(default_factory=dict)
+    elements: dict[int, tuple[str, str, list[int]]] = field(default_factory=dict)  #: type, kind of cell, nodes
     skipped: set[int] = field(default_factory=set)  #: elements of other types
     sets: list[_Members] = field(default_factory=list)
 
@@ -120,6 +128,7 @@ class _Whole:
 
     points: list[Floats] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
+    types: list[str] = field(default_factory=list)
     kinds: list[str] = field(default_factory=list)
     rows: list[list[int]] = field(default_factory=list)
     labels: list[int] = field(default_factory=list)
@@ -195,6 +204,8 @@ class _Reader:
             self._elements(card, level)
         elif card.keyword in ("NSET", "ELSET"):
             level.sets.append(self._members(card))
+        elif card.keyword == "SURFACE":
+            level.sets.extend(self._surface(card))
         return level
 
     def _open_instance(self, card: _Card) -> _Level:
@@ -261,7 +272,7 @@ class _Reader:
                 self._refuse(line, f"a number and {count} nodes of an element of type {name}", f"{len(row)} numbers")
             if row[0] in level.elements or row[0] in level.skipped:
                 self._refuse(line, "each element once", f"element {row[0]} again", "renumber the elements")
-            level.elements[row[0]] = (kind, row[1 : 1 + count])
+            level.elements[row[0]] = (name, kind, row[1 : 1 + count])
             numbers.append(row[0])
             row = []
         if row:
@@ -291,6 +302,25 @@ class _Reader:
                 found.names.extend(word for word in words if word and not _whole(word))
         return found
 
+    def _surface(self, card: _Card) -> list[_Members]:
+        """One entry a data line: a number or set of elements, and which of their sides."""
+        name, kind = self._name(card, "NAME"), card.options.get("TYPE", "ELEMENT").upper()
+        if kind != "ELEMENT" or "COMBINE" in card.options:
+            if "INTERNAL" not in card.options:
+                notify(f"{self.where}: line {card.line}: surface '{name}' is left out: {_shown(card.options)}")
+            return []
+        return [
+            _Members(
+                "SURFACE",
+                name,
+                line,
+                [int(words[0])] if _whole(words[0]) else [],
+                names=[] if _whole(words[0]) else words[:1],
+                face=[*words, ""][1].upper(),
+            )
+            for line, words in card.data
+        ]
+
     # ------------------------------------------------------------------------------------------------------------ assembly
     def _assembled(self) -> exchange.Mesh:
         placed: dict[str, _Placed] = {}
@@ -317,20 +347,21 @@ class _Reader:
         whole.points.append(move(np.array(list(level.nodes.values())).reshape(-1, 3)))
         whole.numbers.extend(level.nodes)
         elements = {}
-        for number, (kind, corners) in level.elements.items():
+        for number, (name, kind, corners) in level.elements.items():
             missing = [corner for corner in corners if corner not in nodes]
             if missing:
                 got = f"node {missing[0]} in element {number}"
                 raise InputError(say(self.where, "elements on nodes of their part or instance", got, "export it again"))
             elements[number] = len(whole.rows)
             whole.rows.append([nodes[corner] for corner in corners])
+            whole.types.append(name)
             whole.kinds.append(kind)
             whole.labels.append(number)
         return _Placed(nodes, elements, level.skipped)
 
     def _resolve(self, cards: list[_Members], level: _Placed, instances: dict[str, _Placed]) -> None:
-        """Sets as rows; a card may name those before it."""
-        for card in cards:
+        """Sets as rows; a card may name those before it, a surface all."""
+        for card in sorted(cards, key=lambda card: card.kind == "SURFACE"):
             of = level
             if card.instance:
                 if card.instance.upper() not in instances:
@@ -343,19 +374,40 @@ class _Reader:
                 self._refuse_unknown(card, card.elements, ("ELSET", card.elements.upper()) in of.sets)
                 corners = [self.whole.rows[row] for row in of.sets["ELSET", card.elements.upper()].tolist()]
                 parts.append(np.array([node for nodes in corners for node in nodes], np.int64))
+            if card.kind == "SURFACE":
+                parts = [self._sides(card, np.concatenate(parts))]
             level.names.setdefault(key, card.name)
             level.sets[key] = np.unique(np.concatenate([level.sets.get(key, np.zeros(0, np.int64)), *parts]))
 
+    def _sides(self, card: _Members, rows: Ints) -> Ints:
+        """Sides of elements as 4 row + i."""
+        found = []
+        unread: set[str] = set()
+        for row in rows.tolist():
+            name, corners = self.whole.types[row], _corners(self.whole.kinds[row])
+            letter = "S" if name.startswith("CP") else "E"
+            words = [f"{letter}{i}" for i in range(1, corners + 1)]
+            if card.face in words:
+                found.append(4 * row + words.index(card.face))
+            elif letter == "S" and not card.face:
+                found += [4 * row + i for i in range(corners)]
+            elif card.face not in ("", "SPOS", "SNEG"):
+                sides = f"sides are {words[0]} to {words[-1]}" if words else "lines have no sides"
+                unread.add(f"{card.face} of elements of type {name} ({sides})")
+        if unread:
+            notify(f"{self.where}: line {card.line}: surface '{card.name}' is read without {', '.join(sorted(unread))}")
+        return np.array(found, np.int64)
+
     def _rows(self, card: _Members, of: _Placed) -> Ints:
         """Rows of numbers and ranges; numbers of elements that were skipped have none, nor have gaps of ranges."""
-        known = of.nodes if card.kind == "NSET" else of.elements
-        skipped = of.skipped if card.kind == "ELSET" else set()
+        known = of.nodes if card.of == "NSET" else of.elements
+        skipped = of.skipped if card.of == "ELSET" else set()
         for number in card.numbers:
             if number not in known and number not in skipped:
-                what = "nodes" if card.kind == "NSET" else "elements"
+                what = "nodes" if card.of == "NSET" else "elements"
                 self._refuse(card.line, f"{what} of the part in the set '{card.name}'", f"{number}", "export it again")
         rows = [known[number] for number in card.numbers if number in known]
-        ids = of.labels(card.kind) if card.ranges else np.zeros(0, np.int64)
+        ids = of.labels(card.of) if card.ranges else np.zeros(0, np.int64)
         for first, last, step in card.ranges:
             wanted = (ids >= first) & (ids <= last) & ((ids - first) % step == 0)
             rows.extend(known[number] for number in ids[wanted].tolist())
@@ -364,31 +416,31 @@ class _Reader:
     def _of_name(self, card: _Members, word: str, of: _Placed, level: _Placed, instances: dict[str, _Placed]) -> Ints:
         """The rows of a set, or of what an instance calls so."""
         for found in (of, level):
-            if (card.kind, word.upper()) in found.sets:
-                return found.sets[card.kind, word.upper()]
+            if (card.of, word.upper()) in found.sets:
+                return found.sets[card.of, word.upper()]
         owner, _, rest = word.partition(".")
         inside = instances.get(owner.upper(), _Placed({}, {}, set()))
         if owner.upper() in instances and _whole(rest):
             return self._rows(_Members(card.kind, card.name, card.line, [int(rest)]), inside)
-        self._refuse_unknown(card, word, (card.kind, rest.upper()) in inside.sets)
-        return inside.sets[card.kind, rest.upper()]
+        self._refuse_unknown(card, word, (card.of, rest.upper()) in inside.sets)
+        return inside.sets[card.of, rest.upper()]
 
     def _refuse_unknown(self, card: _Members, word: str, known: bool) -> None:
         if not known:
             expected = f"numbers and sets that stand before it in the set '{card.name}'"
             self._refuse(card.line, expected, f"'{word}'", "write out its members, or move it")
 
-    def _named(self, top: _Placed, placed: dict[str, _Placed]) -> tuple[exchange.Groups, exchange.Groups]:
-        """Groups of points and of cells; sets of instances by their own name where that is the only one."""
-        found: dict[str, exchange.Groups] = {"NSET": {}, "ELSET": {}}
+    def _named(self, top: _Placed, placed: dict[str, _Placed]) -> tuple[exchange.Groups, exchange.Groups, exchange.Groups]:
+        """Groups of points, of cells and of sides; sets of instances by their own name where that is the only one."""
+        found: dict[str, exchange.Groups] = {"NSET": {}, "ELSET": {}, "SURFACE": {}}
         often = Counter(key for level in (top, *placed.values()) for key in level.sets)
         for owner, level in (("", top), *placed.items()):
             for key, rows in level.sets.items():
                 own = level.names[key]
                 found[key[0]][own if often[key] == 1 or not owner else f"{self.spelt[owner]}.{own}"] = rows
-        return found["NSET"], found["ELSET"]
+        return found["NSET"], found["ELSET"], found["SURFACE"]
 
-    def _output(self, nsets: exchange.Groups, elsets: exchange.Groups) -> exchange.Mesh:
+    def _output(self, nsets: exchange.Groups, elsets: exchange.Groups, surfaces: exchange.Groups) -> exchange.Mesh:
         whole = self.whole
         blocks: list[tuple[str, Ints, Ints]] = []
         order: list[int] = []
@@ -399,8 +451,16 @@ class _Reader:
             order += ids
         place = np.argsort(np.array(order, np.int64))
         members = {name: place[rows] for name, rows in elsets.items()}
-        blocks, cells = _with_edges(blocks, nsets, members)
+        blocks, cells = _with_edges(blocks, nsets, {name: self._pairs(ids) for name, ids in surfaces.items()}, members)
         return exchange.gathered(np.concatenate(whole.points), np.array(whole.numbers, np.int64), blocks, nsets, cells)
+
+    def _pairs(self, sides: Ints) -> Ints:
+        """Rows of points (i, 2) at the ends of sides."""
+        ends = []
+        for row, i in zip(*divmod(sides, 4), strict=True):
+            corners = self.whole.rows[row][: _corners(self.whole.kinds[row])]
+            ends.append((corners[i], corners[(i + 1) % len(corners)]))
+        return np.array(ends, np.int64).reshape(-1, 2)
 
     # --------------------------------------------------------------------------------------------------------------- words
     def _name(self, card: _Card, option: str) -> str:
@@ -424,13 +484,17 @@ class _Reader:
 
 
 def _with_edges(
-    blocks: list[tuple[str, Ints, Ints]], points: exchange.Groups, cells: exchange.Groups
+    blocks: list[tuple[str, Ints, Ints]], points: exchange.Groups, surfaces: exchange.Groups, cells: exchange.Groups
 ) -> tuple[list[tuple[str, Ints, Ints]], exchange.Groups]:
-    """Blocks and groups of cells with line cells between nodes of a set that are neighbours on the boundary of the surface."""
+    """Blocks and groups of cells with line cells on sides of the boundary: those of surfaces, and between nodes of one set."""
     outline = _boundary(blocks)
     count = sum(len(rows) for _, rows, _ in blocks)
-    for name, ids in points.items():
-        sides = outline[np.isin(outline, ids).all(axis=1)]
+    chosen = [(name, outline[np.isin(outline, ids).all(axis=1)]) for name, ids in points.items()]
+    free = set(map(tuple, outline.tolist()))
+    for name, pairs in surfaces.items():
+        kept = [pair for pair in np.sort(pairs, axis=1).tolist() if tuple(pair) in free]
+        chosen.append((name, np.array(kept, np.int64).reshape(-1, 2)))
+    for name, sides in chosen:
         if len(sides):
             added = np.arange(count, count + len(sides))
             cells = {**cells, name: np.concatenate([cells.get(name, np.zeros(0, np.int64)), added])}
@@ -440,10 +504,15 @@ def _with_edges(
 
 def _boundary(blocks: list[tuple[str, Ints, Ints]]) -> Ints:
     """Sides (i, 2) of triangles and quadrilaterals that have one cell only."""
-    corners = [rows[:, : 3 if kind.startswith("tri") else 4] for kind, rows, _ in blocks if not kind.startswith("line")]
+    corners = [rows[:, : _corners(kind)] for kind, rows, _ in blocks if _corners(kind)]
     sides = [np.stack([each, np.roll(each, -1, axis=1)], axis=2).reshape(-1, 2) for each in corners]
     found, count = np.unique(np.sort(np.concatenate([np.empty((0, 2), np.int64), *sides]), axis=1), axis=0, return_counts=True)
     return np.asarray(found[count == 1])
+
+
+def _corners(kind: str) -> int:
+    """Of a triangle or quadrilateral; a line has none."""
+    return 0 if kind.startswith("line") else 3 if kind.startswith("tri") else 4
 
 
 def _trimmed(words: list[str]) -> list[str]:

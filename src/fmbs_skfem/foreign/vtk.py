@@ -1,7 +1,7 @@
-"""Legacy VTK `.vtk` files, versions 1 to 5.1, text and binary: unstructured grids and polygonal data.
+"""Legacy VTK `.vtk` files, versions 1 to 5.1, text and binary: unstructured, structured and rectilinear grids, polygonal data.
 
-Integer arrays of zeros and ones are groups, as in `.vtu`. Polylines become lines, strips triangles, pixels quads. What is neither
-an unstructured grid nor polygonal data (images and curvilinear grids) is left to meshio.
+Integer arrays of zeros and ones are groups, as in `.vtu`. Polylines become lines, strips triangles, pixels quads. A structured
+grid of n = (nx, ny, nz) points, x fastest, has a cell between neighbours along every axis with more than one point.
 Source: VTK file formats, https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html
 """
 
@@ -33,6 +33,8 @@ _KINDS = {
 _VERTICES, _POLYLINE, _STRIP, _POLYGON, _PIXEL = 2, 4, 6, 7, 8
 #: words of polygonal data -> codes of their cells; they are counted in this order
 _POLYDATA = {"VERTICES": _VERTICES, "LINES": _POLYLINE, "POLYGONS": _POLYGON, "TRIANGLE_STRIPS": _STRIP}
+_STRUCTURED = ("STRUCTURED_POINTS", "STRUCTURED_GRID", "RECTILINEAR_GRID")
+MOST_POINTS = 1_000_000  #: of a structured grid, whose few words may claim any number
 _COMPONENTS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1, "EDGE_FLAGS": 1}
 
 
@@ -47,27 +49,45 @@ def read(path: Path, target: Path, where: str) -> None:
     if coding not in ("ASCII", "BINARY") or dataset[:1] != ["DATASET"]:
         file.refuse("ASCII or BINARY, then DATASET", repr(f"{coding} {' '.join(dataset)}"[:60]))
     file.binary = coding == "BINARY"
-    if dataset[1:] not in (["UNSTRUCTURED_GRID"], ["POLYDATA"]):
-        exchange.save(_through_meshio(path), target)
-        return
+    if dataset[1:] not in ([name] for name in (*_STRUCTURED, "UNSTRUCTURED_GRID", "POLYDATA")):
+        file.refuse(f"a data set {', '.join(_STRUCTURED)}, UNSTRUCTURED_GRID or POLYDATA", repr(" ".join(dataset[1:])[:60]))
     content = _Content()
     while line := file.line():
         _section(file, content, line.split())
+    if dataset[1] in _STRUCTURED:
+        _fill_structured(file, content, dataset[1])
     exchange.save(_mesh(file, content), target)
 
 
-def _through_meshio(path: Path) -> exchange.Mesh:
-    import meshio
-
-    found = meshio.read(path)
-    points = np.zeros((len(found.points), 3))
-    points[:, : found.points.shape[1]] = found.points
-    blocks, count = [], 0
-    for block in found.cells:
-        blocks.append((block.type, block.data.astype(np.int64), count + np.arange(len(block.data))))
-        count += len(block.data)
-    cells = {name: np.concatenate(values) for name, values in found.cell_data.items()}
-    return exchange.gathered(points, np.arange(len(points)), blocks, _marked(found.point_data), _marked(cells))
+def _fill_structured(file: _File, content: _Content, dataset: str) -> None:
+    """Points and cells that the dimensions stand for."""
+    n = content.dimensions
+    count = n[0] * n[1] * n[2]
+    if not 1 < count <= MOST_POINTS:
+        file.refuse(f"DIMENSIONS nx ny nz of 2 to {MOST_POINTS} points together", f"{n[0]} {n[1]} {n[2]}")
+    if dataset != "STRUCTURED_GRID":
+        if dataset == "STRUCTURED_POINTS":
+            axes = [x0 + h * np.arange(m) for x0, h, m in zip(content.origin, content.spacing, n, strict=True)]
+        else:
+            axes = content.axes
+        if [len(axis) for axis in axes] != n:
+            file.refuse(f"{n[0]}, {n[1]} and {n[2]} coordinates as DIMENSIONS says", ", ".join(str(len(axis)) for axis in axes))
+        z, y, x = np.meshgrid(*axes[::-1], indexing="ij")
+        content.points = np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+    if content.points is None or len(content.points) != count:
+        found = 0 if content.points is None else len(content.points)
+        file.refuse(f"{count} points as DIMENSIONS says", f"{found}")
+    corners = np.arange(count).reshape(n[::-1])[None]  # (b, z, y, x): corners of a cell, then where it is
+    for axis in (3, 2, 1):
+        if corners.shape[axis] > 1:
+            low, high = np.moveaxis(corners, axis, 0)[:-1], np.moveaxis(corners, axis, 0)[1:]
+            # a quadrilateral runs around: its second side goes back
+            both = np.concatenate([low, high[:, ::-1] if corners.shape[0] == 2 else high], axis=1)
+            corners = np.moveaxis(both, 0, axis)
+    rows = corners.reshape(corners.shape[0], -1).T
+    code = {2: 3, 4: 9, 8: 12}[rows.shape[1]]
+    content.types = np.full(len(rows), code)
+    content.cells = [(0, rows.shape[1] * np.arange(len(rows) + 1), rows.ravel())]
 
 
 @dataclass(eq=False)
@@ -75,6 +95,10 @@ class _Content:
     points: Floats | None = None
     cells: list[tuple[int, Ints, Ints]] = field(default_factory=list)  #: code, or 0: see `types`; offsets (e+1,); nodes
     types: Ints | None = None
+    dimensions: list[int] = field(default_factory=lambda: [0, 0, 0])  #: nx, ny, nz of a structured grid
+    origin: Floats = field(default_factory=lambda: np.zeros(3))
+    spacing: Floats = field(default_factory=lambda: np.ones(3))
+    axes: list[Floats] = field(default_factory=lambda: [np.zeros(0)] * 3)  #: coordinates of a rectilinear grid
     data: dict[str, dict[str, Any]] = field(default_factory=lambda: {"POINT_DATA": {}, "CELL_DATA": {}, "": {}})
     active: str = ""  #: what the next arrays belong to
     count: int = 0  #: their length
@@ -137,6 +161,12 @@ class _File:
             self.refuse("a count", repr(word[:40]))
         return int(word)
 
+    def triple(self, words: list[str]) -> Floats:
+        try:
+            return np.array([float(word) for word in words])
+        except ValueError:
+            self.refuse("three numbers", repr(" ".join(words)[:40]))
+
     def refuse(self, expected: str, got: str, remedy: str = "export it again, or as .msh 4.1") -> NoReturn:
         raise InputError(say(self.where, expected, got, remedy))
 
@@ -150,6 +180,14 @@ def _section(file: _File, content: _Content, words: list[str]) -> None:
     elif name == "POINTS":
         count = file.whole(words[1])
         content.points = file.numbers(words[2], 3 * count).reshape(count, 3).astype(np.float64)
+    elif name == "DIMENSIONS":
+        content.dimensions = [file.whole(word) for word in words[1:4]]
+    elif name == "ORIGIN":
+        content.origin = file.triple(words[1:4])
+    elif name in ("SPACING", "ASPECT_RATIO"):
+        content.spacing = file.triple(words[1:4])
+    elif name in ("X_COORDINATES", "Y_COORDINATES", "Z_COORDINATES"):
+        content.axes["XYZ".index(name[0])] = file.numbers(words[2], file.whole(words[1])).astype(np.float64)
     elif name == "CELLS" or name in _POLYDATA:
         content.cells.append((_POLYDATA.get(name, 0), *_cells(file, file.whole(words[1]), file.whole(words[2]))))
     elif name == "CELL_TYPES":
@@ -277,12 +315,12 @@ def _blocks(file: _File, code: int, ids: Ints, starts: Ints, sizes: Ints, nodes:
     return found
 
 
-def _marked(data: dict[str, Any], count: int | None = None) -> exchange.Groups:
+def _marked(data: dict[str, Any], count: int) -> exchange.Groups:
     """Arrays of zeros and ones as groups; names of VTK's own arrays begin with `vtk`."""
     found = {}
     for name, values in data.items():
         array = np.asarray(values)
-        whole = np.issubdtype(array.dtype, np.integer) and array.ndim == 1 and (count is None or len(array) == count)
+        whole = np.issubdtype(array.dtype, np.integer) and array.ndim == 1 and len(array) == count
         if whole and not name.startswith("vtk") and np.all((array == 0) | (array == 1)):
             found[name] = np.flatnonzero(array)
     return found
