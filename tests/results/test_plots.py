@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import math
 import subprocess
 import sys
@@ -12,10 +13,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 from PIL import Image
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.results import palette, plots, speed
+from fmbs_skfem.results import palette, plots, response_plots, speed
 from fmbs_skfem.results.speed import Point
 
 TIMES = np.linspace(0.0, 3.0, 301)
@@ -36,6 +39,22 @@ def count(path: Path, tint: str) -> int:
         pixels = np.asarray(image.convert("RGB")).astype(int)
     assert min(pixels.shape[:2]) >= 500
     return int((np.abs(pixels - [int(tint[i : i + 2], 16) for i in (1, 3, 5)]).max(axis=2) <= 12).sum())
+
+
+def overprinted(figure: Figure) -> list[tuple[str, str]]:
+    """Pairs of numbers and offsets along level axes that lie over each other; an axis has two numbers at least, or none."""
+    figure.canvas.draw()
+    shown: list[Text] = []
+    for axis in (one.xaxis for one in figure.axes if one.axison):
+        low, high = sorted(axis.get_view_interval())
+        ticks = [text for text in axis.get_ticklabels(which="both") if text.get_visible() and text.get_text()]
+        numbers = [text for text in ticks if low <= text.get_position()[0] <= high]
+        assert len(numbers) != 1
+        shown += [*numbers, axis.get_offset_text()] if axis.get_offset_text().get_text() and numbers else numbers
+    assert shown
+    boxes = [text.get_window_extent() for text in shown]
+    pairs = itertools.combinations(zip(shown, boxes, strict=True), 2)
+    return [(one.get_text(), other.get_text()) for (one, a), (other, b) in pairs if a.overlaps(b)]
 
 
 def test_histories_show_every_model(tmp_path: Path) -> None:
@@ -222,3 +241,19 @@ def test_no_global_state(tmp_path: Path) -> None:
         "print('matplotlib.pyplot' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"
+
+
+def test_orders_stand_beside_the_axes_of_a_campbell_diagram() -> None:
+    """Orders 1, 2 and 3 leave at the right and above, where no curve runs through their names; crosses have their own colour."""
+    speeds = np.linspace(0.0, 400.0, 33)
+    frequencies = np.stack([6.0 + 0.15 * speeds, 40.0 + 0.0 * speeds], axis=1)
+    figure = response_plots.campbell(speeds, frequencies, frequencies > 60.0, "speed [rad/s]", 3, "rotor")
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    inside = axes.get_window_extent()
+    names = {text.get_text(): text.get_window_extent() for text in axes.texts}
+    assert list(names) == ["1 x", "2 x", "3 x"]
+    assert names["1 x"].x0 > inside.x1
+    assert min(names["2 x"].y0, names["3 x"].y0) > inside.y1
+    tints = [line.get_color() for line in axes.lines if str(line.get_label()).startswith(("mode", "unstable"))]
+    assert len(set(tints)) == 3

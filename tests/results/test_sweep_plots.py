@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.reduction import parameters, response_surfaces
 from fmbs_skfem.reduction.members import Status
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import palette, plots, sweep_plots
 from fmbs_skfem.results.sweep_files import Sweep
 from fmbs_skfem.studies.sweeping import sobol_table
 
-from .test_plots import count
+from .test_plots import count, overprinted
 
 TIMES = np.linspace(0.0, 2.0, 81)
 U = np.linspace(0.0, 1.0, 60)
@@ -46,6 +47,27 @@ def test_the_response_shows_extremes_over_each_parameter(tmp_path: Path) -> None
     assert count(path, palette.BLACK) > 200
     tinted = plots.save(sweep_plots.response(SWEEP, outputs=["speed"]), tmp_path / "one.pdf")
     assert tinted.read_bytes().startswith(b"%PDF")
+
+
+BOXES = {
+    "decades": (Parameter("E", 2e9, 6e10, Scale.LOG, "Pa"), Parameter("d", 1e-5, 3e-4, Scale.LOG, "m"), Parameter("m", 1e4, 2e4)),
+    "one decade": (Parameter("E", 7e8, 1.3e9, Scale.LOG, "Pa"), Parameter("density", 1100.0, 1300.0, unit="kg/m^3")),
+    "long numbers": (Parameter("E", 7e8, 1.3e9, unit="Pa"), Parameter("length", 0.0999, 0.1001, unit="m")),
+}
+
+
+@pytest.mark.parametrize("box", BOXES)
+def test_numbers_along_the_parameters_have_room(box: str) -> None:
+    """Outputs of 1, 1e-4 and 1e-8, whose numbers are long in the matrix of scatter plots."""
+    unit = np.stack([U, (7.0 * U) % 1.0, (11.0 * U) % 1.0], axis=1)[:, : len(BOXES[box])]
+    y = (unit.sum(axis=1) ** 2)[:, None] * np.sin(3 * TIMES)
+    sweep = replace(SWEEP, parameters=BOXES[box], points=parameters.from_box(BOXES[box], unit))
+    sweep = replace(sweep, columns={"a": y, "energy": 1e-4 * y, "b": 1e-8 * y})
+    fitted = response_surfaces.fit(sweep.parameters, sweep.points, y[:, -1])
+    assert fitted is not None
+    surfaces = sweep_plots.surfaces({"a": {"final": fitted}}, {})
+    for figure in (sweep_plots.response(sweep), sweep_plots.scatter_matrix(sweep), surfaces):
+        assert overprinted(figure) == []
 
 
 def test_figures_say_that_outputs_are_left_out() -> None:

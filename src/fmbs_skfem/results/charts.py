@@ -20,7 +20,9 @@ from .frames import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
+    from matplotlib.ticker import Locator
 
 DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
     "-",
@@ -30,6 +32,8 @@ DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
     (0, (4, 1, 1, 1, 1, 1)),
 )
 MARKERS = "osD^vPX*<>"
+MOST, FEWEST = 6, 2  #: even steps along an axis at most, numbers at least
+LETTER, GAP = 0.64, 1.0  #: width of a digit over its size, least distance of two numbers in digits
 SCREEN = 90  #: dots an inch in notebooks
 LETTERS = 103  #: on a line of one inch, if they are of one point; a key is as wide as seven of them
 
@@ -102,15 +106,59 @@ def level(axes: Axes, value: float | None, label: str, tint: str = palette.GREY)
 
 
 def set_log(axes: Axes, side: str, low: float, high: float) -> None:
-    """A log scale of the side `x` or `y` for values from low to high; below two decades with plain numbers at 1, 2, 3 and 5."""
-    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+    """A log scale of the side `x` or `y` for values from low to high; below two decades with plain numbers that have room."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axes.set(**{f"{side}scale": "log"})
     if high < 100.0 * low:
         axis = axes.xaxis if side == "x" else axes.yaxis
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 5.0)))
-        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        fit_numbers(axis, [LogLocator(subs=subs) for subs in ((1.0, 2.0, 3.0, 5.0), (1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))])
+        axis.set_major_formatter(FuncFormatter(lambda value, _: brief(value)))
         axis.set_minor_formatter(NullFormatter())
+
+
+def brief(value: float) -> str:
+    """A number as text, without the plus and the zeros of an exponent: 2e9."""
+    digits, mark, power = f"{value:g}".partition("e")
+    return digits + (f"e{int(power)}" if mark else "")
+
+
+def fit_numbers(axis: Axis, rules: Sequence[Locator] = ()) -> None:
+    """Numbers along an axis: those of the first of the rules, then of even steps, of which FEWEST or more fit beside each other.
+
+    Matplotlib's own rules take every number for three letters wide. What fits is decided anew whenever the axis is drawn, since the
+    layout changes its length; a few letters fit always.
+    """
+    from matplotlib.ticker import Locator, MaxNLocator
+
+    known = [*rules, *(MaxNLocator(steps, steps=[1, 2, 2.5, 5, 10]) for steps in range(MOST, 0, -1))]
+
+    class Fitting(Locator):
+        def __call__(self) -> Sequence[float]:
+            return self.tick_values(*sorted(axis.get_view_interval()))
+
+        def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
+            found: list[float] = []
+            for rule in known:
+                rule.set_axis(axis)
+                found = [value for value in rule.tick_values(vmin, vmax) if vmin <= value <= vmax]
+                if len(found) >= FEWEST and fits(axis, found, vmin, vmax):
+                    break
+            return found
+
+    axis.set_major_locator(Fitting())
+
+
+def fits(axis: Any, values: Sequence[float], low: float, high: float) -> bool:
+    """Whether the numbers at values of an axis from low to high leave each other GAP letters."""
+    size = axis.get_major_ticks(1)[0].label1.get_fontsize()
+    texts = axis.get_major_formatter().format_ticks(values)
+    level = axis.axis_name == "x"
+    length = (axis.axes.bbox.width if level else axis.axes.bbox.height) * 72.0 / axis.get_figure(root=True).dpi  # [point]
+    wide = size * np.array([LETTER * len(text) if level else 1.0 for text in texts])
+    first, *places, last = axis.get_transform().transform(np.array([low, *values, high]))
+    apart = np.diff(places) / (last - first) * length
+    return bool((apart >= (wide[1:] + wide[:-1]) / 2.0 + GAP * LETTER * size).all())
 
 
 def positive(values: Array) -> Array:

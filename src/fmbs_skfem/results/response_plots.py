@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -41,16 +41,21 @@ def campbell(values: Array, frequencies: Array, unstable: np.ndarray, label: str
         axes.plot(values, column, label=f"mode {k + 1}", **charts.style(k, marker=""))
     if unstable.any():
         across = np.broadcast_to(values[:, None], unstable.shape)
-        axes.plot(across[unstable], frequencies[unstable], "x", color=palette.VERMILLION, ms=5, label="unstable", ls="")
+        axes.plot(across[unstable], frequencies[unstable], "x", color=palette.BLACK, ms=5, label="unstable", ls="")
     top = 1.05 * float(frequencies.max())
     for order in range(1, orders + 1):
         axes.plot(values, order * values / (2.0 * np.pi), color=palette.GREY, lw=1.0, ls=(0, (4, 3)), zorder=1)
         end = min(float(values[-1]), top * 2.0 * np.pi / order)
-        axes.annotate(f"{order} x", (end, order * end / (2.0 * np.pi)), color=palette.GREY, ha="right", va="bottom", fontsize=9)
+        over = end < float(values[-1])
+        # outside of the axes, where no curve runs through it
+        beside: dict[str, Any] = {"xytext": (0, 3) if over else (4, 0), "ha": "center" if over else "left"}
+        beside |= {"va": "bottom" if over else "center", "textcoords": "offset points", "annotation_clip": False}
+        axes.annotate(f"{order} x", (end, order * end / (2.0 * np.pi)), color=palette.GREY, fontsize=9, **beside)
     axes.set_ylim(0.0, top)
     axes.set_xlim(float(values[0]), float(values[-1]))
     axes.set_xlabel(plain(label))
     axes.set_ylabel("frequency [Hz]")
+    charts.fit_numbers(axes.xaxis)
     charts.rule(axes)
     charts.legend_below(figure, list(axes.get_legend_handles_labels()[1]), [axes])
     return figure

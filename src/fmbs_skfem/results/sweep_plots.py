@@ -27,9 +27,10 @@ MOST_OUTPUTS = 6  #: outputs in one figure, unless they are named
 MOST_ROWS = 4  #: outputs over the parameters, unless they are named
 MOST_SIDES = 6  #: parameters and outputs in a matrix, unless the outputs are named
 GRID = 61  #: points of a curve, and along a side of a surface
+MARKS = 14  #: area of the marks of a response [point^2]: on half of it a triangle looks like a disc
 BINS = 24  #: of the histograms in the matrix
 BANDS = ((0.0, 1.0, "all", 0.14), (0.05, 0.95, "5 to 95 %", 0.26), (0.25, 0.75, "25 to 75 %", 0.42))  #: low, high, name, alpha
-KINDS = {"max": (palette.VERMILLION, "^"), "final": (palette.BLACK, "."), "min": (palette.BLUE, "v")}
+KINDS = {"max": (palette.VERMILLION, "^"), "final": (palette.BLACK, "o"), "min": (palette.BLUE, "v")}
 
 
 def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
@@ -42,7 +43,7 @@ def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figu
         values = extremes(sweep, output)
         for axes, parameter, points in zip(row, sweep.parameters, sweep.points.T, strict=True):
             for kind, (tint, marker) in KINDS.items():
-                axes.scatter(points, values[kind], s=9, c=tint, marker=marker, alpha=0.55, linewidths=0, label=kind)
+                axes.scatter(points, values[kind], s=MARKS, c=tint, marker=marker, alpha=0.55, linewidths=0, label=kind)
             scale_axis(axes, parameter)
         row[0].set_ylabel(add_unit(output, sweep.units.get(output, "")))
     for axes, parameter in zip(grid[-1], sweep.parameters, strict=True):
@@ -72,6 +73,7 @@ def scatter_matrix(sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final
             else:
                 axes.scatter(x[good], y[good], s=5, c=palette.BLUE, alpha=0.5, linewidths=0)
                 axes.scatter(x[bad], y[bad], s=22, c=palette.VERMILLION, marker="x", label="failed")
+            charts.fit_numbers(axes.xaxis)
             axes.tick_params(labelsize=7, labelbottom=i == len(sides) - 1, labelleft=j == 0 and i > 0)
             axes.set_xlabel(left if i == len(sides) - 1 else "", fontsize=8)
             axes.set_ylabel(below if j == 0 else "", fontsize=8)
@@ -157,6 +159,8 @@ def surfaces(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[
 
 def draw_map(figure: Figure, axes: Axes, one: ResponseSurface) -> None:
     """A surface over two parameters as colours, its samples as points in theirs."""
+    from matplotlib.ticker import MaxNLocator
+
     first, second = one.parameters
     x, y = (from_box([own], np.linspace(0.0, 1.0, GRID)[:, None])[:, 0] for own in one.parameters)
     mean = one.predict(np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2))[0].reshape(GRID, GRID)
@@ -173,7 +177,7 @@ def draw_map(figure: Figure, axes: Axes, one: ResponseSurface) -> None:
         edgecolors="white",
         linewidths=0.5,
     )
-    figure.colorbar(shown, ax=axes)
+    figure.colorbar(shown, ax=axes, ticks=MaxNLocator(charts.MOST))
     axes.set_xlabel(add_unit(first.name, first.unit))
     axes.set_ylabel(add_unit(second.name, second.unit))
     if second.scale is Scale.LOG:
@@ -234,6 +238,7 @@ def headed(title: str, chosen: Sized, outputs: Sized) -> str:
 
 def scale_axis(axes: Axes, parameter: Parameter) -> None:
     """The axis of a parameter."""
+    charts.fit_numbers(axes.xaxis)
     if parameter.scale is Scale.LOG:
         charts.set_log(axes, "x", parameter.low, parameter.high)
     charts.rule(axes)

@@ -170,6 +170,7 @@ def _scale_axes(axes: Axes, known: Sequence[Parameter], sides: tuple[int, ...], 
     """Names and scales of the axes of a cut."""
     names = [add_unit(known[k].name, known[k].unit) for k in sides]
     axes.set(xlabel=names[0], ylabel=label if len(names) == 1 else names[1])
+    charts.fit_numbers(axes.xaxis)
     for k, side in zip(sides, "xy", strict=False):
         if known[k].scale is Scale.LOG:
             charts.set_log(axes, side, known[k].low, known[k].high)
