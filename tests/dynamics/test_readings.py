@@ -158,7 +158,7 @@ def test_reduced_models(tmp_path: Path) -> None:
     for system in forms(arm("grip"), full, 1e-14, tmp_path / "model.h5"):
         assert_allclose(outputs(integrate(system, GeneralizedAlpha(1e-3), 0.1, TIGHT))["tip_y"], expected["tip_y"], atol=1e-4)
     for system in forms(arm("root"), integrate(eliminate(arm("root")), GeneralizedAlpha(1e-3), 0.1), 1e-14, tmp_path / "model.h5"):
-        with pytest.raises(InputError, match=r"controller 'pull': expected outputs that the model knows, got 'root.y'"):
+        with pytest.raises(InputError, match=r"controller 'pull': expected outputs that the reduced model has, got 'root.y'"):
             integrate(system, GeneralizedAlpha(1e-3), 0.1)
         break
 

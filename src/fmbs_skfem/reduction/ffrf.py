@@ -21,7 +21,7 @@ from scipy.sparse import csr_array
 from ..bodies.body import Cells
 from ..core.errors import InputError, say
 from ..dynamics.modes import dense_modes
-from ..systems.assembly import constraints, terms_of
+from ..systems.assembly import terms_of
 from ..systems.places import TermCollector
 from ..systems.system import Affine, System, change_coordinates
 
@@ -54,7 +54,7 @@ def reduce_floating(system: System, modes: int = 10) -> System:
         elastic=(),
         stiffness=np.diag(np.concatenate(springs)),
         probes=probes,
-        constraints=constraints(terms),
+        constraints=terms.arrays(),
         components=tuple(spans),
         full=None,
     )

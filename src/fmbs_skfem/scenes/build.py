@@ -23,6 +23,7 @@ from ..core.notices import notify
 from ..shapes import meshes
 from ..shapes.surface import Surface
 from ..systems import assembly, edges
+from ..systems.additions import Added
 from ..systems.system import System, is_linear
 from . import plausibility, times
 from .analyses import History
@@ -78,10 +79,12 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     """The system of a scene with its bodies made; without `pictures` for those who look at numbers only."""
     _check_places(scene, {part.name: part for part in parts})
     initial = scene.initial.bodies if scene.analysis.moves else {}
-    joints, loads, told = scene.joints.values(), scene.loads.values(), (sources(scene), scene.controllers.values())
-    events, monitors = (scene.events, scene.monitors.values()) if scene.analysis.moves else ({}, ())
+    joints, loads = scene.joints.values(), scene.loads.values()
+    more: Added = {"inputs": sources(scene), "controllers": scene.controllers.values()}
+    if scene.analysis.moves:
+        more |= {"events": scene.events, "monitors": scene.monitors.values()}
     try:
-        system = assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, *told, events, monitors)
+        system = assembly.assemble(parts, joints, loads, scene.damping, scene.outputs, initial, pictures, **more)
     except InputError as error:
         raise InputError(locate_message(scene, str(error))) from error
     if any(part.shapes for part in parts):

@@ -7,7 +7,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Annotated
+from itertools import islice
+from typing import Annotated, Any, Unpack
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
@@ -20,21 +21,29 @@ from ..bodies.plate import local_table
 from ..core import fields, ranks
 from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
-from ..core.inputs import Source
 from ..core.linalg import alike, diagonal
 from ..core.notices import notify
 from ..core.problems import shown
 from ..core.records import dataclass
 from ..shapes import line, surface
 from ..shapes.surface import Surface
-from . import echelon, finer_systems, lengths, readings, redundancy, responses, row_laws
+from . import (  # which are additions  # noqa: F401
+    controllers,
+    echelon,
+    events,
+    finer_systems,
+    lengths,
+    monitors,
+    readings,
+    redundancy,
+    responses,
+    row_laws,
+)
 from . import probes as probe_rules
+from .additions import Added, additions_of
 from .constraint_functions import Joint
-from .controllers import Controller, connect, gains_of
-from .events import Event, attend, watched
 from .forces import joined
 from .loads import Load
-from .monitors import Monitor, settled
 from .places import At, Coordinates, Draft, ProbeRows, TermCollector, vector
 from .system import (
     Affine,
@@ -90,17 +99,13 @@ def assemble(
     outputs: Mapping[str, probe_rules.Probe] | None = None,
     initial: Mapping[str, Motion] | None = None,
     pictures: bool = True,
-    inputs: Iterable[Source] = (),
-    controllers: Iterable[Controller] = (),
-    events: Mapping[str, Event] | None = None,
-    monitors: Iterable[Monitor] = (),
+    **more: Unpack[Added],
 ) -> System:
     """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins.
 
-    Expressions of the state read outputs, `inputs` (tables among them) and controllers by their names. `events` have names.
-    `monitors` look at runs.
+    Expressions of the state read outputs, and what stands beside them, by their names: see `additions`.
     """
-    bodies, joints, loads, inputs = list(bodies), list(joints), list(loads), list(inputs)
+    bodies, joints, loads = list(bodies), list(joints), list(loads)
     damping = Rayleigh() if damping is None else damping
     require_kind("damping", damping, Rayleigh)
     draft, layout = empty_draft(bodies)
@@ -113,24 +118,23 @@ def assemble(
         joint.constrain(draft)
     for part in parts:
         orthonormal(part, draft)
-    steered, draft.outputs = list(controllers), dict(outputs or {})
-    for one in steered:
-        require_sound("controller", getattr(one, "name", ""), one, Controller, layout.dim)
-    read = [(f"controller '{one.name}'", value) for one in steered for value in one.reads]
-    wanted = readings.sort([*read, *watched(events or {})], draft.outputs, layout.dim)
-    told = connect(steered, wanted.numbers)
-    draft.inputs = {one.name: one for one in (*inputs, *told)}
-    unique("outputs, inputs and controllers", [*draft.outputs, *(one.name for one in (*inputs, *told))])
+    draft.outputs = dict(outputs or {})
+    added = [(one, list(one.reads())) for one in additions_of(more, draft)]
+    wanted = readings.sort([value for _, values in added for value in values], draft.outputs, layout.dim)
+    counted = iter(wanted.numbers)
+    reading = [(one, list(islice(counted, len(values)))) for one, values in added]
+    known = [source for one, numbers in reading for source in one.sources(numbers)]
+    draft.inputs = {one.name: one for one in known}
+    unique("outputs, and what else expressions know", [*draft.outputs, *(one.name for one in known)])
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, layout.dim)
         load.push(draft)
     draft.require_rows()
-    triggers, locks, loose = attend(
-        draft, events or {}, joints, wanted.numbers[sum(len(one.reads) for one in steered) :], constraints
-    )
+    own = dict[str, Any]()
+    for one, numbers in reading:
+        own |= one.add(draft, joints, numbers)
     responses.keep(draft, wanted.kept)
-    draft.locks, draft.acting = locks, [*places_of("joint", joints), *places_of("load", loads)]
-    draft.signals += told
+    draft.acting = [*places_of("joint", joints), *places_of("load", loads)]
     forces, sensed = draft.forces, dict[str, Output]()
     for name, probe in (outputs or {}).items():
         require_sound("output", name, probe, probe_rules.Probe, layout.dim)
@@ -153,7 +157,7 @@ def assemble(
             *(Elastic(name, 0.0, gather(part, cells, layout)) for name, part, cells in forces.cells),
         ),
         probes=probes,
-        constraints=replace(constraints(draft.constraints), loose=loose),
+        constraints=replace(draft.constraints.arrays(), loose=draft.loose),
         loads=Loads(
             constant=mass @ uniform_field(layout, parts, forces.field),
             forces=joined(forces.terms),
@@ -173,14 +177,14 @@ def assemble(
         weight=lengths.weight(parts),
         scale=lengths.extent(parts, probes(q0)),
         origin=layout.origin,
-        locks=locks,
-        triggers=triggers,
-        monitors=(watching := settled(monitors, sensed, layout.dim)),
-        readings=readings.collect(wanted, sensed, responses.known(draft), responses.tables_of(draft), gains_of(steered)),
+        readings=readings.collect(
+            wanted, sensed, responses.known(draft), responses.tables_of(draft), (gain for one, _ in reading for gain in one.gains())
+        ),
+        **own,
     )
     if any(knows_more(part) for part in bodies):
-        given = joints, loads, damping, outputs, initial, False, inputs, steered, events, watching
-        make = lambda: assemble(map(finer, bodies), *given)  # noqa: E731
+        given = joints, loads, damping, outputs, initial, False
+        make = lambda: assemble(map(finer, bodies), *given, **more)  # noqa: E731
         finer_systems.note(system, make)
     return system
 
@@ -244,14 +248,6 @@ def unique(where: str, names: list[str]) -> None:
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise InputError(say(where, "different names", f"{twice[0]!r} more than once"))
-
-
-def constraints(terms: TermCollector) -> Constraints:
-    """The rows of collected terms as arrays."""
-    columns = list(zip(*terms.terms, strict=True)) or [(), (), (), (), ()]
-    row, signal, i, j = (np.array(columns[k], dtype=np.int64) for k in (0, 2, 3, 4))
-    laws = row_laws.join(terms.laws)
-    return Constraints(tuple(terms.names), row, np.array(columns[1], dtype=float), signal, i, j, laws)
 
 
 def terms_of(known: Constraints) -> TermCollector:

@@ -18,14 +18,14 @@ from __future__ import annotations
 import itertools
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 
 from ..core import quantities, units
 from ..core.container import storable
-from ..core.declared import Declared
+from ..core.declared import Declared, require_sound
 from ..core.fields import ANY, Context, Takes, array_schema
 from ..core.inputs import Input
 from ..core.problems import Problem, shown
@@ -33,6 +33,9 @@ from ..core.records import dataclass
 from ..core.responses import OfState, of_state
 from ..core.units import Quantity
 from . import fields
+from .additions import Addition, adds
+from .constraint_functions import Joint
+from .places import Draft
 
 
 def read_unit(value: object, context: Context) -> str:
@@ -351,16 +354,28 @@ class Controlled(Input):
     reads: tuple[int, ...] = ()  #: numbers of the values that it reads, see `readings`
 
 
-def gains_of(found: Sequence[Controller]) -> Iterator[tuple[str, OfState]]:
-    """Expressions of controllers that have to have a dimension, each with the place that messages name."""
-    return ((f"controller '{one.name}'.{key}", value) for one in found for key, value in one.products())
+@adds("controllers")
+class Controllers(Addition):
+    """All controllers; what they set are inputs."""
 
+    def __init__(self, given: Iterable[Controller], draft: Draft) -> None:
+        self.controllers, self.inputs = list(given), list[Controlled]()
+        for one in self.controllers:
+            require_sound("controller", getattr(one, "name", ""), one, Controller, draft.layout.dim)
 
-def connect(found: Sequence[Controller], numbers: Sequence[int]) -> list[Controlled]:
-    """Controllers as inputs; numbers of the values that they read, one after the other."""
-    first, signals = 0, list[Controlled]()
-    for one in found:
-        reads = tuple(numbers[first : first + len(one.reads)])
-        signals.append(Controlled(one.name, one.unit, number(one.start), one.sample, one.law(), reads))
-        first += len(reads)
-    return signals
+    def reads(self) -> Iterator[tuple[str, OfState]]:
+        return ((f"controller '{one.name}'", value) for one in self.controllers for value in one.reads)
+
+    def sources(self, numbers: Sequence[int]) -> Sequence[Controlled]:
+        counted = iter(numbers)
+        for one in self.controllers:
+            reads = tuple(itertools.islice(counted, len(one.reads)))
+            self.inputs.append(Controlled(one.name, one.unit, number(one.start), one.sample, one.law(), reads))
+        return self.inputs
+
+    def add(self, draft: Draft, joints: Sequence[Joint], numbers: Sequence[int]) -> Mapping[str, Any]:
+        draft.signals += self.inputs
+        return {}
+
+    def gains(self) -> Iterator[tuple[str, OfState]]:
+        return ((f"controller '{one.name}'.{key}", value) for one in self.controllers for key, value in one.products())

@@ -15,7 +15,7 @@ a = sum_k f_k x e_k / 2, c = (sum_k f_k . e_k - 1) / 2 in space, a = w x u, c = 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Annotated, Any, Literal
 
@@ -30,6 +30,7 @@ from ..core.problems import Problem
 from ..core.records import dataclass
 from ..core.responses import OfState
 from . import fields
+from .additions import Addition, adds
 from .constraint_functions import AXES, Joint, Term, basis, mark, where
 from .places import QUARTER, At, Draft, TermCollector
 from .system import Constraints, Lock, System, Trigger, remembered
@@ -37,7 +38,6 @@ from .system import Constraints, Lock, System, Trigger, remembered
 CYCLES = (1, 2), (2, 0), (0, 1)  #: components of the parts of a cross product
 DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}
 Names = Annotated[tuple[str, ...], NAMED, "of joints"]
-Read = Callable[[TermCollector], Constraints]  #: collected terms as arrays
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,45 +105,54 @@ class Holding:
         self.rows.row(self.joint.name, f"{label} locked", *terms, about=about)
 
 
-def watched(events: Mapping[str, Event]) -> Iterator[tuple[str, OfState]]:
-    """Expressions that cross zero, behind each that is a condition its margin, each with the place that messages name."""
-    for name, event in events.items():
-        if not isinstance(event, Event):
-            raise InputError(say(f"event '{name}'", "an event", type(event).__name__))
-        yield f"event '{name}'", event.when
-        if (margin := conditions.margin_of(event.when)) is not None:
-            yield f"event '{name}'", margin
+@adds("events")
+class Events(Addition):
+    """Events by name."""
+
+    def __init__(self, given: Mapping[str, Event], draft: Draft) -> None:
+        self.events = given
+        for name, event in given.items():
+            if not isinstance(event, Event):
+                raise InputError(say(f"event '{name}'", "an event", type(event).__name__))
+
+    def reads(self) -> Iterator[tuple[str, OfState]]:
+        """Expressions that cross zero, behind each that is a condition its margin."""
+        for name, event in self.events.items():
+            yield f"event '{name}'", event.when
+            if (margin := conditions.margin_of(event.when)) is not None:
+                yield f"event '{name}'", margin
+
+    def add(self, draft: Draft, joints: Sequence[Joint], numbers: Sequence[int]) -> Mapping[str, Any]:
+        """Triggers and locks; joints that are let loose."""
+        known, triggers, told = {joint.name: joint for joint in joints}, list[Trigger](), iter(numbers)
+        for name, event in self.events.items():
+            require_joints(name, event, known)
+            number = next(told)
+            margin = next(told) if conditions.margin_of(event.when) is not None else None
+            acts = event.stop, event.release, event.lock, event.once
+            compares = event.when.program[-1] in conditions.COMPARISONS
+            triggers.append(Trigger(name, number, DIRECTIONS[event.direction], *acts, margin, compares))
+        locked = dict.fromkeys(name for one in triggers for name in one.lock)
+        for joint in joints:
+            if self.events and isinstance(joint, Latch) and joint.name not in locked:
+                raise InputError(say(where(joint), "an event that locks it", "none", "name it in 'lock' of an event, or remove it"))
+        draft.locks = tuple(lock_of(draft, known[name]) for name in locked)
+        draft.loose = tuple(dict.fromkeys([*locked, *(name for one in triggers for name in one.release)]))
+        return {"triggers": tuple(triggers), "locks": draft.locks}
 
 
-def attend(
-    draft: Draft, events: Mapping[str, Event], joints: Sequence[Joint], numbers: Sequence[int], read: Read
-) -> tuple[tuple[Trigger, ...], tuple[Lock, ...], tuple[str, ...]]:
-    """Triggers, locks and the joints that are let loose of some events, whose values have these numbers."""
-    known, triggers, told = {joint.name: joint for joint in joints}, list[Trigger](), iter(numbers)
-    for name, event in events.items():
-        place, number = f"event '{name}'", next(told)
-        margin = next(told) if conditions.margin_of(event.when) is not None else None
-        for key, problem in event.problems():
-            raise InputError(problem.at(f"{place}.{key}" if key else place))
-        for key, names in (("release", event.release), ("lock", event.lock)):
-            for one in names:
-                if one not in known:
-                    raise InputError(
-                        say(f"{place}.{key}", f"one of the joints {listed(known, one)}", f"'{one}'") + closest(one, known)
-                    )
-        acts = event.stop, event.release, event.lock, event.once
-        triggers.append(
-            Trigger(name, number, DIRECTIONS[event.direction], *acts, margin, event.when.program[-1] in conditions.COMPARISONS)
-        )
-    locked = dict.fromkeys(name for one in triggers for name in one.lock)
-    for joint in joints:
-        if events and isinstance(joint, Latch) and joint.name not in locked:
-            raise InputError(say(where(joint), "an event that locks it", "none", "name it in 'lock' of an event, or remove it"))
-    locks = tuple(lock_of(draft, known[name], read) for name in locked)
-    return tuple(triggers), locks, tuple(dict.fromkeys([*locked, *(name for one in triggers for name in one.release)]))
+def require_joints(name: str, event: Event, known: Collection[str]) -> None:
+    """InputError for an event with problems, or with a joint that is none of those known."""
+    place = f"event '{name}'"
+    for key, problem in event.problems():
+        raise InputError(problem.at(f"{place}.{key}" if key else place))
+    for key, names in (("release", event.release), ("lock", event.lock)):
+        for one in names:
+            if one not in known:
+                raise InputError(say(f"{place}.{key}", f"one of the joints {listed(known, one)}", f"'{one}'") + closest(one, known))
 
 
-def lock_of(draft: Draft, joint: Joint, read: Read) -> Lock:
+def lock_of(draft: Draft, joint: Joint) -> Lock:
     """The rows that hold the two places of a joint together."""
     at, to = getattr(joint, "at", None), getattr(joint, "to", None)
     if not isinstance(at, At):
@@ -154,7 +163,8 @@ def lock_of(draft: Draft, joint: Joint, read: Read) -> Lock:
     hold_position(found, at, other, axes)
     hold_direction(found, vectors(found, at) or [], axes)
     draft.constraints.axes |= found.rows.axes
-    return Lock(joint.name, read(found.rows), read(found.numbers), np.array(found.signals, dtype=np.int64), read(found.gap))
+    signals = np.array(found.signals, dtype=np.int64)
+    return Lock(joint.name, found.rows.arrays(), found.numbers.arrays(), signals, found.gap.arrays())
 
 
 def vectors(found: Holding, end: At | None) -> list[int] | None:

@@ -15,6 +15,9 @@ from typing import Any
 
 from ..core.declared import Declared, require_sound
 from ..core.errors import InputError, closest, listed, say
+from .additions import Addition, adds
+from .constraint_functions import Joint
+from .places import Draft
 
 
 class Monitor(Declared, ABC):
@@ -32,13 +35,18 @@ class Monitor(Declared, ABC):
         """A new `dynamics.observers.Observer`."""
 
 
-def settled(monitors: Iterable[Monitor], outputs: Mapping[str, Any], dim: int) -> tuple[Monitor, ...]:
+@adds("monitors")
+class Monitors(Addition):
     """Monitors that read outputs which there are; InputError else."""
-    found = tuple(monitors)
-    for one in found:
-        require_sound("monitor", getattr(one, "name", ""), one, Monitor, dim)
-        for name in one.reads:
-            if name not in outputs:
-                expected = f"one of the outputs {listed(outputs, name, 'of which there are none')}"
-                raise InputError(say(f"monitor '{one.name}'", expected, f"'{name}'") + closest(name, list(outputs)))
-    return found
+
+    def __init__(self, given: Iterable[Monitor], draft: Draft) -> None:
+        self.monitors, outputs = tuple(given), draft.outputs
+        for one in self.monitors:
+            require_sound("monitor", getattr(one, "name", ""), one, Monitor, draft.layout.dim)
+            for name in one.reads:
+                if name not in outputs:
+                    expected = f"one of the outputs {listed(outputs, name, 'of which there are none')}"
+                    raise InputError(say(f"monitor '{one.name}'", expected, f"'{name}'") + closest(name, list(outputs)))
+
+    def add(self, draft: Draft, joints: Sequence[Joint], numbers: Sequence[int]) -> Mapping[str, Any]:
+        return {"monitors": self.monitors}

@@ -19,7 +19,7 @@ from ..shapes.surface import Surface
 from . import constraint_laws, force_laws, row_laws
 from .constraint_laws import ConstraintLaw, LawRows
 from .force_laws import ForceLaw
-from .system import Affine, Lock, Signal
+from .system import Affine, Constraints, Lock, Signal
 
 if TYPE_CHECKING:
     from .resultants import Resultant
@@ -224,6 +224,13 @@ class TermCollector:
         self.names.append((joint, coordinate))
         self.laws.append(constraint_laws.one(law, len(self.names) - 1, rows, numbers, signals))
 
+    def arrays(self) -> Constraints:
+        """The rows as arrays."""
+        columns = list(zip(*self.terms, strict=True)) or [(), (), (), (), ()]
+        row, signal, i, j = (np.array(columns[k], dtype=np.int64) for k in (0, 2, 3, 4))
+        laws = row_laws.join(self.laws)
+        return Constraints(tuple(self.names), row, np.array(columns[1], dtype=float), signal, i, j, laws)
+
 
 @dataclass
 class Forces:
@@ -268,6 +275,7 @@ class Draft:
     outputs: Mapping[str, Any] = field(default_factory=dict)  #: by name, for expressions of the state
     inputs: Mapping[str, Source] = field(default_factory=dict)  #: by name, for the same
     locks: Sequence[Lock] = ()  #: of joints that events lock
+    loose: tuple[str, ...] = ()  #: joints that may be let loose in a motion
     acting: Sequence[tuple[str, At]] = ()  #: joints and loads, as messages name them, and the places that they act on
 
     def require_rows(self) -> None:

@@ -1,0 +1,89 @@
+"""What stands beside bodies, joints, loads and outputs in an assembly: inputs, controllers, events, monitors, each all of one kind.
+
+    assemble(bodies, joints, loads, controllers=[...], events={...})
+
+A kind of additions is a class that registers for a keyword of `assemble` (`adds`), which goes over all of them: what they read of
+outputs is sorted, they tell the names that expressions know, and, once all loads are there, put themselves into the draft.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar
+
+from ..core.errors import InputError, closest, listed, say
+from ..core.inputs import Source
+from ..core.responses import OfState
+from .constraint_functions import Joint
+from .places import Draft
+
+if TYPE_CHECKING:
+    from .controllers import Controller
+    from .events import Event
+    from .monitors import Monitor
+
+
+class Added(TypedDict, total=False):
+    """Keywords of `assemble` for additions."""
+
+    inputs: Iterable[Source]
+    controllers: Iterable[Controller]
+    events: Mapping[str, Event]
+    monitors: Iterable[Monitor]
+
+
+class Addition:
+    """All of one kind; every method may be left out."""
+
+    def __init__(self, given: Any, draft: Draft) -> None:
+        """Of what `assemble` was given for its keyword."""
+
+    def reads(self) -> Iterable[tuple[str, OfState]]:
+        """Expressions of outputs that it reads while a motion goes on, each with the place that messages name."""
+        return ()
+
+    def sources(self, numbers: Sequence[int]) -> Sequence[Source]:
+        """Names that expressions of loads know; `numbers` are those of what it reads, see `readings`."""
+        return ()
+
+    def add(self, draft: Draft, joints: Sequence[Joint], numbers: Sequence[int]) -> Mapping[str, Any]:
+        """Put itself into the draft, behind all joints and loads: fields of the system that are its own."""
+        return {}
+
+    def gains(self) -> Iterable[tuple[str, OfState]]:
+        """Expressions of outputs that have to have a dimension, each with the place that messages name."""
+        return ()
+
+
+Kind = TypeVar("Kind", bound=type[Addition])
+KINDS: dict[str, type[Addition]] = {}
+
+
+def adds(keyword: str) -> Callable[[Kind], Kind]:
+    """Register a kind of additions for a keyword of `assemble`."""
+
+    def register(kind: Kind) -> Kind:
+        KINDS[keyword] = kind
+        return kind
+
+    return register
+
+
+def additions_of(given: Mapping[str, Any], draft: Draft) -> list[Addition]:
+    """The additions that an assembly was given."""
+    for keyword in given:
+        if keyword not in KINDS:
+            raise InputError(say("assemble", f"one of the keywords {listed(KINDS, keyword)}", keyword) + closest(keyword, KINDS))
+    order = dict.fromkeys([*Added.__annotations__, *KINDS])  # that of reading and adding, whichever registers first
+    return [KINDS[keyword](given[keyword], draft) for keyword in order if given.get(keyword) is not None]
+
+
+@adds("inputs")
+class Inputs(Addition):
+    """What is given from outside, and tables."""
+
+    def __init__(self, given: Iterable[Source], draft: Draft) -> None:
+        self.given = list(given)
+
+    def sources(self, numbers: Sequence[int]) -> Sequence[Source]:
+        return self.given
