@@ -10,7 +10,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -55,6 +55,18 @@ def stop(monkeypatch: pytest.MonkeyPatch, number: int, looks: int = 3) -> None:
         return False
 
     monkeypatch.setattr(Recorder, "due", due)
+
+
+@pytest.fixture(autouse=True)
+def heard() -> Iterator[None]:
+    """Signals that are ignored where the tests run in the background, as by nohup, are heard."""
+    before = {number: signal.getsignal(number) for number in endings.STOPS}
+    for number, handler in before.items():
+        if handler is signal.SIG_IGN:
+            signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture

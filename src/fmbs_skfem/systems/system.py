@@ -233,6 +233,7 @@ storable(
     weight=lambda values: 1.0,
     origin=lambda values: np.zeros(values["dim"]),
     near=lambda values: np.zeros(0),
+    monitors=lambda values: (),
 )
 
 
