@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from fmbs_skfem.bodies import plate, rigid, sections
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
 from fmbs_skfem.dynamics.outputs import distances
 from fmbs_skfem.reduction import component, files, galerkin, pod
-from fmbs_skfem.results import decor, frames
+from fmbs_skfem.results import decor, drawing, frames
 from fmbs_skfem.results import motion as drawn
 from fmbs_skfem.results.frames import MarkKind
 from fmbs_skfem.scenes import build
@@ -221,4 +222,15 @@ analysis: {type: static}
     kinds = {name: drawn.shown(system, name, kind) for name, kind, _ in system.markers if kind not in ("axis", "line")}
     assert kinds == {name: name.replace("-", " ") for name in kinds}
     assert len(kinds) == 10
-    assert set(decor.GLYPHS) <= {kind.value for kind in MarkKind}
+
+
+def test_no_two_kinds_of_joints_look_alike() -> None:
+    """In the key by marker or by colours that differ by a fifth of their range, in the scene by shape, size or colour."""
+    assert set(decor.GLYPHS) == {kind.value for kind in MarkKind}
+    tints = {kind: np.array([int(tint[i : i + 2], 16) for i in (1, 3, 5)]) for kind, (_, tint) in decor.GLYPHS.items()}
+    meshes = {kind: drawing._glyph(kind, np.zeros(3), 1.0) for kind in decor.GLYPHS}
+    shapes = {kind: np.array([*mesh.bounds, mesh.volume, *mesh.points.mean(axis=0)]) for kind, mesh in meshes.items()}
+    for one, other in itertools.combinations(decor.GLYPHS, 2):
+        apart = np.abs(tints[one] - tints[other]).max() > 51
+        assert apart or decor.GLYPHS[one][0] != decor.GLYPHS[other][0], (one, other)
+        assert apart or not np.allclose(shapes[one], shapes[other], rtol=0.2), (one, other)

@@ -24,21 +24,26 @@ if TYPE_CHECKING:
 
 Pixels = np.ndarray[Any, np.dtype[np.uint8]]
 
-DARK, PALE, DRIVEN = "#303030", "#7F7F7F", "#A83200"
-#: joint kind -> (marker of the key, colour), of all that are no dark balls; driven joints stand out
+DARK, PALE, DRIVEN, VIOLET, BRASS = "#303030", "#7F7F7F", "#A83200", "#8A63D2", "#8C6D1F"
+#: joint kind -> (marker of the key, colour), no two alike; driven joints stand out
 GLYPHS = {
+    "revolute joint": ("o", DARK),
+    "spherical joint": ("o", VIOLET),
+    "universal joint": ("P", DARK),
+    "gear": ("h", DARK),
+    "joint": ("p", DARK),
     "clamp": ("s", DARK),
     "weld": ("D", DARK),
-    "held edge": ("s", DARK),
-    "prismatic joint": ("d", PALE),
-    "cylindrical joint": ("d", PALE),
+    "held edge": ("s", VIOLET),
+    "prismatic joint": ("d", DARK),
+    "cylindrical joint": ("d", VIOLET),
     "bushing": ("D", PALE),
     "latch": ("D", DRIVEN),
     "distance": ("o", PALE),
     "slider": ("d", PALE),
     "driven angle": ("^", DRIVEN),
     "driven position": (">", DRIVEN),
-    "point mass": ("o", "#000000"),
+    "point mass": ("o", BRASS),
 }
 #: arrow kind -> (marker of the key, colour)
 ARROWS = {
@@ -59,11 +64,6 @@ class Text:
     anchor: str
     height: int  #: [pixel]
     tint: str = "#404040"
-
-
-def glyph(kind: str) -> tuple[str, str]:
-    """Marker of the key and colour of a kind of joints."""
-    return GLYPHS.get(kind, ("o", DARK))
 
 
 @lru_cache(maxsize=16)
@@ -177,7 +177,7 @@ def _key(axes: Axes, job: PictureJob) -> None:
     names = () if job.look.label else job.bodies
     handles = [Line2D([], [], color=palette.colour(i), lw=4, label=plain(name)) for i, name in enumerate(names)]
     for kind in dict.fromkeys(job.kinds):
-        marker, tint = glyph(kind)
+        marker, tint = GLYPHS[kind]
         handles.append(Line2D([], [], color=tint, marker=marker, ls="", ms=8, label=kind))
     for kind in dict.fromkeys(job.arrows):
         marker, tint = ARROWS[kind]

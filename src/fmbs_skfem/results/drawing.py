@@ -20,8 +20,9 @@ GRAVITY = 0.14  #: length of the arrow of gravity, over the longest side of the 
 RAISED = 0.25  #: distance of flat surfaces in a planar scene, which lie in one plane, over the smallest radius of a tube
 EYE = np.array([1.0, -1.0, 1.0])  #: direction from a spatial scene to the eye, in which shapes stand before the reference
 DEPTH = 10.0  #: distance of one instant of a planar overlay in front of the one before, over the radius of a joint
+SIDES = {"gear": (6, 1.6), "joint": (5, 1.3)}  #: of joints that are prisms: sides, radius over that of a ball
 SHARP = 0.5  #: cosine of the turn of a line at a corner
-LAYERS = {"slider": 1, "point mass": 2}  #: of joints in planar scenes, from the back; the others are in front
+LAYERS = {"slider": 1, "point mass": 2, "gear": 2}  #: of joints in planar scenes, from the back; the others are in front
 INK = "#262626"  #: of the outline of surfaces
 MATT = {"ambient": 0.5, "diffuse": 0.55, "specular": 0.1}
 FLAT = {"lighting": False}
@@ -203,9 +204,9 @@ def gravity(plotter: Any, job: PictureJob, arrays: Arrays, box: Box, sides: tupl
 
 
 def _joints(plotter: Any, job: PictureJob, centres: Arrays, thinnest: float, strength: float, slot: int) -> None:
-    """Joints; in planar scenes in front of all surfaces, and sliders and masses behind what else lies there."""
+    """Joints; in planar scenes in front of all surfaces, and sliders, masses and gears behind what else lies there."""
     for j, kind in enumerate(job.kinds):
-        tint = _fade(_rgb(decor.glyph(kind)[1])[None], strength)[0]
+        tint = _fade(_rgb(decor.GLYPHS[kind][1])[None], strength)[0]
         layer = LAYERS.get(kind, max(LAYERS.values()) + 1) if job.planar else 0
         front = np.array([0.0, 0.0, layer * 2 * GLYPH * thinnest])
         glyph = _glyph(kind, centres[f"joint_{j}"] + front, GLYPH * thinnest)
@@ -248,7 +249,7 @@ def _tube(points: Array, colours: Pixels, radius: float) -> Any:
 
 
 def _glyph(kind: str, centre: Array, radius: float) -> Any:
-    """Cube: clamp; small cube: what ties frames; cone: driven; bar: what slides; sphere: all others."""
+    """Cube: clamp; small: what ties frames; cone: driven; bar: what slides; cross: universal; prisms: SIDES; ball: all others."""
     import pyvista
 
     x, y, z = (float(value) for value in centre)
@@ -260,6 +261,12 @@ def _glyph(kind: str, centre: Array, radius: float) -> Any:
         return pyvista.Cone(center=(x, y, z), direction=up, height=2.6 * radius, radius=1.3 * radius, resolution=24)
     if kind in ("slider", "prismatic joint", "cylindrical joint"):
         return pyvista.Cube(center=(x, y, z), x_length=4.2 * radius, y_length=2.2 * radius, z_length=1.3 * radius)
+    if kind == "universal joint":
+        bars = [pyvista.Cube((x, y, z), *(radius * np.roll([3.4, 1.0, 1.0], turn))) for turn in range(3)]
+        return bars[0].merge(bars[1:])
+    if kind in SIDES:  # wide and flat, so that it is seen around the ball of the joint that its wheel turns on
+        sides, size = SIDES[kind]
+        return pyvista.Cylinder((x, y, z), (0.0, 0.0, 1.0), size * radius, 0.8 * radius, resolution=sides)
     size = {"point mass": 1.5, "distance": 0.7}.get(kind, 1.0) * radius
     return pyvista.Sphere(radius=size, center=(x, y, z), theta_resolution=20, phi_resolution=20)
 
