@@ -27,18 +27,7 @@ from ..core.problems import shown
 from ..core.records import dataclass
 from ..shapes import line, surface
 from ..shapes.surface import Surface
-from . import (  # which are additions  # noqa: F401
-    controllers,
-    echelon,
-    events,
-    finer_systems,
-    lengths,
-    monitors,
-    readings,
-    redundancy,
-    responses,
-    row_laws,
-)
+from . import echelon, finer_systems, lengths, readings, redundancy, responses
 from . import probes as probe_rules
 from .additions import Added, additions_of
 from .constraint_functions import Joint
