@@ -277,7 +277,11 @@ def test_planar_problems_have_file_and_line(before: str, after: str, message: st
             "at: box}\n  cross",
             "scene:18: joints.hinge.axis: expected the axis of rotation in space",
         ),
-        ("axis_to: [0, 1, 0]", "axis_to: [0, 0, 0]", "scene:19: joints.cross.axis_to: expected an axis that is not zero"),
+        (
+            "axis_to: [0, 1, 0]",
+            "axis_to: [0, 0, 0]",
+            "scene:19: joints.cross.axis_to: expected an axis that is not zero, got [0, 0, 0]",
+        ),
         ("at: box, axis: [0, 0, 1], stiffness", "at: box, to: nobody, axis: [0, 0, 1], stiffness", "scene:26: loads.spring.to"),
         ("turn: {type: angle, at: box, axis: [0, 0, 1]}", "turn: {type: angle, at: box}", "scene:29: outputs.turn.axis"),
         ("at: plate.c", "at: box.tip", r"scene:30: outputs.stress.at: expected one of the plates and shells"),

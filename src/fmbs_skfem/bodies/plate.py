@@ -199,6 +199,8 @@ def edge(where: str, shape: Surface, names: str | Iterable[str]) -> np.ndarray:
     for name in (names,) if isinstance(names, str) else names:
         if name not in shape.edges:
             expected = f"one of its edges ({listed(sorted(shape.edges), name, 'none')})"
+            if any(point.partition("[")[0] == name for point in shape.points):
+                raise InputError(say(where, expected, f"the points '{name}'", "an edge is a group of lines in the file"))
             raise InputError(say(where, expected, f"'{name}'") + closest(name, shape.edges))
         sides.append(shape.edges[name])
     found = np.concatenate(sides)

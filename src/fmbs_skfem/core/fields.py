@@ -98,7 +98,7 @@ def read_axis(value: object, context: Context) -> Vector:
         )
     direction = read_vector(value, units.NUMBER, context)
     if not any(direction):
-        raise Problem("an axis that is not zero", shown(value))
+        raise Problem("an axis that is not zero", f"[{', '.join(f'{entry:g}' for entry in direction)}]")
     return direction
 
 

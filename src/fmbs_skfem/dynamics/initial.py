@@ -133,7 +133,8 @@ def closed(system: System, phi: np.ndarray, J: Array) -> None:
     if len(wrong):
         worst = tuple((".".join(system.constraints.names[k]), abs(float(phi[k]))) for k in wrong[np.argsort(-np.abs(phi[wrong]))])
         listed = ", ".join(f"{name} by {gap:.3g}" for name, gap in worst)
-        raise SolverError(f"the initial state does not satisfy the joints: {listed}", Reason.INCONSISTENT, 0.0, worst)
+        remedy = "draw the bodies where their joints hold, or begin with `start: equilibrium`"
+        raise SolverError(f"the initial state does not satisfy the joints: {listed}; {remedy}", Reason.INCONSISTENT, 0.0, worst)
 
 
 def start_of(model: Compiled) -> Instant:
