@@ -79,7 +79,7 @@ def test_contradicting_joints_stop_the_check_by_name(tmp_path: Path) -> None:
     done = fmbs("check", path, "--json")
     assert done.code == 4
     assert done.json["message"].startswith("joints contradict each other: ")
-    assert "what a drive moves must be free" in done.json["message"]
+    assert "a driven motion must be free" in done.json["message"]
     assert "drive.x" in done.json["message"]
 
 

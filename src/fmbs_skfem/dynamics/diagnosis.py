@@ -181,7 +181,7 @@ def at_start(found: Diagnosis) -> Cause:
     return Cause(
         "contradiction",
         f"joints and drives that ask for different motions of one place: {listed}",
-        "remove one of the joints, or the drive against them: what a drive moves must be free",
+        "remove one of the joints, or the drive against them: a driven motion must be free",
     )
 
 
