@@ -280,7 +280,7 @@ def test_planar_problems_have_file_and_line(before: str, after: str, message: st
         (
             "axis_to: [0, 1, 0]",
             "axis_to: [0, 0, 0]",
-            "scene:19: joints.cross.axis_to: expected an axis that is not zero, got [0, 0, 0]",
+            r"scene:19: joints.cross.axis_to: expected an axis that is not zero, got \[0, 0, 0\]",
         ),
         ("at: box, axis: [0, 0, 1], stiffness", "at: box, to: nobody, axis: [0, 0, 1], stiffness", "scene:26: loads.spring.to"),
         ("turn: {type: angle, at: box, axis: [0, 0, 1]}", "turn: {type: angle, at: box}", "scene:29: outputs.turn.axis"),
