@@ -141,6 +141,26 @@ class Shorter(Observer):
             run.shorten(2)
 
 
+class Enough(Observer):
+    """Ends a run, and has no name."""
+
+    def after(self, run: Any) -> None:
+        if run.done == 3:
+            run.stop(self)
+
+
+def test_a_stop_without_a_name_is_that_of_its_class() -> None:
+    found: list[Any] = []
+
+    def record(moment: RunState) -> None:
+        found.append((moment.rows(0, moment.kept), moment.checkpoint()))
+
+    motion = integrate(fall(), GeneralizedAlpha(H), 1.0, record=record, observers=[Enough()])
+    assert [(one.name, one.time) for one in motion.events] == [("Enough", pytest.approx(3 * H))]
+    rows, held = found[-1]
+    assert integrate(fall(), GeneralizedAlpha(H), 1.0, resume=Resumed(held, rows)).events == motion.events
+
+
 class Seen(Observer):
     """Counts its calls."""
 

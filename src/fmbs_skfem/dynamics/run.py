@@ -31,7 +31,7 @@ from .trajectory import Happening, Statistics, Trajectory
 Found = TypeVar("Found", bound=Observer)
 BEHIND = ("factorise", "solve", "settle")  #: doors of `stepping` behind which large models keep their factors
 EQUAL = 1e-9  #: of a step, within which instants are one
-STOPPED = "stopped by"  #: in checkpoints: which observer with a name has stopped the run, and when [s]
+STOPPED, BY = "stopped", "stopped by"  #: in checkpoints: when an observer has stopped the run [s], and its name in bytes
 
 
 @dataclass
@@ -53,7 +53,7 @@ class OpenRun:
     done: int = 0  #: steps
     forgotten: bool = False  #: whether the memory of states before a checkpoint is not known
     happened: list[Happening] = field(default_factory=list)
-    stopped: tuple[int, float] | None = None  #: by which observer of those with names, and when [s]
+    stopped: Happening | None = None  #: by an observer
     meters: dict[tuple[str, ...], Meter] = field(default_factory=dict)  #: by the outputs that they read
     resumed: Mapping[str, np.ndarray] = field(default_factory=dict)  #: arrays of the checkpoint that it goes on from
     facts: dict[str, str] = field(default_factory=dict)  #: of model and method, found when they are needed
@@ -62,11 +62,6 @@ class OpenRun:
     def close(self) -> list[Observer]:
         """Those that look at every step."""
         return [one for one in self.observers if one.looks == "step"]
-
-    @cached_property
-    def named(self) -> list[Observer]:
-        """Those that have a name."""
-        return [one for one in self.observers if one.name]
 
     def find(self, kind: type[Found]) -> Found:
         """The observer of a kind."""
@@ -104,10 +99,14 @@ class OpenRun:
 
     def stop(self, by: Observer) -> None:
         """End the run behind the step that was taken last."""
-        self.stopped = self.named.index(by), self.time
-        self.happened.append(Happening(by.name, self.time, True, (), (), 0.0))
+        self.put_stop(by.name or type(by).__name__, self.time)
         self.end(self.time)
         self.store()
+
+    def put_stop(self, name: str, time: float) -> None:
+        """Note that an observer of this name has stopped it [s]."""
+        self.stopped = Happening(name, time, True, (), (), 0.0)
+        self.happened.append(self.stopped)
 
     def shorten(self, halvings: int) -> None:
         """Take the next step in 2^halvings parts, or more where these fail."""
@@ -190,9 +189,7 @@ def restore(run: OpenRun, held: Checkpoint) -> None:
         begin = prefix(one)
         one.put(run, {name.removeprefix(begin): array for name, array in held.arrays.items() if name.startswith(begin)}, held.done)
     if STOPPED in held.arrays:
-        number, time = int(held.arrays[STOPPED][0]), float(held.arrays[STOPPED][1])
-        run.stopped = number, time
-        run.happened.append(Happening(run.named[number].name, time, True, (), (), 0.0))
+        run.put_stop(held.arrays[BY].tobytes().decode(), float(held.arrays[STOPPED][0]))
     if run.end_time is not None:
         run.end(run.end_time)
 
@@ -241,7 +238,8 @@ def moment(run: OpenRun) -> RunState:
             arrays |= {prefix(one) + name: array for name, array in one.arrays(run).items()}
         for meter in run.meters.values():
             arrays |= meter.kept()
-        arrays |= {} if run.stopped is None else {STOPPED: np.array(run.stopped)}
+        if by := run.stopped:
+            arrays |= {STOPPED: np.array([by.time]), BY: np.frombuffer(by.name.encode(), np.uint8)}
         seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
         return Checkpoint(run.done, count_stored(run), facts, arrays, *seconds)
 
