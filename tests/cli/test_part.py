@@ -162,11 +162,11 @@ def test_a_training_goes_on(folder: Path, tmp_path: Path) -> None:
         (("train", "scene.yaml", "--body", "beam", "--alone", "--out", "beam.part.h5"), "a new file, got one that exists"),
         (
             ("train", "chain.yaml", "--body", "upper", "--alone"),
-            "a full elastic body (none here), got 'upper', a part; give the scene with the full",
+            "a full elastic body (none here), got 'upper', a part; give the scene that has the full",
         ),
         (
             ("check", "beam.part.h5", "chain.yaml", "--body", "upper"),
-            "'upper', a part; give the scene with the full body, in whose",
+            "'upper', a part; give the scene that has the full body in place",
         ),
         (("train", "scene.yaml", "--body", "beam", "--strain", "1e-3"), "--alone: expected it beside the sizes of its motions"),
         (("info", "scene.yaml"), "'fmbs_skfem part' in its first line"),

@@ -82,9 +82,9 @@ def example(name: str, R: np.ndarray | None = None, shift: np.ndarray | None = N
     R, shift = np.eye(d) if R is None else R[:d, :d], np.zeros(d) if shift is None else shift[:d]
     parts: list[Any] = []
 
-    def moved(many: Any, joined: Any, loaded: Any, *rest: Any) -> System:
+    def moved(many: Any, joined: Any, loaded: Any, *rest: Any, **more: Any) -> System:
         parts.extend(placed(part, R, shift) for part in many)
-        return ASSEMBLE(parts, [placed(j, R, shift) for j in joined], [placed(one, R, shift) for one in loaded], *rest)
+        return ASSEMBLE(parts, [placed(j, R, shift) for j in joined], [placed(one, R, shift) for one in loaded], *rest, **more)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(assembly, "assemble", moved)
