@@ -358,7 +358,7 @@ class Watch(Observer):
         told |= {RESTS: self.crossings.rests, TRAIL: np.array(self.trail)}
         return {name: array.copy() for name, array in (found | told).items()}
 
-    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray], done: int) -> None:
+    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray]) -> None:
         self.crossings.sides, self.closed, run.step.space.off[:] = (
             checkpoints.fitting(arrays, name, array).copy() for name, array in list(self.arrays(run).items())[:3]
         )

@@ -17,8 +17,7 @@ from ..core import saddle
 from ..core.notices import notify
 from ..systems import compiled
 from ..systems.compiled import Compiled
-from .observers import Observer, Setting, offered
-from .run import OpenRun
+from .observers import Judge, Setting, offered
 from .trajectory import Trajectory
 
 GEAR = "gear_"  #: how the laws of gears begin
@@ -27,20 +26,10 @@ SMALL_TURN = 0.02  #: in a step, up to which a wheel is not looked at [rad]
 SHARE = 0.05  #: error of a moment, of the root mean square of the gear's, from which a warning is shown
 
 
-class Wheels(Observer):
-    """Looks at gears at the end of a run."""
-
-    looks = "end"
-
-    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
-        warn_of_fast_wheels(run.model, motion, run.scheme.step)
-        return motion
-
-
 @offered
-def _(setting: Setting) -> Iterator[Observer]:
+def _(setting: Setting) -> Iterator[Judge]:
     if any(laws.law.name.startswith(GEAR) for laws in setting.system.constraints.laws):
-        yield Wheels()
+        yield Judge(lambda run, motion: warn_of_fast_wheels(run.model, motion, run.scheme.step))
 
 
 def warn_of_fast_wheels(model: Compiled, motion: Trajectory, step: float) -> None:

@@ -24,7 +24,7 @@ from . import checkpoint as checkpoints
 from . import sampled_loops, stepping
 from .events import Watch
 from .measuring import Reader
-from .observers import Looks, Observer, Setting, extending, offered
+from .observers import Looks, Observer, Setting, offered
 from .outputs import survey_of
 from .run import trajectory
 from .scheme import GeneralizedAlpha
@@ -80,6 +80,10 @@ class Feed(SingleSteps):
         self.histories = len(reading) < len(plain.signals)  #: whether there are others beside inputs
         self.next: Mapping[str, float] = {}  #: new values for the next step
 
+    def begin(self, run: OpenRun) -> None:
+        """Know what reads values for controllers."""
+        self.reader = run.find(Reader)
+
     def before(self, run: OpenRun) -> None:
         """Tell inputs what is given for the step, and let controllers act."""
         self.tell(self.next)
@@ -119,7 +123,7 @@ class Feed(SingleSteps):
                 new = self.value(run, one)
                 changed = changed or new != told.values[-1]
                 told.values[-1] = new
-        run.find(Reader).keep()
+        self.reader.keep()
         for name, values in self.record.items():
             values.append(self.given[name].values[-1])
         if changed:
@@ -128,7 +132,7 @@ class Feed(SingleSteps):
     def value(self, run: OpenRun, one: Sampler) -> float:
         """The output of a controller."""
         time = self.scheme.step * run.done
-        found = one.of.law(time, run.find(Reader).read(run, one.of.reads, time), one.memory)
+        found = one.of.law(time, self.reader.read(run, one.of.reads, time), one.memory)
         if not math.isfinite(found):
             text = f"controller '{one.of.name}' gives {found} at t = {time:.6g} s; look at what it reads, guard it with where(...)"
             raise SolverError(text, Reason.NOT_FINITE, time, ((f"controller {one.of.name}", found),))
@@ -203,26 +207,20 @@ class Feed(SingleSteps):
         found |= {f"controller {one.of.name}": np.array(one.memory) for one in self.samplers}
         return found | {f"told {name}": np.array(values) for name, values in self.record.items()}
 
-    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray], done: int) -> None:
+    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray]) -> None:
         for name, one in self.given.items():
             one.values = checkpoints.fitting(arrays, f"input {name}", np.array(one.values)).tolist()
-            one.first = done + 1 - KEPT
+            one.first = run.done + 1 - KEPT
         for each in self.samplers:
             each.memory = checkpoints.fitting(arrays, f"controller {each.of.name}", np.array(each.memory)).tolist()
         for name in self.record:
-            self.record[name] = checkpoints.fitting(arrays, f"told {name}", np.zeros(done + 1)).tolist()
-
-
-@extending
-def _(setting: Setting) -> System:
-    """Where inputs are given while it runs there may be events, too, which lock joints."""
-    return with_locks(setting.system) if is_fed(setting) else setting.system
+            self.record[name] = checkpoints.fitting(arrays, f"told {name}", np.zeros(run.done + 1)).tolist()
 
 
 @offered
 def _(setting: Setting) -> Iterator[Observer]:
     if is_fed(setting):
-        feed = Feed(setting.system, setting.scheme)
+        feed = Feed(with_locks(setting.system), setting.scheme)
         yield feed
         yield Reader(feed.system)
         if setting.system.triggers:

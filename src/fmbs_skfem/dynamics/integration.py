@@ -21,7 +21,7 @@ from .initial import Instant, Start, consistent_start, first_step, startable
 from .large import Large
 from .loose_rows import open_at_start
 from .names import as_text, row_names, worst
-from .observers import Look, Observer, Setting, Source, extended, observers_of
+from .observers import Look, Observer, Setting, Source, observers_of
 from .run import OpenRun, last_residual, moment, take_up, trajectory
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
 from .single_steps import SingleSteps
@@ -116,12 +116,11 @@ def begun(setting: Setting, kept: np.ndarray, more: Sequence[Observer] = (), res
     system = startable(setting.system, scheme)
     at_rest = scheme.start == "equilibrium" and resume is None
     x, v, memory = rest.in_equilibrium(system, newton, setting.progress) if at_rest else (system.x0, system.v0, None)
-    setting = replace(setting, system=(system := extended(replace(setting, system=system))))
-    observers = [*observers_of(setting), *more]
+    observers = [*observers_of(replace(setting, system=system)), *more]
     source = next((one for one in observers if isinstance(one, Source)), None)
     if source is None and any(one.looks == "step" for one in observers):
         source = SingleSteps(system, scheme)
-    model = compile_system(system)
+    model = compile_system(source.plain if source else system)
     if source:
         system, model = source.system, replace(model, system=source.system)
     n, m = system.size, model.constraints

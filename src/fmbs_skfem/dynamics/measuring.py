@@ -91,7 +91,7 @@ class Reader(Meter, Observer):
     def arrays(self, run: OpenRun) -> Mapping[str, np.ndarray]:
         return self.kept()
 
-    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray], done: int) -> None:
+    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray]) -> None:
         self.take_up(run, arrays)
 
     def read(self, run: OpenRun, numbers: Sequence[int], time: float, within: bool = False) -> list[float]:

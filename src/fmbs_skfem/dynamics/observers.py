@@ -10,7 +10,6 @@ and `start`, those of a scene its `monitors`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
@@ -58,14 +57,14 @@ class Observer:
         """What a checkpoint keeps of it, by name."""
         return {}
 
-    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray], done: int) -> None:
-        """Put back what a checkpoint kept of it after so many steps."""
+    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray]) -> None:
+        """Put back what a checkpoint kept of it after `run.done` steps."""
 
 
 class Source(Observer):
     """An observer that gives the histories of every step, and takes it."""
 
-    plain: System  #: without what it gives
+    plain: System  #: as it is compiled, with what it gives at its start
     system: System  #: which reads what it gives
 
     def take(self, run: OpenRun) -> int:
@@ -93,9 +92,7 @@ class Setting:
 
 
 Offer: TypeAlias = Callable[[Setting], Iterable[Observer]]
-Extend: TypeAlias = Callable[[Setting], System]
 _OFFERS: list[Offer] = []
-_EXTENSIONS: list[Extend] = []
 
 
 def offered(offer: Offer) -> Offer:
@@ -104,25 +101,12 @@ def offered(offer: Offer) -> Offer:
     return offer
 
 
-def extending(extend: Extend) -> Extend:
-    """Register what extends the system of every run before it begins."""
-    _EXTENSIONS.append(extend)
-    return extend
-
-
 @offered
 def _(setting: Setting) -> Iterator[Observer]:
     for monitor in setting.system.monitors:
         observer = monitor.observer()
         observer.name = monitor.name
         yield observer
-
-
-def extended(setting: Setting) -> System:
-    """The system as it runs."""
-    for extend in _EXTENSIONS:
-        setting = replace(setting, system=extend(setting))
-    return setting.system
 
 
 def observers_of(setting: Setting) -> list[Observer]:
@@ -140,3 +124,16 @@ class Look(Observer):
 
     def after(self, run: OpenRun) -> None:
         self.call(run)
+
+
+class Judge(Observer):
+    """Calls a function, which may warn, with the motion of a run that has ended."""
+
+    looks: Looks = "end"
+
+    def __init__(self, call: Callable[[OpenRun, Trajectory], object]) -> None:
+        self.call = call
+
+    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
+        self.call(run, motion)
+        return motion

@@ -187,7 +187,7 @@ def restore(run: OpenRun, held: Checkpoint) -> None:
     run.meters.clear()
     for one in run.observers:
         begin = prefix(one)
-        one.put(run, {name.removeprefix(begin): array for name, array in held.arrays.items() if name.startswith(begin)}, held.done)
+        one.put(run, {name.removeprefix(begin): array for name, array in held.arrays.items() if name.startswith(begin)})
     if STOPPED in held.arrays:
         run.put_stop(held.arrays[BY].tobytes().decode(), float(held.arrays[STOPPED][0]))
     if run.end_time is not None:

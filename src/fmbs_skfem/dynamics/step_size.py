@@ -19,7 +19,7 @@ from ..systems.force_laws import ForceLaw, LawForces, evaluate
 from ..systems.signals import Cosine, Sine, read_inputs
 from ..systems.system import System, driving
 from .histories import pushed_body, signal_names
-from .observers import Looks, Observer, Setting, offered
+from .observers import Judge, Looks, Observer, Setting, offered
 from .run import OpenRun
 from .trajectory import Statistics, Trajectory
 
@@ -37,31 +37,6 @@ TILT = 0.1  #: of the place of a torque out of the plane of its angle, above whi
 ROWS_OF_ANGLES = {"torque": 2, "torsion_spring": 2, "torque in space": 9}  #: of coordinates and laws about axes in space
 
 
-class Histories(Observer):
-    """Looks at what is read of time."""
-
-    looks = "end"
-
-    def __init__(self, steps: int) -> None:
-        self.steps = steps  #: of the whole run
-
-    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
-        warn_of_coarse_steps(motion, run.plain, run.scheme.step, self.steps)
-        warn_of_drives_that_jump(run.plain, run.scheme.step, self.steps)
-        return motion
-
-
-class Angles(Observer):
-    """Looks at the angles of loads."""
-
-    looks = "end"
-
-    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
-        if not warn_of_jumps(run.model, motion, run.scheme.step):
-            warn_of_tilts(motion)
-        return motion
-
-
 class Tables(Observer):
     """Looks at tables of forces: a live run has no end."""
 
@@ -76,16 +51,6 @@ class Tables(Observer):
 
     def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
         self.after(run)
-        return motion
-
-
-class Divisions(Observer):
-    """Looks at steps that were divided."""
-
-    looks = "end"
-
-    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
-        warn_of_division(motion.statistics)
         return motion
 
 
@@ -111,11 +76,11 @@ class PythonCost(Observer):
 def _(setting: Setting) -> Iterator[Observer]:
     laws = [one for one in setting.system.loads.forces if isinstance(one, LawForces)]
     if not setting.live:
-        yield Divisions()
+        yield Judge(lambda run, motion: warn_of_division(motion.statistics))
         if setting.system.signals:
-            yield Histories(setting.steps)
+            yield Judge(lambda run, motion: warn_of_histories(run, motion, setting.steps))
         if laws:
-            yield Angles()
+            yield Judge(warn_of_angles)
         if any(isinstance(one, forces.OfPython) for one in setting.system.loads.forces):
             yield PythonCost()
     if any(one.law.tables for one in laws):
@@ -127,6 +92,18 @@ def warn_of_division(cost: Statistics) -> None:
     if cost.unresolved:
         failed = f"Newton's iteration failed {cost.halved} times in {cost.steps} steps, which were divided"
         notify(f"{failed}: the steps do not resolve the motion, which may be wrong; take a smaller step")
+
+
+def warn_of_histories(run: OpenRun, motion: Trajectory, steps: int) -> None:
+    """Warnings of what is read of time, of so many steps that were to be taken."""
+    warn_of_coarse_steps(motion, run.plain, run.scheme.step, steps)
+    warn_of_drives_that_jump(run.plain, run.scheme.step, steps)
+
+
+def warn_of_angles(run: OpenRun, motion: Trajectory) -> None:
+    """A warning of angles of loads."""
+    if not warn_of_jumps(run.model, motion, run.scheme.step):
+        warn_of_tilts(motion)
 
 
 def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: int) -> None:

@@ -67,11 +67,38 @@ def memory_of(s: Any, F: Any, k: int) -> np.ndarray:
     return s.memory[first : first + POINT]
 
 
+@jit
+def meet(
+    s: Any, F: Any, k: int, y: np.ndarray, within: tuple[float, float], way: float, w: np.ndarray, W: np.ndarray
+) -> tuple[float, int, float, float, int, bool]:
+    """Gap of a point, the triangle and u, v of its closest place, where it is held, and whether the point is beyond the middle.
+
+    The gap is infinite where nothing is as near as `limit_of` asks; else w[1:7] and W are current.
+    """
+    last = memory_of(s, F, k)
+    away, f, at_u, at_v, held = find(F, k, y, within, limit_of(F, k, last, way), w, W)
+    if away == np.inf:
+        return np.inf, f, at_u, at_v, held, False
+    beyond = passed(last, w, way)
+    return gap_of(F.radius[k], held, beyond, w), f, at_u, at_v, held, beyond
+
+
+@jit
+def press_on(
+    table: Any, F: Any, k: int, f: int, held: int, beyond: bool, v: np.ndarray, w: np.ndarray, W: np.ndarray, out: np.ndarray
+) -> float:
+    """out (READ,) = forces of a point that `meet` has found to touch a triangle; its normal force times its weight."""
+    s = evaluation(table).space
+    read_rates(table, F, f, k, v)
+    follow(F, f, k, v, s.memory[F.memory : F.memory + len(F.rows)], w, W)
+    return press(F, k, held, beyond, memory_of(s, F, k), w, W, out)
+
+
 @routine
 def push(table: Any, record: Any) -> int:
     """g += F."""
     s, F = evaluation(table).space, opened(record)
-    way, before = ahead(s, F), s.memory[F.memory : F.memory + len(F.rows)]
+    way = ahead(s, F)
     if not wakes(s, F, way):
         return 0
     y, v, out, w, W = make_room(F)
@@ -80,16 +107,11 @@ def push(table: Any, record: Any) -> int:
     for k in range(len(F.radius)):
         if s.room[F.room + k] > way:
             continue
-        last = memory_of(s, F, k)
-        away, f, _, _, held = find(F, k, y, within, limit_of(F, k, last, way), w, W)
-        if away < np.inf:
-            beyond = passed(last, w, way)
-            if gap_of(F.radius[k], held, beyond, w) < 0.0:
-                read_rates(table, F, f, k, v)
-                follow(F, f, k, v, before, w, W)
-                press(F, k, held, beyond, last, w, W, out)
-                for j in range(READ):
-                    s.g[F.rows[place_of(F, f, k, j)]] += out[j]
+        gap, f, _, _, held, beyond = meet(s, F, k, y, within, way, w, W)
+        if gap < 0.0:
+            press_on(table, F, k, f, held, beyond, v, w, W, out)
+            for j in range(READ):
+                s.g[F.rows[place_of(F, f, k, j)]] += out[j]
     return 0
 
 
@@ -107,13 +129,10 @@ def slopes(table: Any, record: Any) -> int:
     for k in range(len(F.radius)):
         if s.room[F.room + k] > way:
             continue
+        gap, f, at_u, at_v, held, beyond = meet(s, F, k, y, within, way, w, W)
+        if gap >= 0.0:
+            continue
         last = memory_of(s, F, k)
-        away, f, at_u, at_v, held = find(F, k, y, within, limit_of(F, k, last, way), w, W)
-        if away == np.inf:
-            continue
-        beyond = passed(last, w, way)
-        if gap_of(F.radius[k], held, beyond, w) >= 0.0:
-            continue
         read_rates(table, F, f, k, v)
         begin_term(s.low, F, f, k, W)
         left, at = s.low.left[s.low.used[0] - 1], at_corners(F, f)
@@ -182,9 +201,8 @@ def find_ways(table: Any, F: Any, ways: np.ndarray) -> None:
 def accept(table: Any, record: Any) -> int:
     """The memory of rows and points, and the room: points that cannot have come near are not looked at."""
     s, F = evaluation(table).space, opened(record)
-    way, many, ways = ahead(s, F), len(F.rows), F.room + len(F.radius)
+    way, ways = ahead(s, F), F.room + len(F.radius)
     y, v, out, w, W = make_room(F)
-    before = s.memory[F.memory : F.memory + many]
     read(table, F, y)
     if not s.room[ways] > 0.0:
         find_ways(table, F, s.room[ways : ways + WAYS])
@@ -200,15 +218,13 @@ def accept(table: Any, record: Any) -> int:
         if away < np.inf:
             beyond = passed(last, w, way)
             if gap_of(F.radius[k], held, beyond, w) < 0.0:
-                read_rates(table, F, f, k, v)
-                follow(F, f, k, v, before, w, W)
-                N = press(F, k, held, beyond, last, w, W, out)
+                N = press_on(table, F, k, f, held, beyond, v, w, W, out)
             for c in range(3):
                 last[5 + c] = w[NORMAL, c]
         for c in range(3):
             last[2 + c] = w[BRISTLE, c] if N > 0.0 else 0.0
         last[0], last[1], last[DISTANCE] = max(N, 0.0), 1.0 if N <= 0.0 else last[1], away
-    for j in range(many):
+    for j in range(len(F.rows)):
         s.memory[F.memory + j] = y[j]
     return 0
 
@@ -217,7 +233,7 @@ def accept(table: Any, record: Any) -> int:
 def judge(table: Any, record: Any) -> int:
     """jolt += as of contact with shapes; infinite where a point passed through the middle of the surface."""
     s, F = evaluation(table).space, opened(record)
-    way, before = ahead(s, F), s.memory[F.memory : F.memory + len(F.rows)]
+    way = ahead(s, F)
     y, v, out, w, W = make_room(F)
     read_now, within = False, (0.0, 0.0)
     for k in range(len(F.radius)):
@@ -227,16 +243,12 @@ def judge(table: Any, record: Any) -> int:
         if not read_now:
             read(table, F, y)
             within, read_now = measure_extents(F, y), True
-        away, f, _, _, held = find(F, k, y, within, limit_of(F, k, last, way), w, W)
-        if away < np.inf:
-            beyond = passed(last, w, way)
-            if beyond and last[0] <= 0.0:
-                s.jolt[0] = np.inf
-                return 0
-            if gap_of(F.radius[k], held, beyond, w) < 0.0:
-                read_rates(table, F, f, k, v)
-                follow(F, f, k, v, before, w, W)
-                N = press(F, k, held, beyond, last, w, W, out)
+        gap, f, _, _, held, beyond = meet(s, F, k, y, within, way, w, W)
+        if beyond and last[0] <= 0.0:
+            s.jolt[0] = np.inf
+            return 0
+        if gap < 0.0:
+            N = press_on(table, F, k, f, held, beyond, v, w, W, out)
         if last[1] > 0.0:
             s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
     return 0
@@ -255,16 +267,12 @@ def store(table: Any, record: Any) -> int:
     for k in range(len(F.radius)):
         if s.room[F.room + k] > way:
             continue
-        last = memory_of(s, F, k)
-        away, f, _, _, held = find(F, k, y, within, limit_of(F, k, last, way), w, W)
-        if away == np.inf:
-            continue
-        overlap = -gap_of(F.radius[k], held, passed(last, w, way), w)
-        if overlap > 0.0:
-            s.energy[0] += F.weights[k] * stored(F.law, overlap)
+        gap, f, _, _, _, _ = meet(s, F, k, y, within, way, w, W)
+        if gap < 0.0:
+            s.energy[0] += F.weights[k] * stored(F.law, -gap)
             for c in range(3):
                 w[PULL, c] = 0.0
-            share_out((0.0, 0.0, 0.0), F.weights[k], F.law[K] * harden(F.law, ramp(overlap, F.law[E])), w, W, out)
+            share_out((0.0, 0.0, 0.0), F.weights[k], F.law[K] * harden(F.law, ramp(-gap, F.law[E])), w, W, out)
             for j in range(READ):
                 s.g[F.rows[place_of(F, f, k, j)]] -= out[j]
     return 0
