@@ -21,11 +21,11 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, LiveRun, integrate, start
 from fmbs_skfem.dynamics.checkpoint import Resumed, RunState
 from fmbs_skfem.dynamics.observers import Observer
-from fmbs_skfem.scenes import extensions
 from fmbs_skfem.systems import At, System, assemble, joints, loads, probes
 from fmbs_skfem.systems.monitors import Monitor
 
 from ..cli.calls import ROOT
+from ..forgotten import forget
 
 PAGE = (ROOT / "docs" / "extensions.md").read_text(encoding="utf-8")
 TEXT = next(block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if block.startswith("# my_fence.py"))
@@ -45,13 +45,7 @@ monitors: {fence: {type: leaves_box, of: tip, low: [-1 m, -1 m], high: [1 m, 1 m
 @pytest.fixture(autouse=True)
 def _apart(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """What a test declares is forgotten after it."""
-    monkeypatch.setattr(Monitor, "known", dict(Monitor.known))
-    monkeypatch.setattr(extensions, "RUN", {})
-    before = set(sys.modules)
-    yield
-    for name in set(sys.modules) - before:
-        if name.startswith(("fmbs_extension_", "my_")):
-            del sys.modules[name]
+    yield from forget(monkeypatch, Monitor)
 
 
 def own() -> Any:

@@ -30,8 +30,10 @@ from fmbs_skfem.studies import job as jobs
 from fmbs_skfem.systems import probes
 from fmbs_skfem.systems.constraint_laws import ConstraintLaw
 from fmbs_skfem.systems.force_laws import ForceLaw
+from fmbs_skfem.systems.monitors import Monitor
 
 from ..cli.calls import ROOT, Call, fmbs
+from ..forgotten import forget
 from ..robustness.inputs import BEAM, beam
 
 PAGE = (ROOT / "docs" / "extensions.md").read_text(encoding="utf-8")
@@ -44,18 +46,11 @@ FILES = {block.split("\n")[0].removeprefix("# "): block for block in BLOCKS if b
 @pytest.fixture(autouse=True)
 def _apart(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """What a test declares is forgotten after it."""
-    for family in (systems.joints.Joint, systems.loads.Load, probes.Probe, SceneBody, Analysis):
-        monkeypatch.setattr(family, "known", dict(family.known))
     monkeypatch.setattr(laws, "KNOWN", dict(laws.KNOWN))
     monkeypatch.setattr(container, "TYPES", dict(container.TYPES))
     for kind in (ConstraintLaw, ForceLaw):
         monkeypatch.setattr(kind, "makers", dict(kind.makers))
-    monkeypatch.setattr(extensions, "RUN", {})
-    before = set(sys.modules)
-    yield
-    for name in set(sys.modules) - before:
-        if name.startswith(("fmbs_extension_", "my_")):
-            del sys.modules[name]
+    yield from forget(monkeypatch, systems.joints.Joint, systems.loads.Load, probes.Probe, SceneBody, Analysis, Monitor)
 
 
 @pytest.fixture
