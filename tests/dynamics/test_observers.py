@@ -112,7 +112,7 @@ def test_a_monitor_survives_a_resume() -> None:
 
 
 @pytest.mark.filterwarnings("ignore:.*runs the Python file:UserWarning", "ignore:.*my_fence.py")
-def test_a_monitor_of_a_scene(tmp_path: Path) -> None:
+def test_a_monitor_of_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "my_fence.py").write_text(TEXT, encoding="utf-8")
     (tmp_path / "fall.yaml").write_text(SCENE, encoding="utf-8")
     with pytest.warns(Notice, match="monitor 'fence': 'tip' leaves its box"):
@@ -122,6 +122,12 @@ def test_a_monitor_of_a_scene(tmp_path: Path) -> None:
     (tmp_path / "fall.yaml").write_text(SCENE.replace("of: tip", "of: top"), encoding="utf-8")
     with pytest.raises(InputError, match=r"fall.yaml:\d+: monitors.fence: .*expected one of the outputs tip, got 'top'"):
         studies.run(tmp_path / "fall.yaml", out=tmp_path / "other", extensions="allow")
+    (tmp_path / "none.yaml").write_text(SCENE.replace("extensions: [my_fence.py]\n", ""), encoding="utf-8")
+    expected = r"none.yaml:8: monitors.fence: expected a monitor of an extension, got none that is declared; name the Python file"
+    with monkeypatch.context() as patch:
+        patch.setattr(Monitor, "known", {})
+        with pytest.raises(InputError, match=expected):
+            scenes.read(tmp_path / "none.yaml")
     (tmp_path / "fall.yaml").write_text(SCENE.replace("dynamic, duration: 1 s, step: 10 ms", "modes, count: 1"), encoding="utf-8")
     with pytest.warns(Notice, match="monitors: do nothing in an analysis of modes"):
         scenes.read(tmp_path / "fall.yaml", extensions="allow")

@@ -233,6 +233,9 @@ def read_family(family: type[Declared], value: object, context: Context) -> Any:
     for kind in known.values():
         require_dataclass(kind)
     words = sorted(known)
+    if not words:
+        remedy = "name the Python file that declares one under 'extensions' (docs/extensions.md)"
+        raise Problem(f"a {family.__name__.lower()} of an extension", "none that is declared", remedy)
     if family.tag not in value:
         raise Problem(f"the key '{family.tag}'", "no such key", f"write one of {', '.join(words)}")
     word = str(value[family.tag])
