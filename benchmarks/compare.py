@@ -16,9 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from fmbs_skfem import scenes, studies
-from fmbs_skfem.reduction import Exact, cases, errors, full_runs, reduced_models
-from fmbs_skfem.reduction.comparison import Comparison
-from fmbs_skfem.reduction.runs import kept_steps
+from fmbs_skfem.reduction import Exact, cases, full_runs, reduced_models
+from fmbs_skfem.reduction.accuracy import errors
+from fmbs_skfem.reduction.accuracy.comparison import Comparison
+from fmbs_skfem.reduction.accuracy.runs import kept_steps
 from fmbs_skfem.results import plots
 from fmbs_skfem.scenes import Scene, build
 from fmbs_skfem.studies import comparison, plans, reports, tables

@@ -24,9 +24,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import dynamics, reduction, scenes, systems
+from fmbs_skfem.contact.contacts import ContactPlane
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import assembly
-from fmbs_skfem.systems.contacts import ContactPlane
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"

@@ -28,16 +28,17 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import scenes
-from fmbs_skfem.reduction import Elements, Points, comparators, greedy, prediction, training
+from fmbs_skfem.families import comparators, greedy, prediction, training
+from fmbs_skfem.families import training_store as store
+from fmbs_skfem.families.comparators import Full
+from fmbs_skfem.families.comparators import Row as Compared
+from fmbs_skfem.families.parametric_model import ParametricModel
+from fmbs_skfem.families.training import FinishedTraining
+from fmbs_skfem.reduction import Elements, Points
 from fmbs_skfem.reduction import parameters as boxes
-from fmbs_skfem.reduction import training_store as store
-from fmbs_skfem.reduction.comparators import Full
-from fmbs_skfem.reduction.comparators import Row as Compared
 from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
-from fmbs_skfem.reduction.parametric_model import ParametricModel
 from fmbs_skfem.reduction.plan import Plan
-from fmbs_skfem.reduction.training import FinishedTraining
 from fmbs_skfem.results import plots, training_plots
 from fmbs_skfem.scenes import build
 from fmbs_skfem.studies import holdouts, plans

@@ -28,10 +28,12 @@ from threadpoolctl import threadpool_limits
 
 from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.core import direct, krylov, pardiso
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, large
+from fmbs_skfem.core.algebra import direct, krylov, pardiso
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
+from fmbs_skfem.dynamics.compiled_step import large
 from fmbs_skfem.shapes import ancf_plate
-from fmbs_skfem.systems import At, assemble, compile_system, compiled, loads
+from fmbs_skfem.systems import At, assemble, compile_system, compiled
+from fmbs_skfem.systems.forces import loads
 
 RESULTS = Path(__file__).parent / "results"
 FUNCTIONS = 3  #: r, r_x, r_y at every node

@@ -26,8 +26,8 @@ from threadpoolctl import threadpool_limits
 from fmbs_skfem import dynamics, reduction, scenes, systems
 from fmbs_skfem.dynamics.many import Result
 from fmbs_skfem.scenes import build
-from fmbs_skfem.systems.points import Sampled
 from fmbs_skfem.systems.system import Elastic
+from fmbs_skfem.systems.terms.points import Sampled
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"

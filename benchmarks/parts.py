@@ -20,12 +20,19 @@ from threadpoolctl import threadpool_limits
 from fmbs_skfem import reduction, scenes
 from fmbs_skfem.bodies import Body, Circular, Material, cable
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, outputs
-from fmbs_skfem.reduction import cases, excitation, part_files, parts, runs, snapshots
-from fmbs_skfem.reduction.excitation import Excitation
-from fmbs_skfem.reduction.part_files import Part
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.parts import bodies as parts
+from fmbs_skfem.parts import departures, excitation
+from fmbs_skfem.parts import files as part_files
+from fmbs_skfem.parts.excitation import Excitation
+from fmbs_skfem.parts.files import Part
+from fmbs_skfem.reduction import cases, snapshots
+from fmbs_skfem.reduction.accuracy import runs
 from fmbs_skfem.scenes import build
-from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.beams import straight
 from fmbs_skfem.verification.plates import rectangle
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 from threadpoolctl import threadpool_limits
 
-from fmbs_skfem.reduction import ecsw, pod
+from fmbs_skfem.reduction.hyper import ecsw
+from fmbs_skfem.reduction.spaces import pod
 
 Array = NDArray[np.float64]
 

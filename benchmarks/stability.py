@@ -18,13 +18,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import reduction, scenes
-from fmbs_skfem.core import saddle
+from fmbs_skfem.core.algebra import saddle
+from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.core.errors import SolverError
-from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate
 from fmbs_skfem.dynamics.scheme import DYNAMIC, method_of
-from fmbs_skfem.reduction import Level, deim, sampling
-from fmbs_skfem.reduction.component import projected
+from fmbs_skfem.reduction import Level
+from fmbs_skfem.reduction.hyper import deim, sampling
+from fmbs_skfem.reduction.spaces.component import projected
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate
 

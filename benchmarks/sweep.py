@@ -17,7 +17,7 @@ import tempfile
 from pathlib import Path
 
 from fmbs_skfem import studies
-from fmbs_skfem.reduction import parametric_model
+from fmbs_skfem.families import parametric_model
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES, RESULTS = ROOT / "examples", ROOT / "benchmarks" / "results"

@@ -8,7 +8,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from fmbs_skfem import bodies, dynamics, reduction, systems
-from fmbs_skfem.systems import At, System, joints, loads, probes
+from fmbs_skfem.systems import At, System
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 MESH = Path(__file__).resolve().parents[1] / "meshes" / "double_pendulum_100.msh"
 

@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from fmbs_skfem import bodies, dynamics, systems
-from fmbs_skfem.systems import At, joints, probes
+from fmbs_skfem.systems import At
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.measures import probes
 
 MESHES = Path(__file__).resolve().parents[1] / "meshes"
 TS, WS = 1.5, 2 * np.pi  #: time [s] and final angular velocity [rad/s] of the spin-up

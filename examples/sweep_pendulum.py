@@ -10,7 +10,8 @@ import sys
 from pathlib import Path
 
 from fmbs_skfem import scenes
-from fmbs_skfem.reduction import Points, body_level, greedy, members, parameters, parametric_model, prediction, sweeps, training
+from fmbs_skfem.families import greedy, members, parametric_model, prediction, sweeps, training
+from fmbs_skfem.reduction import Points, body_level, parameters
 from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.results import plots, sweep_files, sweep_plots

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from fmbs_skfem.dynamics import factors
-from fmbs_skfem.dynamics.large import Large
-from fmbs_skfem.reduction import costs
+from fmbs_skfem.dynamics.compiled_step import factors
+from fmbs_skfem.dynamics.compiled_step.large import Large
+from fmbs_skfem.reduction.accuracy import costs
 from fmbs_skfem.systems import evaluation
 from fmbs_skfem.systems.layouts import Storage
 
@@ -40,7 +40,7 @@ def wind(patch: pytest.MonkeyPatch, *modules: Any, tick: float = 1.0) -> Clock:
 
 
 def set_prices(patch: pytest.MonkeyPatch) -> None:
-    """Calls that `reduction.costs` measures take the seconds of PRICES."""
+    """Calls that `reduction.accuracy.costs` measures take the seconds of PRICES."""
     clock, spent, burst, repeat_calls = wind(patch, costs, tick=0.0), [0.0], costs.Burst, costs.repeat_calls
     prices = {evaluation.elastic_forces.address: PRICES["force"], evaluation.sum_tangents.address: PRICES["tangent"]}
     for form in Storage:

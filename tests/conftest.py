@@ -21,7 +21,8 @@ import threadpoolctl
 
 from fmbs_skfem.core import imports
 from fmbs_skfem.core.errors import MissingFeature
-from fmbs_skfem.results import painter, pictures
+from fmbs_skfem.results import pictures
+from fmbs_skfem.results.rendering import painter
 
 #: files with tests of half a minute; the first ones compile nothing, while the other process compiles what all others need
 LONG = ("test_project.py", "test_docs.py", "test_benchmarks.py", "test_registry.py")

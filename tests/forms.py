@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fmbs_skfem.dynamics import Trajectory
-from fmbs_skfem.reduction import component, files, galerkin, pod, sampling
+from fmbs_skfem.reduction import files
+from fmbs_skfem.reduction.hyper import sampling
+from fmbs_skfem.reduction.spaces import component, galerkin, pod
 from fmbs_skfem.systems import System
 
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import CorruptFile, NoRoom
+from fmbs_skfem.core.storage import container
 
 
 def child(work: Callable[[], object]) -> int:
@@ -45,7 +45,7 @@ def alive(number: int) -> bool:
 
 
 def check_damage_is_found(path: Path, load: Callable[[Path], Any]) -> None:
-    """`load` names every flipped bit and every cut of a file of `core.container` as damage; half of the file stays."""
+    """`load` names every flipped bit and every cut of a file of `core.storage.container` as damage; half of the file stays."""
     data = path.read_bytes()
     for place in [0, 40, 60, 90, *range(container.HEADER, len(data), len(data) // 40), len(data) - 1]:
         damaged = bytearray(data)

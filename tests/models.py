@@ -10,8 +10,11 @@ import numpy as np
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.reduction.parts import reduced_body
-from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.parts.bodies import reduced_body
+from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.beams import polyline, straight
 from fmbs_skfem.verification.integrator import mass_pendulum
 from fmbs_skfem.verification.plates import rectangle

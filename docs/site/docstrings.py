@@ -17,8 +17,9 @@ from sphinx.pycode import ModuleAnalyzer
 from sphinx.util.inspect import stringify_signature
 from sphinx.util.typing import stringify_annotation
 
-from fmbs_skfem.core import mappings, validation
 from fmbs_skfem.core.declared import Declared
+from fmbs_skfem.core.storage import validation
+from fmbs_skfem.core.values import mappings
 from fmbs_skfem.scenes import reference
 from fmbs_skfem.studies.options import Option
 

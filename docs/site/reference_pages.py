@@ -12,7 +12,25 @@ from typing import TypeVar
 
 import docstrings
 
-FLOORS = ("studies", "scenes", "results", "verification", "reduction", "dynamics", "systems", "bodies", "shapes", "core")
+FLOORS = (
+    "studies",
+    "scenes",
+    "results",
+    "verification",
+    "families",
+    "control",
+    "parts",
+    "contact",
+    "reduction",
+    "dynamics",
+    "systems",
+    "bodies",
+    "shapes",
+    "core",
+    "core.values",
+    "core.algebra",
+    "core.compiling",
+)
 
 
 def public_names(module: types.ModuleType) -> list[str]:

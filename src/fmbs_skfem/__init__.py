@@ -10,12 +10,14 @@ from __future__ import annotations
 import importlib
 from types import ModuleType
 
+from . import wings
 from .core import listing
 
 __version__ = "0.1.0"
 __all__ = ["shapes", "bodies", "systems", "dynamics", "reduction", "scenes", "results", "studies"]
 
 listing.install(__name__)
+wings.tell(__name__)
 
 
 def __getattr__(name: str) -> ModuleType:

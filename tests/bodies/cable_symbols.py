@@ -8,7 +8,7 @@ import sympy
 
 from fmbs_skfem.bodies.cable_law import NEXT_TO_NOTHING, SMALL, STRAIGHT
 from fmbs_skfem.bodies.symbolic import LawSymbols, Vectors, quadratic_dissipation, rate
-from fmbs_skfem.core.symbols import Expression
+from fmbs_skfem.core.compiling.symbols import Expression
 
 OPTION = sympy.Symbol("option", integer=True)  #: n of |r'|^n in the curvature
 SECTION = ("EA", "EI", "kappa0")

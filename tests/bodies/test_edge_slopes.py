@@ -10,10 +10,13 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import Material
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.core import ranks
+from fmbs_skfem.core.algebra import ranks
 from fmbs_skfem.dynamics import outputs, solve_statics
 from fmbs_skfem.shapes.surface import Surface
-from fmbs_skfem.systems import At, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.statics_shells import CLAMPED, TIGHT, interpolated, loaded, mirror
 
 pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")  # corners belong to two edges

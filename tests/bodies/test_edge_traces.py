@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import csr_array
 
 from fmbs_skfem.bodies import edge_slopes, plate
-from fmbs_skfem.core import ranks
+from fmbs_skfem.core.algebra import ranks
 from fmbs_skfem.verification.plates import rectangle
 
 

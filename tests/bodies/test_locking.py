@@ -9,7 +9,10 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import Given, cable
 from fmbs_skfem.dynamics import ArcLength, Newton, follow_path, limit_points, outputs, solve_statics, vibration_modes
 from fmbs_skfem.shapes import line, locking
-from fmbs_skfem.systems import At, assemble, check_system, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, assemble, check_system, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from ..models import polyline, straight
 

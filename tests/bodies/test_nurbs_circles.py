@@ -14,7 +14,10 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import outputs, solve_statics, vibration_modes
 from fmbs_skfem.shapes import nurbs
-from fmbs_skfem.systems import At, assemble, check_system, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, assemble, check_system, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from ..shapes.test_smoothing import annulus, tube
 

@@ -17,7 +17,10 @@ from fmbs_skfem.bodies.laws import CABLES, Law
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, solve_statics
 from fmbs_skfem.reduction import files
-from fmbs_skfem.systems import At, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from ..models import straight
 from . import cable_symbols

@@ -17,7 +17,8 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import vibration_modes
 from fmbs_skfem.shapes import nurbs, surface
 from fmbs_skfem.shapes.surface import Surface
-from fmbs_skfem.systems import At, assemble, check_system, compile_system, compiled, eliminate, joints
+from fmbs_skfem.systems import At, assemble, check_system, compile_system, compiled, eliminate
+from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.verification.plates import KINDS, SIDES, rectangle
 from fmbs_skfem.verification.vibration import ring
 

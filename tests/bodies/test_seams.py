@@ -12,7 +12,9 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import energies, solve_statics, vibration_modes
 from fmbs_skfem.shapes import nurbs
 from fmbs_skfem.shapes.surface import Surface
-from fmbs_skfem.systems import assemble, change_coordinates, check_system, eliminate, joints, loads
+from fmbs_skfem.systems import assemble, change_coordinates, check_system, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 from ..shapes.test_nurbs import LEISSA, halves
 from .test_plate import turn

@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 from fmbs_skfem.bodies import Body, Circular, Given, Material, Rectangular, cable, values
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import parts
+from fmbs_skfem.parts import bodies as parts
 from fmbs_skfem.verification.plates import rectangle
 from tests import models
 

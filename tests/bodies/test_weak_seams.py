@@ -16,7 +16,9 @@ from fmbs_skfem.core.notices import Notice, Remark
 from fmbs_skfem.dynamics import solve_statics
 from fmbs_skfem.shapes import nurbs, surface
 from fmbs_skfem.shapes.surface import Surface
-from fmbs_skfem.systems import At, assemble, eliminate, joints, loads
+from fmbs_skfem.systems import At, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.system import System
 
 from .test_plate import turn

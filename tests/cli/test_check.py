@@ -14,9 +14,10 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
-from fmbs_skfem.core import fields, machine_memory, mappings, units
+from fmbs_skfem.core import machine_memory
 from fmbs_skfem.core.declared import Declared
-from fmbs_skfem.core.problems import Problem, Problems
+from fmbs_skfem.core.values import fields, mappings, units
+from fmbs_skfem.core.values.problems import Problem, Problems
 from fmbs_skfem.scenes import json_schema, reference
 
 from .calls import CANTILEVER, EXAMPLES, ROOT, fmbs, scene

@@ -12,8 +12,9 @@ import pytest
 
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Body
-from fmbs_skfem.dynamics import GeneralizedAlpha, departures, integrate, outputs
-from fmbs_skfem.reduction import part_files
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
+from fmbs_skfem.parts import departures
+from fmbs_skfem.parts import files as part_files
 from fmbs_skfem.results.motion import frames
 from fmbs_skfem.scenes import Scene, build
 from fmbs_skfem.scenes.bodies import PlacedPart

@@ -11,7 +11,8 @@ import pytest
 
 from fmbs_skfem.core.errors import MissingFeature
 from fmbs_skfem.results import pictures
-from fmbs_skfem.studies import judging, reports
+from fmbs_skfem.studies import reports
+from fmbs_skfem.studies.running import judging
 
 from .calls import CANTILEVER, Call, fmbs, scene
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.reduction import part_files
+from fmbs_skfem.parts import files as part_files
 
 from .calls import fmbs
 from .test_rom import PENDULUM

@@ -13,12 +13,14 @@ from fmbs_skfem import dynamics, scenes, systems
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.results import motion as picture
-from fmbs_skfem.results import painter, series
+from fmbs_skfem.results import series
 from fmbs_skfem.results.frames import MarkKind
 from fmbs_skfem.results.pictures import Look
+from fmbs_skfem.results.rendering import painter
 from fmbs_skfem.scenes import build
-from fmbs_skfem.studies import job, runs
-from fmbs_skfem.studies import pictures as study_pictures
+from fmbs_skfem.studies import job
+from fmbs_skfem.studies.running import pictures as study_pictures
+from fmbs_skfem.studies.running import runs
 
 from ..models import mass_pendulum
 from .calls import EXAMPLES, ROOT, fmbs, scene

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
-from fmbs_skfem.reduction import files, parametric_model
+from fmbs_skfem.families import parametric_model
+from fmbs_skfem.reduction import files
 from fmbs_skfem.studies import reports
 
 from . import test_failures, test_train

@@ -17,12 +17,13 @@ from typing import Any
 
 import pytest
 
-from fmbs_skfem.core import endings
+from fmbs_skfem.core.storage import endings
 from fmbs_skfem.dynamics import integration
 from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import HistoryState, Recorder
-from fmbs_skfem.studies import recording, reports, solving
+from fmbs_skfem.studies import reports
+from fmbs_skfem.studies.running import recording, solving
 
 from ..hard_cases import child, ended
 from .calls import Call, fmbs, scene

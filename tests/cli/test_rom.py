@@ -10,8 +10,10 @@ import pytest
 
 from fmbs_skfem import dynamics
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.reduction import files, parametric_model
-from fmbs_skfem.studies import models, solving
+from fmbs_skfem.families import parametric_model
+from fmbs_skfem.reduction import files
+from fmbs_skfem.studies import models
+from fmbs_skfem.studies.running import solving
 
 from .calls import fmbs
 from .test_train import REDUCTION, kept, written

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.results.plots import PANELS
-from fmbs_skfem.studies import panels, solving
-from fmbs_skfem.systems import probes
+from fmbs_skfem.studies.running import panels, solving
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import Output
 
 from .calls import CANTILEVER, EXAMPLES, ROOT, fmbs, scene

@@ -25,9 +25,10 @@ from distributed import LocalCluster
 
 from fmbs_skfem import dynamics, reduction, scenes, studies, systems
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import affine, parametric_model, prediction, response_surfaces, sweeps
-from fmbs_skfem.reduction.members import Record
-from fmbs_skfem.reduction.parametric_model import ParametricModel
+from fmbs_skfem.families import parametric_model, prediction, response_surfaces, sweeps
+from fmbs_skfem.families.members import Record
+from fmbs_skfem.families.parametric_model import ParametricModel
+from fmbs_skfem.reduction import affine
 from fmbs_skfem.results import sweep_files
 from fmbs_skfem.studies import sweeping
 

@@ -13,8 +13,10 @@ import pytest
 
 from fmbs_skfem import dynamics, reduction, scenes
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
-from fmbs_skfem.reduction import full_runs, output_errors, parametric_model, prediction
-from fmbs_skfem.reduction import training_store as store
+from fmbs_skfem.families import parametric_model, prediction
+from fmbs_skfem.families import training_store as store
+from fmbs_skfem.reduction import full_runs
+from fmbs_skfem.reduction.accuracy import output_errors
 from fmbs_skfem.scenes import build
 from fmbs_skfem.studies import training
 from fmbs_skfem.studies.job import Job

@@ -10,8 +10,8 @@ import h5py
 import numpy as np
 import pytest
 
-from fmbs_skfem.core import container
-from fmbs_skfem.core.tables import Table
+from fmbs_skfem.core.storage import container
+from fmbs_skfem.core.values.tables import Table
 
 SECRET = np.arange(4.0)
 

@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
-from fmbs_skfem.core import direct, supernodes
+from fmbs_skfem.core.algebra import direct, supernodes
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 
 

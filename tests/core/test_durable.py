@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.core import durable
+from fmbs_skfem.core.storage import durable
 
 
 def test_a_file_is_flushed_before_it_has_its_name_and_its_folder_after(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

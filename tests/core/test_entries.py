@@ -11,8 +11,8 @@ from numba.core.errors import TypingError
 
 from fmbs_skfem.bodies import laws
 from fmbs_skfem.bodies.laws import Law
-from fmbs_skfem.core.entries import call, entry
-from fmbs_skfem.core.jit import jit
+from fmbs_skfem.core.compiling.entries import call, entry
+from fmbs_skfem.core.compiling.jit import jit
 
 
 @entry

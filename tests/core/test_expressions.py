@@ -10,9 +10,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from fmbs_skfem.core import expressions
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
-from fmbs_skfem.core.expressions import of_time
+from fmbs_skfem.core.values import expressions
+from fmbs_skfem.core.values.expressions import of_time
 
 SPIN_UP = "where(t < Ts, ws/Ts*(t**2/2 + (Ts/(2*pi))**2*(cos(2*pi*t/Ts) - 1)), ws*(t - Ts/2))"
 

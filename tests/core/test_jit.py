@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from numba.core import config
 
-from fmbs_skfem.core import jit as module
-from fmbs_skfem.core.jit import cache_folder, jit, prepare, remove_old, stamp
+from fmbs_skfem.core.compiling import jit as module
+from fmbs_skfem.core.compiling.jit import cache_folder, jit, prepare, remove_old, stamp
 from fmbs_skfem.core.notices import Notice
 
 

@@ -12,7 +12,7 @@ from skfem.element import Element
 from skfem.helpers import dd, ddot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from fmbs_skfem.core import direct, krylov
+from fmbs_skfem.core.algebra import direct, krylov
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 
 

@@ -12,8 +12,8 @@ import pytest
 from numba.core.errors import TypingError
 from scipy import linalg
 
-from fmbs_skfem.core import lapack
-from fmbs_skfem.core.jit import jit
+from fmbs_skfem.core.compiling import lapack
+from fmbs_skfem.core.compiling.jit import jit
 
 A = lapack.ADDRESSES
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array, csr_matrix
 
-from fmbs_skfem.core import linalg
+from fmbs_skfem.core.algebra import linalg
 
 
 def test_dense_arrays_are_not_copied() -> None:

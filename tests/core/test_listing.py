@@ -9,7 +9,15 @@ import pytest
 
 import fmbs_skfem
 
-PLAIN = ["core.units", "shapes.curves", "bodies.sections", "systems.loads", "systems.probes", "reduction.pod", "studies.job"]
+PLAIN = [
+    "core.values.units",
+    "shapes.curves",
+    "bodies.sections",
+    "systems.forces.loads",
+    "systems.measures.probes",
+    "reduction.spaces.pod",
+    "studies.job",
+]
 
 
 @pytest.mark.parametrize("name", fmbs_skfem.__all__)

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from fmbs_skfem.core import locks
+from fmbs_skfem.core.storage import locks
 
 
 def test_a_lock_is_held_by_one_file_until_it_is_closed(tmp_path: Path) -> None:

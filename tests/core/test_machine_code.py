@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmbs_skfem.core import jit, machine_code
+from fmbs_skfem.core.compiling import jit, machine_code
 
 SIGNATURE = "int64(CPointer(int64), int64)"
 LOAD = """

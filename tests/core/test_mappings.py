@@ -9,11 +9,11 @@ from typing import Annotated, Literal
 
 import pytest
 
-from fmbs_skfem.core import mappings
 from fmbs_skfem.core.declared import Declared
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.fields import Context, quantity, whole
-from fmbs_skfem.core.problems import Problems
+from fmbs_skfem.core.values import mappings
+from fmbs_skfem.core.values.fields import Context, quantity, whole
+from fmbs_skfem.core.values.problems import Problems
 
 
 class Shape(Declared, ABC):

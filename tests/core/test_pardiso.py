@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.sparse import csr_array, diags_array, kron
 
-from fmbs_skfem.core import direct, pardiso
+from fmbs_skfem.core.algebra import direct, pardiso
 from fmbs_skfem.core.errors import InputError, MissingFeature, Reason, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from fmbs_skfem.core import ranks
+from fmbs_skfem.core.algebra import ranks
 
 
 @given(st.integers(1, 6), st.integers(0, 4), st.integers(0, 1000))

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from fmbs_skfem.core import records
+from fmbs_skfem.core.storage import records
 
 OPTIONS = [{}, {"frozen": True}, {"frozen": True, "eq": False}, {"frozen": True, "repr": False, "kw_only": True}, {"init": False}]
 MADE = ("__init__", "__repr__", "__eq__", "__hash__", "__setattr__", "__delattr__", "__match_args__", "__dataclass_fields__")

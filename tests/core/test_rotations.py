@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fmbs_skfem.core.rotations import nearest, rotation
+from fmbs_skfem.core.algebra.rotations import nearest, rotation
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-4, 1.0, np.pi, 7.0])

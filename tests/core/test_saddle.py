@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from fmbs_skfem.core import saddle
-from fmbs_skfem.core.linalg import as_dense
+from fmbs_skfem.core.algebra import saddle
+from fmbs_skfem.core.algebra.linalg import as_dense
 
 
 def parts(n: int = 12, m: int = 3) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

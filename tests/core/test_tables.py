@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fmbs_skfem.core import curves
+from fmbs_skfem.core.compiling import curves
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.tables import Table, read_columns
+from fmbs_skfem.core.values.tables import Table, read_columns
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmbs_skfem.core import expressions, functions, quantities, units
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.problems import Problem
-from fmbs_skfem.core.responses import of_state, require
-from fmbs_skfem.core.units import Dimension, Quantity
+from fmbs_skfem.core.values import expressions, functions, quantities, units
+from fmbs_skfem.core.values.problems import Problem
+from fmbs_skfem.core.values.responses import of_state, require
+from fmbs_skfem.core.values.units import Dimension, Quantity
 
 
 @pytest.mark.parametrize(

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array, eye_array
 
-from fmbs_skfem.core import container, validation
-from fmbs_skfem.core.container import FileKind, storable
 from fmbs_skfem.core.errors import CorruptFile, InputError
-from fmbs_skfem.core.validation import Attributes, Indices, Inside, Number, Range, Reals
+from fmbs_skfem.core.storage import container, validation
+from fmbs_skfem.core.storage.container import FileKind, storable
+from fmbs_skfem.core.storage.validation import Attributes, Indices, Inside, Number, Range, Reals
 
 KIND = FileKind("a test", "a truss", 1, "make it again")
 

@@ -10,7 +10,7 @@ import pytest
 from fmbs_skfem import dynamics, scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics.campbell import Found
+from fmbs_skfem.dynamics.near_state.campbell import Found
 
 ROTOR = Path(__file__).parents[2] / "examples" / "rotor.yaml"
 

@@ -13,7 +13,8 @@ from fmbs_skfem.core import machine_memory
 from fmbs_skfem.core.errors import CorruptFile, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
-from fmbs_skfem.systems import At, System, eliminate, loads
+from fmbs_skfem.systems import At, System, eliminate
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.system import change_coordinates
 
 from .. import models

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fmbs_skfem.core import conditions
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
-from fmbs_skfem.core.responses import of_state
-from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, diagnosis, integrate
+from fmbs_skfem.core.values import conditions
+from fmbs_skfem.core.values.responses import of_state
+from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows
-from fmbs_skfem.systems import loads
+from fmbs_skfem.dynamics.diagnoses import diagnosis
+from fmbs_skfem.systems.forces import loads
 
 from .test_events import ROD, SPIN, event, rod
 

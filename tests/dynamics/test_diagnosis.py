@@ -15,15 +15,19 @@ from scipy.sparse import csr_array
 from fmbs_skfem import reduction, scenes
 from fmbs_skfem.bodies import body, rigid, sections
 from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.contact import contacts
 from fmbs_skfem.core.errors import Reason, SolverError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, diagnosis, integrate, solve_statics, stopped
-from fmbs_skfem.dynamics.diagnosis import Diagnosis
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, solve_statics
+from fmbs_skfem.dynamics.diagnoses import diagnosis, stopped
+from fmbs_skfem.dynamics.diagnoses.diagnosis import Diagnosis
 from fmbs_skfem.dynamics.integration import HALVINGS, FailedStep
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import nurbs
-from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, contacts, eliminate, joints, loads
+from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, eliminate
 from fmbs_skfem.systems import compiled as compilation
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.verification.statics import truss
 
 from .. import models

@@ -11,7 +11,10 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, energy_errors, integrate, outputs, solve_statics
-from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 

@@ -10,8 +10,10 @@ import pytest
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.errors import Reason
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, explain, integrate, unstable
-from fmbs_skfem.dynamics.stability import last_sound, rises
-from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads
+from fmbs_skfem.dynamics.diagnoses.stability import last_sound, rises
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 STEP = 1e-2
 

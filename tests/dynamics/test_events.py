@@ -15,16 +15,21 @@ from scipy.integrate import quad
 from fmbs_skfem.bodies import cable, sections
 from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.core import container
+from fmbs_skfem.control.events import Event, Latch, gap_of
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice, Remark
-from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.core.storage import container
+from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_errors, integrate, outputs, start
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows
-from fmbs_skfem.reduction import component, files, galerkin, pod, sampling
+from fmbs_skfem.reduction import files
+from fmbs_skfem.reduction.hyper import sampling
+from fmbs_skfem.reduction.spaces import component, galerkin, pod
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate, joints, layouts, loads, probes
-from fmbs_skfem.systems.events import Event, Latch, gap_of
+from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate, layouts
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 

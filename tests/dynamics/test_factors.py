@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from fmbs_skfem.core import lapack
-from fmbs_skfem.dynamics import GeneralizedAlpha, factors, integrate
-from fmbs_skfem.systems import loads
+from fmbs_skfem.core.compiling import lapack
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
+from fmbs_skfem.dynamics.compiled_step import factors
+from fmbs_skfem.systems.forces import loads
 
 from .. import models
 from .test_checkpoint import all_modes, stopped

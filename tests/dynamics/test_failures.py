@@ -15,7 +15,6 @@ from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import (
     GeneralizedAlpha,
-    buckling,
     energies,
     energy_errors,
     explain,
@@ -26,8 +25,12 @@ from fmbs_skfem.dynamics import (
     solve_equilibria,
     solve_statics,
 )
-from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
-from fmbs_skfem.systems.springs import SpringDamper
+from fmbs_skfem.dynamics.near_state import buckling
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.springs import SpringDamper
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 from ..systems.parts import displaced

@@ -11,7 +11,10 @@ import pytest
 from fmbs_skfem.bodies import body
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate, outputs
-from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 GRAVITY = 9.81
 RADII = (0.5, 0.8, 0.9, 1.0)

@@ -11,7 +11,10 @@ import pytest
 from fmbs_skfem.bodies import rigid
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
-from fmbs_skfem.systems import At, Motion, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, Motion, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 SMALL, LARGE, TORQUE = 0.01, 0.09, 0.5  #: moments of inertia [kg m2] of wheels of 12 and 36 teeth, torque on the small one [N m]
 

@@ -12,10 +12,15 @@ from fmbs_skfem.bodies.body import cable
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import buckling, find_free, linearise, outputs, real_modes, solve_statics, statics
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
-from fmbs_skfem.systems.bushing import Bushing
-from fmbs_skfem.systems.springs import SpringDamper
+from fmbs_skfem.dynamics import find_free, linearise, outputs, real_modes, solve_statics
+from fmbs_skfem.dynamics.equilibria import statics
+from fmbs_skfem.dynamics.near_state import buckling
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.bushing import Bushing
+from fmbs_skfem.systems.forces.springs import SpringDamper
+from fmbs_skfem.systems.measures import probes
 from tests.models import straight
 
 PULL = 3.0  #: [N]

@@ -15,8 +15,11 @@ from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.errors import Reason, SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, energy_drift, integrate, outputs, reactions
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
-from fmbs_skfem.systems.redundancy import singular_start, without_redundant
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.connections.redundancy import singular_start, without_redundant
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from ..systems.rigid_parts import grid
 

@@ -11,13 +11,17 @@ import pytest
 
 from fmbs_skfem.bodies import point_mass
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.core.expressions import of_time
+from fmbs_skfem.control.controllers import Pid
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.responses import of_state
-from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, step_size
-from fmbs_skfem.systems import At, Motion, assemble, joints, loads, probes
-from fmbs_skfem.systems.controllers import Pid
-from fmbs_skfem.systems.controls import ControlForce
+from fmbs_skfem.core.values.expressions import of_time
+from fmbs_skfem.core.values.responses import of_state
+from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
+from fmbs_skfem.dynamics.diagnoses import step_size
+from fmbs_skfem.systems import At, Motion, assemble
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.controls import ControlForce
+from fmbs_skfem.systems.measures import probes
 
 STEP = 0.01  #: [s]
 Push: TypeAlias = Callable[[str], loads.Load]

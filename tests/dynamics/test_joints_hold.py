@@ -10,8 +10,10 @@ import pytest
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.body import Body
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
-from fmbs_skfem.systems import At, System, assemble, compile_system, eliminate, joints, loads
+from fmbs_skfem.systems import At, System, assemble, compile_system, eliminate
 from fmbs_skfem.systems.compiled import gap
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 from .. import models
 

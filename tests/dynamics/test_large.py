@@ -12,11 +12,14 @@ from scipy.sparse import csr_array, diags_array
 from fmbs_skfem.bodies import Body, Material, cable
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.contact.contacts import ContactSphere
 from fmbs_skfem.core import machine_memory
 from fmbs_skfem.core.errors import Reason, SolverError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, large, outputs
-from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, eliminate, joints, loads
-from fmbs_skfem.systems.contacts import ContactSphere
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.dynamics.compiled_step import large
+from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 from .. import models
 from ..bodies.test_plate import rectangle

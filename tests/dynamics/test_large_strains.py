@@ -11,9 +11,12 @@ from scipy.optimize import brentq
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import large_strains, solve_statics
-from fmbs_skfem.reduction import component, galerkin, pod
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
+from fmbs_skfem.dynamics import solve_statics
+from fmbs_skfem.dynamics.diagnoses import large_strains
+from fmbs_skfem.reduction.spaces import component, galerkin, pod
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 from ..models import straight
 from .test_state_space import MESHES

@@ -7,15 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmbs_skfem.core import expressions
 from fmbs_skfem.core.errors import CorruptFile, InputError
-from fmbs_skfem.core.inputs import GivenInput, Input
-from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.core.values import expressions
+from fmbs_skfem.core.values.inputs import GivenInput, Input
+from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, start
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import System, assemble, eliminate, joints, loads, probes
-from fmbs_skfem.systems.controls import ControlForce
+from fmbs_skfem.systems import System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.controls import ControlForce
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.signals import inputs_of, with_inputs
 from fmbs_skfem.systems.system import change_coordinates
 

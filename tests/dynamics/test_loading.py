@@ -10,8 +10,12 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core.errors import SolverError
-from fmbs_skfem.dynamics import ArcLength, Newton, follow_path, outputs, solve_equilibria, solve_statics, statics
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.dynamics import ArcLength, Newton, follow_path, outputs, solve_equilibria, solve_statics
+from fmbs_skfem.dynamics.equilibria import statics
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.beams import straight
 
 TIGHT = Newton(tolerance=1e-12)

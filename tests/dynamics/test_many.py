@@ -10,7 +10,9 @@ import pytest
 from fmbs_skfem.bodies import body
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integrate_many
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 from .. import models
 

@@ -17,20 +17,20 @@ from fmbs_skfem.dynamics import (
     ComplexModes,
     GeneralizedAlpha,
     Spin,
-    buckling,
     complex_modes,
     in_rotating_frame,
     integrate,
     linearise,
-    modes,
-    shapes,
     solve_statics,
     vibration_modes,
 )
-from fmbs_skfem.dynamics.linear import Linear
+from fmbs_skfem.dynamics.near_state import buckling, modes, shapes
+from fmbs_skfem.dynamics.near_state.linear import Linear
 from fmbs_skfem.dynamics.scheme import Newton
-from fmbs_skfem.reduction import component, galerkin, pod
-from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads
+from fmbs_skfem.reduction.spaces import component, galerkin, pod
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.verification.statics_shells import interpolated, spaced
 from tests import models
 from tests.models import straight

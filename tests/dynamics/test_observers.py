@@ -16,13 +16,16 @@ from numpy.testing import assert_array_equal
 
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.bodies import point_mass
+from fmbs_skfem.control.monitors import Monitor
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, LiveRun, integrate, start
 from fmbs_skfem.dynamics.checkpoint import Resumed, RunState
 from fmbs_skfem.dynamics.observers import Observer
-from fmbs_skfem.systems import At, System, assemble, joints, loads, probes
-from fmbs_skfem.systems.monitors import Monitor
+from fmbs_skfem.systems import At, System, assemble
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from ..cli.calls import ROOT
 from ..forgotten import forget

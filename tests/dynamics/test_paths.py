@@ -18,11 +18,14 @@ from scipy.special import ellipe, ellipk
 
 from fmbs_skfem.bodies import sections
 from fmbs_skfem.bodies.body import cable
-from fmbs_skfem.core import inertia, ranks, saddle
+from fmbs_skfem.core.algebra import inertia, ranks, saddle
 from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import ArcLength, Newton, Trajectory, follow_path, outputs, solve_statics
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.statics import truss
 
 from ..models import straight

@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.bodies import body, rigid, sections
+from fmbs_skfem.control import events
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs, reactions, solve_statics
-from fmbs_skfem.systems import At, System, assemble, eliminate, events, joints, loads, probes, springs
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads, springs
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 

@@ -10,14 +10,18 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from fmbs_skfem.control import controllers
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, start
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import At, System, assemble, controllers, eliminate, joints, loads, probes
-from fmbs_skfem.systems.controls import ControlForce
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.controls import ControlForce
+from fmbs_skfem.systems.measures import probes
 
 from ..forms import forms
 from ..models import straight

@@ -17,7 +17,7 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import (
     GeneralizedAlpha,
     Newton,
@@ -29,11 +29,14 @@ from fmbs_skfem.dynamics import (
     solve_statics,
     start,
 )
-from fmbs_skfem.reduction import parts
-from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, loads, probes
-from fmbs_skfem.systems.controls import ControlTorque
-from fmbs_skfem.systems.gauges import LoadState
-from fmbs_skfem.systems.springs import SpringDamper
+from fmbs_skfem.parts import bodies as parts
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.controls import ControlTorque
+from fmbs_skfem.systems.forces.gauges import LoadState
+from fmbs_skfem.systems.forces.springs import SpringDamper
+from fmbs_skfem.systems.measures import probes
 from tests import models
 from tests.dynamics.test_checkpoint import assert_same, stopped
 from tests.reduction.conftest import Full, full_of, reduced

@@ -14,7 +14,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, StateSpace, integrate
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build
-from fmbs_skfem.scenes.analyses import StateTable
+from fmbs_skfem.scenes.analyses.analysis import StateTable
 from fmbs_skfem.systems.signals import with_inputs
 from fmbs_skfem.systems.system import change_coordinates
 
@@ -66,7 +66,7 @@ outputs:
 def found(text: str) -> StateTable:
     scene = scenes.loads(text, MESHES)
     analysis = scene.analysis
-    assert isinstance(analysis, scenes.linearisation.Linearise)
+    assert isinstance(analysis, scenes.analyses.linearisation.Linearise)
     return analysis.find(scene)
 
 
@@ -258,7 +258,7 @@ loads:
 analysis: {{type: linearise}}
 outputs: {{hinge: {{type: reaction, joint: hinge}}}}
 """)
-    assert isinstance(scene.analysis, scenes.linearisation.Linearise)
+    assert isinstance(scene.analysis, scenes.analyses.linearisation.Linearise)
     space, omega = scene.analysis.find(scene).linear, np.array([0.0, 2.0, 30.0])
     assert space is not None
     turned = -(omega**2) / (m * g * l * np.cos(a) + k - (moment + m * l**2) * omega**2)  # a'' of a unit torque

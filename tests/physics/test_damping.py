@@ -11,7 +11,9 @@ from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, energy_drift, energy_errors, integrate, outputs, vibration_modes
-from fmbs_skfem.systems import At, Motion, Rayleigh, assemble, eliminate, joints, loads
+from fmbs_skfem.systems import At, Motion, Rayleigh, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 from .. import models
 

@@ -16,7 +16,7 @@ from scipy.sparse.linalg import spsolve
 
 from fmbs_skfem.bodies import patches
 from fmbs_skfem.bodies.plate import trace
-from fmbs_skfem.core import ranks
+from fmbs_skfem.core.algebra import ranks
 from fmbs_skfem.shapes import ancf_plate, fvs_plate, interfaces, nurbs, skfem_surface, smoothing, surface
 from fmbs_skfem.shapes.surface import Surface
 

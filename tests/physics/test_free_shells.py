@@ -24,8 +24,11 @@ from fmbs_skfem.dynamics import Trajectory, outputs, solve_statics
 from fmbs_skfem.dynamics.outputs import body_coordinates
 from fmbs_skfem.shapes import fvs_shell, nurbs, plate_meshes, surface
 from fmbs_skfem.shapes.surface import Surface
-from fmbs_skfem.systems import At, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, assemble, eliminate
 from fmbs_skfem.systems.compiled import compile_system, elastic_tangent, residual
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.beams import TIGHT
 from fmbs_skfem.verification.statics_shells import PINCHED, ROOF_FREE, loaded, mirror
 

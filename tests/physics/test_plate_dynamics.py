@@ -8,7 +8,9 @@ import pytest
 from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import Rim, plate
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
-from fmbs_skfem.systems import At, Motion, assemble, compile_system, joints, probes
+from fmbs_skfem.systems import At, Motion, assemble, compile_system
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.measures import probes
 
 from ..bodies.test_plate import KINDS, rectangle, ring
 

@@ -14,7 +14,10 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
-from fmbs_skfem.systems import At, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.rigid import rod, run
 
 GRAVITY = 9.81

@@ -16,9 +16,12 @@ from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import Newton, outputs, solve_statics
-from fmbs_skfem.dynamics.statics import solve_equilibria
+from fmbs_skfem.dynamics.equilibria.statics import solve_equilibria
 from fmbs_skfem.shapes import nurbs
-from fmbs_skfem.systems import At, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.statics_shells import ROOF_FREE, scordelis_lo
 
 TIGHT = Newton(tolerance=1e-12)

@@ -7,7 +7,8 @@ import pytest
 
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.dynamics import vibration_modes
-from fmbs_skfem.systems import At, assemble, eliminate, joints
+from fmbs_skfem.systems import At, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.verification.beams import straight
 from fmbs_skfem.verification.vibration import ROOTS, beam, frequencies
 

@@ -10,10 +10,11 @@ import pytest
 
 from fmbs_skfem import reduction
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
-from fmbs_skfem.reduction import Level, sampling
-from fmbs_skfem.reduction.component import projected
-from fmbs_skfem.reduction.pod import Basis
-from fmbs_skfem.reduction.sampling import Selection
+from fmbs_skfem.reduction import Level
+from fmbs_skfem.reduction.hyper import sampling
+from fmbs_skfem.reduction.hyper.sampling import Selection
+from fmbs_skfem.reduction.spaces.component import projected
+from fmbs_skfem.reduction.spaces.pod import Basis
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate
 from tests import models
 

@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmbs_skfem.reduction import calibration, comparators, full_runs, parameters, reduced_models
-from fmbs_skfem.reduction.comparators import Comparator
+from fmbs_skfem.families import calibration, comparators
+from fmbs_skfem.families.comparators import Comparator
+from fmbs_skfem.families.training import FinishedTraining
+from fmbs_skfem.reduction import full_runs, parameters, reduced_models
 from fmbs_skfem.reduction.full_runs import Full, TrainingTask
 from fmbs_skfem.reduction.reduced_models import ReducedModel
-from fmbs_skfem.reduction.training import FinishedTraining
 
 
 class HeldOut(NamedTuple):

@@ -15,17 +15,21 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.core.algebra.linalg import is_sparse
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.linalg import is_sparse
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.dynamics.outputs import lifted
-from fmbs_skfem.reduction import Level, affine, component, galerkin, parameters, polynomial, sampling
+from fmbs_skfem.reduction import Level, affine, parameters
 from fmbs_skfem.reduction.affine import ParametricCase
 from fmbs_skfem.reduction.cases import Case, Family
+from fmbs_skfem.reduction.hyper import polynomial, sampling
 from fmbs_skfem.reduction.parameters import Parameter, Scale
+from fmbs_skfem.reduction.spaces import component, galerkin
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads
-from fmbs_skfem.systems.quartic import Quartic
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.terms.quartic import Quartic
 from tests import models
 from tests.reduction.test_files import same
 

@@ -9,13 +9,17 @@ import pytest
 
 from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body, sections
-from fmbs_skfem.core.expressions import of_time
+from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
-from fmbs_skfem.reduction import Plan, Points, cases, output_errors, task_of
+from fmbs_skfem.reduction import Plan, Points, cases, task_of
+from fmbs_skfem.reduction.accuracy import output_errors
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.hyper_reduction import NONE, HyperReduction
+from fmbs_skfem.reduction.hyper.hyper_reduction import NONE, HyperReduction
 from fmbs_skfem.reduction.reduced_models import ReducedModel
-from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 from .test_kept_rows import Helix

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import linregress, t
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import calibration
+from fmbs_skfem.families import calibration
 
 
 def pairs(rng: np.random.Generator, count: int, slope: float, scatter: float) -> tuple[np.ndarray, np.ndarray]:

@@ -10,18 +10,22 @@ import pytest
 
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
-from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integration, run
-from fmbs_skfem.reduction import Elements, Exact, comparators, component, grassmann, training
+from fmbs_skfem.families import comparators, grassmann, training
+from fmbs_skfem.families.comparators import Comparator, Row
+from fmbs_skfem.families.greedy import Options
+from fmbs_skfem.reduction import Elements, Exact
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.comparators import Comparator, Row
 from fmbs_skfem.reduction.full_runs import Full, FullRun, TrainingTask
-from fmbs_skfem.reduction.greedy import Options
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.plan import Plan
-from fmbs_skfem.systems import At, Motion, assemble, joints, loads
+from fmbs_skfem.reduction.spaces import component
+from fmbs_skfem.systems import At, Motion, assemble
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from tests import models
 from tests.clocks import wind
 from tests.reduction.hold_out import share_runs

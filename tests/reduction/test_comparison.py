@@ -14,12 +14,15 @@ from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, integration, run
-from fmbs_skfem.reduction import Elements, HyperReduction, Plan, Points, TrainingTask, comparison, costs, files, plan, runs, task_of
+from fmbs_skfem.reduction import Elements, HyperReduction, Plan, Points, TrainingTask, files, plan, task_of
+from fmbs_skfem.reduction.accuracy import comparison, costs, runs
+from fmbs_skfem.reduction.accuracy.comparison import Comparison, ComparisonOptions, ModelRecord
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.comparison import Comparison, ComparisonOptions, ModelRecord
 from fmbs_skfem.reduction.full_runs import FullRun
 from fmbs_skfem.reduction.reduced_models import ReducedModel, make_model
-from fmbs_skfem.systems import At, System, assemble, joints, loads
+from fmbs_skfem.systems import At, System, assemble
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from tests import models
 from tests.clocks import PRICES, set_prices, wind
 from tests.reduction.conftest import Full, error

@@ -13,14 +13,16 @@ import pytest
 from fmbs_skfem import reduction, scenes
 from fmbs_skfem.core.errors import CorruptFile
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
-from fmbs_skfem.reduction import Elements, Plan, TrainingTask, comparison, costs, files, polynomial, task_of
+from fmbs_skfem.reduction import Elements, Plan, TrainingTask, files, task_of
+from fmbs_skfem.reduction.accuracy import comparison, costs
+from fmbs_skfem.reduction.accuracy.comparison import Comparison, ComparisonOptions
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.comparison import Comparison, ComparisonOptions
 from fmbs_skfem.reduction.full_runs import run_of_motion
+from fmbs_skfem.reduction.hyper import polynomial
 from fmbs_skfem.reduction.reduced_models import ReducedModel, make_model
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import System, compile_system, compiled
-from fmbs_skfem.systems.quartic import Quartic
+from fmbs_skfem.systems.terms.quartic import Quartic
 from tests.clocks import PRICES, set_prices
 
 SCENE = scenes.read(Path(__file__).resolve().parents[2] / "examples" / "crank_slider_coarse.yaml")

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array, eye_array
 from fmbs_skfem import reduction
 from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate
-from fmbs_skfem.reduction import deim
+from fmbs_skfem.reduction.hyper import deim
 from fmbs_skfem.systems import System, compile_system, compiled
 
 from .conftest import Full, Reduced, hyper_reduced

@@ -13,13 +13,17 @@ import pytest
 
 from fmbs_skfem import dynamics
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import SolverError
+from fmbs_skfem.core.storage import container
 from fmbs_skfem.dynamics import GeneralizedAlpha
-from fmbs_skfem.reduction import earlier, files, parametric_model
-from fmbs_skfem.reduction import training_store as store
-from fmbs_skfem.reduction.error_budget import BudgetChoice
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads, probes
+from fmbs_skfem.families import parametric_model
+from fmbs_skfem.families import training_store as store
+from fmbs_skfem.reduction import earlier, files
+from fmbs_skfem.reduction.accuracy.error_budget import BudgetChoice
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 DATA = Path(__file__).parent / "data"
 EXPECTED_2 = {"tip_x": 0.9996596661261077, "tip_y": 0.0012644108693586503}

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
-from fmbs_skfem.reduction import ecsw, pod
+from fmbs_skfem.reduction.hyper import ecsw
+from fmbs_skfem.reduction.spaces import pod
 
 
 def dense(sample: ecsw.Sample, e: int) -> np.ndarray:

@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem import reduction
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
-from fmbs_skfem.reduction import errors
+from fmbs_skfem.reduction.accuracy import errors
 from tests import models
 from tests.reduction.conftest import NEWTON, SCHEME, Full, Reduced
 

@@ -8,10 +8,12 @@ import pytest
 from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.expressions import of_time
+from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
-from fmbs_skfem.reduction import ffrf
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, probes
+from fmbs_skfem.reduction.spaces import ffrf
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.measures import probes
 from tests import models
 from tests.reduction.conftest import SCHEME, Full
 

@@ -15,13 +15,14 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import reduction
-from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
-from fmbs_skfem.core.expressions import of_time
+from fmbs_skfem.core.storage import container
+from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import integrate, outputs
 from fmbs_skfem.dynamics.outputs import centre_lines, lifted
 from fmbs_skfem.reduction import Level, files
-from fmbs_skfem.systems import System, force_laws, loads
+from fmbs_skfem.systems import System
+from fmbs_skfem.systems.forces import force_laws, loads
 from fmbs_skfem.systems.signals import Cosine, Sine
 from tests.hard_cases import check_damage_is_found
 from tests.reduction.conftest import SCHEME, Full, Reduced, full_of, hyper_reduced, reduced

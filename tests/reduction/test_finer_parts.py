@@ -17,32 +17,36 @@ from fmbs_skfem.bodies import Body, Circular, Material, cable, finer
 from fmbs_skfem.bodies.body import locate, probe
 from fmbs_skfem.bodies.plate import Rim, plate
 from fmbs_skfem.bodies.values import changed
+from fmbs_skfem.control.events import Event
+from fmbs_skfem.control.live import LiveRun
 from fmbs_skfem.core.errors import Reason, SolverError
 from fmbs_skfem.core.notices import Labelled, Notice, Progress, Remark
-from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import (
     ArcLength,
     GeneralizedAlpha,
     Newton,
     Trajectory,
-    buckling,
-    finer_parts,
     follow_path,
     integrate,
     outputs,
     solve_equilibria,
     solve_statics,
     start,
-    unbent_places,
     vibration_modes,
 )
-from fmbs_skfem.dynamics.live import LiveRun
-from fmbs_skfem.reduction import output_errors, part_files, parts, runs
+from fmbs_skfem.dynamics.near_state import buckling
+from fmbs_skfem.parts import bodies as parts
+from fmbs_skfem.parts import files as part_files
+from fmbs_skfem.parts import finer_parts, unbent_places
+from fmbs_skfem.parts.excitation import Excitation, excite
+from fmbs_skfem.parts.files import Part
+from fmbs_skfem.reduction.accuracy import output_errors, runs
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.excitation import Excitation, excite
-from fmbs_skfem.reduction.part_files import Part
-from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads, probes
-from fmbs_skfem.systems.events import Event
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.plates import rectangle
 from fmbs_skfem.verification.vibration import ring
 from tests import models

@@ -14,9 +14,11 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
 from fmbs_skfem.dynamics.outputs import lifted
-from fmbs_skfem.reduction import component, galerkin, pod
-from fmbs_skfem.reduction.pod import Basis
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
+from fmbs_skfem.reduction.spaces import component, galerkin, pod
+from fmbs_skfem.reduction.spaces.pod import Basis
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.system import linear_part
 from tests import models
 from tests.reduction.conftest import NEWTON, SCHEME, Full, Reduced, error, full_of, reduced, strain_energy

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import grassmann
+from fmbs_skfem.families import grassmann
 
 ROUND_OFF = 1e-13
 

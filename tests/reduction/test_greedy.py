@@ -11,8 +11,8 @@ import pytest
 from scipy.stats import qmc
 
 from fmbs_skfem.core.errors import InputError, NoModel, Reason, SolverError
-from fmbs_skfem.reduction import greedy
-from fmbs_skfem.reduction.greedy import Enrichment, GreedyProblem, Iteration, Options, StopReason
+from fmbs_skfem.families import greedy
+from fmbs_skfem.families.greedy import Enrichment, GreedyProblem, Iteration, Options, StopReason
 
 LINE = np.linspace(0.0, 1.0, 101)[:, None]  #: 101 candidates, as published
 FIVE = (0, 25, 50, 75, 100)  #: the published first samples

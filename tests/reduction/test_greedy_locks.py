@@ -8,17 +8,21 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.bodies import cable, sections
-from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.control.events import Event, Latch
+from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
-from fmbs_skfem.reduction import Elements, greedy, training
+from fmbs_skfem.families import greedy, training
+from fmbs_skfem.families.training import FinishedTraining
+from fmbs_skfem.reduction import Elements
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.plan import Plan
-from fmbs_skfem.reduction.training import FinishedTraining
-from fmbs_skfem.systems import At, Rayleigh, assemble, eliminate, joints, loads, probes
-from fmbs_skfem.systems.events import Event, Latch
+from fmbs_skfem.systems import At, Rayleigh, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from tests import models
 
 YOUNG = Parameter("E", 0.7e9, 1.3e9, unit="Pa")

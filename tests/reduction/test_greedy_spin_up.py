@@ -11,16 +11,18 @@ from collections.abc import Mapping
 import pytest
 
 from fmbs_skfem.bodies import body, sections
-from fmbs_skfem.core import expressions
+from fmbs_skfem.core.values import expressions
 from fmbs_skfem.dynamics import GeneralizedAlpha
-from fmbs_skfem.reduction import Elements, greedy, training
+from fmbs_skfem.families import greedy, training
+from fmbs_skfem.families.training import FinishedTraining
+from fmbs_skfem.reduction import Elements
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.plan import Plan
-from fmbs_skfem.reduction.training import FinishedTraining
-from fmbs_skfem.systems import At, assemble, joints
+from fmbs_skfem.systems import At, assemble
+from fmbs_skfem.systems.connections import joints
 from tests import models
 from tests.reduction.hold_out import HeldOut, hold_out, share_runs
 

@@ -12,7 +12,8 @@ import pytest
 
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import NONE, Elements, Exact, Points, hyper_reduction
+from fmbs_skfem.reduction import NONE, Elements, Exact, Points
+from fmbs_skfem.reduction.hyper import hyper_reduction
 from tests.cli.calls import EXAMPLES
 
 

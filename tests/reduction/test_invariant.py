@@ -16,14 +16,20 @@ from fmbs_skfem import reduction
 from fmbs_skfem.bodies import Body, Material, Rim, body, sections
 from fmbs_skfem.bodies.body import ShapePoints
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.core.linalg import as_dense
+from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
-from fmbs_skfem.reduction import Elements, Exact, HyperReduction, Plan, Points, comparators, comparison, component, files, galerkin
+from fmbs_skfem.families import comparators
+from fmbs_skfem.reduction import Elements, Exact, HyperReduction, Plan, Points, files
+from fmbs_skfem.reduction.accuracy import comparison
+from fmbs_skfem.reduction.accuracy.comparison import ComparisonOptions
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.comparison import ComparisonOptions
 from fmbs_skfem.reduction.full_runs import TrainingTask, task_of
 from fmbs_skfem.reduction.parameters import Parameter
-from fmbs_skfem.systems import At, System, assemble, change_coordinates, check_system, eliminate, joints, loads, probes
+from fmbs_skfem.reduction.spaces import component, galerkin
+from fmbs_skfem.systems import At, System, assemble, change_coordinates, check_system, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import linear_part
 from fmbs_skfem.verification.vibration import ring
 from tests import models

@@ -16,14 +16,18 @@ from fmbs_skfem import reduction
 from fmbs_skfem.bodies import Circular, Material, body
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.ranges import Parameter
+from fmbs_skfem.core.values.ranges import Parameter
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
-from fmbs_skfem.reduction import Plan, TrainingTask, cases, full_runs, kept_rows, reduced_models, task_of
+from fmbs_skfem.reduction import Plan, TrainingTask, cases, full_runs, reduced_models, task_of
 from fmbs_skfem.reduction.cases import Case
-from fmbs_skfem.reduction.kept_rows import Names
-from fmbs_skfem.systems import At, System, assemble, eliminate, fields, joints, loads, probes
-from fmbs_skfem.systems.joints import Joint
-from fmbs_skfem.systems.own_joints import OwnJoint
+from fmbs_skfem.reduction.spaces import kept_rows
+from fmbs_skfem.reduction.spaces.kept_rows import Names
+from fmbs_skfem.systems import At, System, assemble, eliminate, fields
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.connections.joints import Joint
+from fmbs_skfem.systems.connections.own_joints import OwnJoint
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 

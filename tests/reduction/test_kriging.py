@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.stats import norm, qmc
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import kriging
+from fmbs_skfem.families import kriging
 
 
 def forrester(x: np.ndarray) -> np.ndarray:

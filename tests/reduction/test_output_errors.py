@@ -11,8 +11,10 @@ import pytest
 
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import component, galerkin, output_errors
-from fmbs_skfem.systems import eliminate, loads
+from fmbs_skfem.reduction.accuracy import output_errors
+from fmbs_skfem.reduction.spaces import component, galerkin
+from fmbs_skfem.systems import eliminate
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.system import Output
 from tests import models
 

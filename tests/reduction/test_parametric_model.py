@@ -13,16 +13,19 @@ import pytest
 
 from fmbs_skfem import dynamics
 from fmbs_skfem.bodies import sections
-from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import CorruptFile, InputError
-from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.storage import container
+from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import affine, component, files, galerkin, parametric_model
+from fmbs_skfem.families import parametric_model
+from fmbs_skfem.families.parametric_model import ParametricModel
+from fmbs_skfem.reduction import affine, files
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.parameters import Parameter, Scale
-from fmbs_skfem.reduction.parametric_model import ParametricModel
-from fmbs_skfem.systems import At, System, loads
+from fmbs_skfem.reduction.spaces import component, galerkin
+from fmbs_skfem.systems import At, System
+from fmbs_skfem.systems.forces import loads
 from tests import models
 from tests.hard_cases import check_damage_is_found
 from tests.reduction.test_files import same

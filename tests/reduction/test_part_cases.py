@@ -17,14 +17,19 @@ from fmbs_skfem.bodies.body import point_mass, reference_at
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, integration, outputs
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, integration, outputs
+from fmbs_skfem.dynamics.equilibria.statics import solve_statics
 from fmbs_skfem.dynamics.outputs import lifted
-from fmbs_skfem.dynamics.statics import solve_statics
-from fmbs_skfem.reduction import part_files, parts
-from fmbs_skfem.reduction.excitation import Excitation, excite
+from fmbs_skfem.parts import bodies as parts
+from fmbs_skfem.parts import departures
+from fmbs_skfem.parts import files as part_files
+from fmbs_skfem.parts.excitation import Excitation, excite
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.studies.parts import at_place
-from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import linear_part
 from fmbs_skfem.verification.plates import rectangle
 from fmbs_skfem.verification.vibration import ring

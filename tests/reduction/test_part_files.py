@@ -21,16 +21,22 @@ from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Body, Circular, Material, Rim, cable, values
 from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.core.algebra.linalg import as_dense, evenly
 from fmbs_skfem.core.errors import CorruptFile, InputError
-from fmbs_skfem.core.linalg import as_dense, evenly
 from fmbs_skfem.core.notices import Notice, Remark
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, departures, integrate, outputs
-from fmbs_skfem.reduction import affine, excitation, part_files, parts
-from fmbs_skfem.reduction.excitation import Excitation, excite, settle
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.parts import bodies as parts
+from fmbs_skfem.parts import departures, excitation
+from fmbs_skfem.parts import files as part_files
+from fmbs_skfem.parts.excitation import Excitation, excite, settle
+from fmbs_skfem.reduction import affine
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.shapes import line, surface
-from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
-from fmbs_skfem.systems.stresses import SectionForces
+from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
+from fmbs_skfem.systems.measures.stresses import SectionForces
 from fmbs_skfem.verification.plates import rectangle
 from fmbs_skfem.verification.vibration import ring
 from tests import models

@@ -12,11 +12,12 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import Body, Material, Rim, cable
 from fmbs_skfem.bodies.body import probe
 from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
 from fmbs_skfem.dynamics.outputs import lifted
-from fmbs_skfem.reduction import parts, snapshots
+from fmbs_skfem.parts import bodies as parts
+from fmbs_skfem.reduction import snapshots
 from fmbs_skfem.systems import (
     At,
     Motion,
@@ -28,10 +29,10 @@ from fmbs_skfem.systems import (
     compile_system,
     compiled,
     eliminate,
-    joints,
-    loads,
-    probes,
 )
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.vibration import ring
 from tests import models
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmbs_skfem.core import ranks
+from fmbs_skfem.core.algebra import ranks
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import pivots
+from fmbs_skfem.reduction.spaces import pivots
 
 
 @settings(max_examples=50, deadline=None)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.reduction import pod
+from fmbs_skfem.reduction.spaces import pod
 
 
 def orthonormal(rng: np.random.Generator, n: int, r: int) -> np.ndarray:

@@ -10,10 +10,10 @@ import pytest
 from fmbs_skfem.bodies import laws
 from fmbs_skfem.bodies.laws import Law
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import polynomial
-from fmbs_skfem.systems import quartic
-from fmbs_skfem.systems.points import Sampled
-from fmbs_skfem.systems.quartic import Quartic
+from fmbs_skfem.reduction.hyper import polynomial
+from fmbs_skfem.systems.terms import quartic
+from fmbs_skfem.systems.terms.points import Sampled
+from fmbs_skfem.systems.terms.quartic import Quartic
 
 LENGTH, HEIGHT, A = 0.2, 0.07, 7.7e8  #: sides of the plate [m], E t / (1 - nu^2) [N/m] of 10 mm of aluminium
 CELLS = (24, 8)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmbs_skfem.reduction import prediction
+from fmbs_skfem.families import prediction
 
 TRUE, HIGH = np.full(10, 1e-4), np.full(10, 1e-3)
 PREDICTED = (1e-4, 1e-5, 5e-4)

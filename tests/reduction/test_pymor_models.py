@@ -8,7 +8,8 @@ import pytest
 from fmbs_skfem import dynamics, systems
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, StateSpace
-from fmbs_skfem.systems import System, loads
+from fmbs_skfem.systems import System
+from fmbs_skfem.systems.forces import loads
 
 from .. import models
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.ranges import Parameter, Scale
-from fmbs_skfem.reduction import response_surfaces
+from fmbs_skfem.core.values.ranges import Parameter, Scale
+from fmbs_skfem.families import response_surfaces
 from fmbs_skfem.reduction.parameters import sobol
 
 BOX = (Parameter("E", 1e8, 1e10, Scale.LOG, "Pa"), Parameter("L", 0.5, 2.0, unit="m"))

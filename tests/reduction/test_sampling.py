@@ -10,11 +10,14 @@ from fmbs_skfem.bodies import sections
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import Newton, integrate
 from fmbs_skfem.dynamics.outputs import energies
-from fmbs_skfem.reduction import Level, component, pod, sampling
-from fmbs_skfem.reduction.component import projected
-from fmbs_skfem.systems import System, compiled, terms
+from fmbs_skfem.reduction import Level
+from fmbs_skfem.reduction.hyper import sampling
+from fmbs_skfem.reduction.spaces import component, pod
+from fmbs_skfem.reduction.spaces.component import projected
+from fmbs_skfem.systems import System, compiled
 from fmbs_skfem.systems.compiled import compile_system
 from fmbs_skfem.systems.system import multiply_out, sizes
+from fmbs_skfem.systems.terms import elastic as terms
 from tests import models
 from tests.reduction.conftest import SCHEME, Full, Reduced, error, full_of, hyper_reduced, reduced, strain_energy
 

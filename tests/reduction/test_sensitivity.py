@@ -9,8 +9,8 @@ import pytest
 
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.ranges import Parameter, Scale
-from fmbs_skfem.reduction import sensitivity
+from fmbs_skfem.core.values.ranges import Parameter, Scale
+from fmbs_skfem.families import sensitivity
 
 BOX = [Parameter(name, -np.pi, np.pi) for name in "abc"]
 

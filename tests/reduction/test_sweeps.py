@@ -22,8 +22,8 @@ from distributed import Client, LocalCluster, Security
 
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice, notify
-from fmbs_skfem.reduction import members, sweeps
-from fmbs_skfem.reduction.sweeps import Record, Result, Status, SweepOptions, SweepOutcome
+from fmbs_skfem.families import members, sweeps
+from fmbs_skfem.families.sweeps import Record, Result, Status, SweepOptions, SweepOutcome
 
 from ..hard_cases import child, ended
 

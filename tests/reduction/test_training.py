@@ -15,42 +15,30 @@ from scipy.linalg import subspace_angles
 
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import body, sections
-from fmbs_skfem.core import expressions
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoModel, NoRoom, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.values import expressions
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.dynamics.outputs import lifted
-from fmbs_skfem.reduction import (
-    NONE,
-    Elements,
-    Level,
-    Points,
-    affine,
-    calibration,
-    component,
-    error_budget,
-    errors,
-    full_runs,
-    galerkin,
-    greedy,
-    pod,
-    polynomial,
-    reduced_models,
-    sampling,
-    training,
-    training_work,
-)
+from fmbs_skfem.families import calibration, greedy, training, training_work
+from fmbs_skfem.families import training_store as store
+from fmbs_skfem.reduction import NONE, Elements, Level, Points, affine, full_runs, reduced_models
 from fmbs_skfem.reduction import parameters as boxes
-from fmbs_skfem.reduction import training_store as store
+from fmbs_skfem.reduction.accuracy import error_budget, errors
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.full_runs import FullRun, TrainingTask
+from fmbs_skfem.reduction.hyper import polynomial, sampling
 from fmbs_skfem.reduction.parameters import Parameter, Search
 from fmbs_skfem.reduction.plan import Plan
+from fmbs_skfem.reduction.spaces import component, galerkin, pod
 from fmbs_skfem.scenes import build
-from fmbs_skfem.systems import At, System, assemble, compile_system, joints, loads, probes
-from fmbs_skfem.systems.force_laws import ForceLaw
-from fmbs_skfem.systems.quartic import Quartic
+from fmbs_skfem.systems import At, System, assemble, compile_system
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.force_laws import ForceLaw
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import sizes
+from fmbs_skfem.systems.terms.quartic import Quartic
 from tests import models
 from tests.reduction.hold_out import hold_out, share_runs
 

@@ -15,17 +15,23 @@ import pytest
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import sections
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.core import container, validation
-from fmbs_skfem.core.container import FileKind
 from fmbs_skfem.core.errors import CorruptFile
-from fmbs_skfem.core.expressions import of_time
+from fmbs_skfem.core.storage import container, validation
+from fmbs_skfem.core.storage.container import FileKind
+from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
-from fmbs_skfem.reduction import affine, component, files, galerkin, parametric_model, polynomial
+from fmbs_skfem.families import parametric_model
+from fmbs_skfem.families.parametric_model import ParametricModel
+from fmbs_skfem.reduction import affine, files
 from fmbs_skfem.reduction.cases import Case
+from fmbs_skfem.reduction.hyper import polynomial
 from fmbs_skfem.reduction.parameters import Parameter
-from fmbs_skfem.reduction.parametric_model import ParametricModel
+from fmbs_skfem.reduction.spaces import component, galerkin
 from fmbs_skfem.scenes import build
-from fmbs_skfem.systems import At, System, assemble, joints, loads, probes
+from fmbs_skfem.systems import At, System, assemble
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import change_coordinates
 from fmbs_skfem.verification.plates import rectangle
 from tests import models

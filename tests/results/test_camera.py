@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fmbs_skfem.results import camera
+from fmbs_skfem.results.rendering import camera
 
 
 @pytest.mark.parametrize(

@@ -12,13 +12,17 @@ from fmbs_skfem import dynamics, scenes, systems
 from fmbs_skfem.bodies import plate, rigid, sections
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory
 from fmbs_skfem.dynamics.outputs import distances
-from fmbs_skfem.reduction import component, files, galerkin, pod
-from fmbs_skfem.results import decor, drawing, frames
+from fmbs_skfem.reduction import files
+from fmbs_skfem.reduction.spaces import component, galerkin, pod
+from fmbs_skfem.results import frames
 from fmbs_skfem.results import motion as drawn
 from fmbs_skfem.results.frames import MarkKind
+from fmbs_skfem.results.rendering import decor, drawing
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import ancf_plate
-from fmbs_skfem.systems import At, joints, loads
+from fmbs_skfem.systems import At
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 from ..cli.calls import EXAMPLES
 from ..models import cantilever, spin_up

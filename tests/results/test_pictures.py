@@ -15,9 +15,10 @@ import pytest
 from PIL import Image
 
 from fmbs_skfem.core.errors import FmbsError, InputError, MissingFeature
-from fmbs_skfem.results import camera, decor, drawing, frames, painter, pictures, render_child, video
+from fmbs_skfem.results import frames, pictures, video
 from fmbs_skfem.results.frames import Frames, line
 from fmbs_skfem.results.pictures import Arrangement, Look
+from fmbs_skfem.results.rendering import camera, decor, drawing, painter, render_child
 
 from . import rollup
 

@@ -16,17 +16,18 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.bodies import point_mass
-from fmbs_skfem.core import container
+from fmbs_skfem.contact.contacts import ContactPlane
+from fmbs_skfem.contact.states import ContactState
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.storage import container
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration, outputs
 from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.dynamics.trajectory import COLUMNS
 from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import HistoryState, Recorder
-from fmbs_skfem.systems import At, assemble, loads
-from fmbs_skfem.systems.contact_states import ContactState
-from fmbs_skfem.systems.contacts import ContactPlane
+from fmbs_skfem.systems import At, assemble
+from fmbs_skfem.systems.forces import loads
 
 from .. import models
 from ..hard_cases import child, ended

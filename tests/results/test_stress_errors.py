@@ -11,7 +11,7 @@ from fmbs_skfem import studies
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.results import stress_errors
 from fmbs_skfem.shapes import plate_meshes
-from fmbs_skfem.studies import pictures
+from fmbs_skfem.studies.running import pictures
 
 from ..scenes.test_free_plates import SCENE, STRESS, centred
 from ..shapes.test_fvs_plate import MESHES, shaken

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.results import camera, frames, pictures, render_child, series, surfaces
+from fmbs_skfem.results import frames, pictures, series, surfaces
 from fmbs_skfem.results.frames import Shown
 from fmbs_skfem.results.pictures import Look
+from fmbs_skfem.results.rendering import camera, render_child
 
 from . import sheet
 from .test_pictures import pixels, saturated

@@ -16,11 +16,11 @@ import h5py
 import numpy as np
 import pytest
 
-from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.reduction import members
-from fmbs_skfem.reduction.members import Member, Record, Result, Status
+from fmbs_skfem.core.storage import container
+from fmbs_skfem.families import members
+from fmbs_skfem.families.members import Member, Record, Result, Status
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import sweep_files
 

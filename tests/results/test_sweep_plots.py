@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import parameters, response_surfaces
-from fmbs_skfem.reduction.members import Status
+from fmbs_skfem.families import response_surfaces
+from fmbs_skfem.families.members import Status
+from fmbs_skfem.reduction import parameters
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import palette, plots, sweep_plots
 from fmbs_skfem.results.sweep_files import Sweep

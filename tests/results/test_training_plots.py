@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import qmc
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.reduction import kriging
+from fmbs_skfem.families import kriging
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import palette, plots, training_plots
 from fmbs_skfem.results.training_plots import SurrogatePanel

@@ -14,13 +14,16 @@ import numpy as np
 from fmbs_skfem import bodies
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.core.expressions import of_time
+from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.shapes.meshes import LineMesh
-from fmbs_skfem.systems import At, Rayleigh, assemble, joints, loads, probes
-from fmbs_skfem.systems.edges import Edge
+from fmbs_skfem.systems import At, Rayleigh, assemble
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.connections.edges import Edge
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 from ..systems.rigid_parts import grid

@@ -17,7 +17,9 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import SolverError
-from fmbs_skfem.reduction import ecsw, files, parametric_model
+from fmbs_skfem.families import parametric_model
+from fmbs_skfem.reduction import files
+from fmbs_skfem.reduction.hyper import ecsw
 from tests.cli import test_check, test_run
 from tests.cli.calls import fmbs
 from tests.dynamics import test_diagnosis, test_failures

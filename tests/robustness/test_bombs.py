@@ -19,7 +19,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fmbs_skfem.core import container
+from fmbs_skfem.core.storage import container
 from fmbs_skfem.reduction import files
 
 from .inputs import BEAM, MESHES, SHELL, STRIP, changed, lines, msh

@@ -24,9 +24,10 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from fmbs_skfem import scenes
-from fmbs_skfem.core import container, expressions
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.storage import container
+from fmbs_skfem.core.values import expressions
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import yamlfile
 from fmbs_skfem.shapes import meshes, nurbs_file, plate_meshes

@@ -20,13 +20,14 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import NoModel, SolverError
-from fmbs_skfem.reduction import Points, full_runs, greedy, prediction, reduced_models, training
+from fmbs_skfem.families import greedy, prediction, training
+from fmbs_skfem.families.parametric_model import ParametricModel
+from fmbs_skfem.families.prediction import Prediction
+from fmbs_skfem.families.training import FinishedTraining
+from fmbs_skfem.reduction import Points, full_runs, reduced_models
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction.full_runs import OutputMeasure, TrainingTask
-from fmbs_skfem.reduction.parametric_model import ParametricModel
 from fmbs_skfem.reduction.plan import Plan
-from fmbs_skfem.reduction.prediction import Prediction
-from fmbs_skfem.reduction.training import FinishedTraining
 from fmbs_skfem.scenes import points
 from fmbs_skfem.scenes import training as sections
 

@@ -32,7 +32,9 @@ from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import meshes
 from fmbs_skfem.shapes.meshes import LineMesh
 from fmbs_skfem.shapes.msh import MshCells, Raw
-from fmbs_skfem.systems import At, System, assemble, assembly, eliminate, joints, loads
+from fmbs_skfem.systems import At, System, assemble, assembly, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.system import in_scene, sizes
 
 from .. import models

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import reduction
-from fmbs_skfem.core import saddle
-from fmbs_skfem.core.linalg import as_dense
+from fmbs_skfem.core.algebra import saddle
+from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate
 from fmbs_skfem.dynamics.scheme import method_of
-from fmbs_skfem.reduction import Level, sampling
-from fmbs_skfem.reduction.component import projected
+from fmbs_skfem.reduction import Level
+from fmbs_skfem.reduction.hyper import sampling
+from fmbs_skfem.reduction.spaces.component import projected
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate
 from fmbs_skfem.verification import registry
 

@@ -15,7 +15,9 @@ from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.scenes import build, fields, schema
 from fmbs_skfem.shapes import meshes
 from fmbs_skfem.shapes.curves import remesh
-from fmbs_skfem.systems import assembly, joints, loads
+from fmbs_skfem.systems import assembly
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"

@@ -18,19 +18,21 @@ import pytest
 
 from fmbs_skfem import dynamics, scenes, studies, systems
 from fmbs_skfem.bodies import laws
-from fmbs_skfem.core import container, jit
+from fmbs_skfem.control.monitors import Monitor
+from fmbs_skfem.core.compiling import jit
 from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.notices import Notice, Remark
-from fmbs_skfem.reduction import files, parametric_model
+from fmbs_skfem.core.storage import container
+from fmbs_skfem.families import parametric_model
+from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, extensions, schema
-from fmbs_skfem.scenes.analyses import Analysis
+from fmbs_skfem.scenes.analyses.analysis import Analysis
 from fmbs_skfem.scenes.bodies import SceneBody
-from fmbs_skfem.studies import compiling
 from fmbs_skfem.studies import job as jobs
-from fmbs_skfem.systems import probes
-from fmbs_skfem.systems.constraint_laws import ConstraintLaw
-from fmbs_skfem.systems.force_laws import ForceLaw
-from fmbs_skfem.systems.monitors import Monitor
+from fmbs_skfem.studies.running import compiling
+from fmbs_skfem.systems.connections.constraint_laws import ConstraintLaw
+from fmbs_skfem.systems.forces.force_laws import ForceLaw
+from fmbs_skfem.systems.measures import probes
 
 from ..cli.calls import ROOT, Call, fmbs
 from ..forgotten import forget
@@ -50,7 +52,9 @@ def _apart(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(container, "TYPES", dict(container.TYPES))
     for kind in (ConstraintLaw, ForceLaw):
         monkeypatch.setattr(kind, "makers", dict(kind.makers))
-    yield from forget(monkeypatch, systems.joints.Joint, systems.loads.Load, probes.Probe, SceneBody, Analysis, Monitor)
+    yield from forget(
+        monkeypatch, systems.connections.joints.Joint, systems.forces.loads.Load, probes.Probe, SceneBody, Analysis, Monitor
+    )
 
 
 @pytest.fixture
@@ -308,7 +312,7 @@ def test_the_python_of_the_page_runs(project: Path, monkeypatch: pytest.MonkeyPa
 )
 def test_refused(project: Path, named: str, message: str) -> None:
     (project.parent / "broken.py").write_text("a = 1\nb = a / 0\n")
-    head = "from fmbs_skfem.systems.joints import Joint\n"
+    head = "from fmbs_skfem.systems.connections.joints import Joint\n"
     (project.parent / "twice.py").write_text(head + "class Pin(Joint):\n    pass\n")
     (project.parent / "bare.py").write_text(head + "class Bare(Joint):\n    name: str\n    def constrain(self, draft): ...\n")
     half = "from dataclasses import dataclass\n\n@dataclass(frozen=True)\nclass Half(Joint):\n    name: str\n"
@@ -322,7 +326,7 @@ def test_the_switch_refuses_all(project: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("FMBS_EXTENSIONS", "refuse")
     with pytest.raises(InputError, match=r"own.yaml:4: extensions: expected consent to run Python files, got none for /"):
         scenes.read(project)
-    assert "ellipse_guide" not in systems.joints.Joint.known
+    assert "ellipse_guide" not in systems.connections.joints.Joint.known
 
 
 @pytest.mark.parametrize("command", ["check", "run", "reduce", "compare", "sweep"])

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
-from fmbs_skfem.core import container
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.storage import container
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.parameters import Parameter, Scale

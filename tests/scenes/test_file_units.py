@@ -13,7 +13,8 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.results import motion
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import meshes, plate_meshes
-from fmbs_skfem.systems import System, probes
+from fmbs_skfem.systems import System
+from fmbs_skfem.systems.measures import probes
 
 ROOT = Path(__file__).parents[2]
 PLATE = (ROOT / "examples" / "plate.yaml").read_text().replace("load_steps: 10", "load_steps: 4")

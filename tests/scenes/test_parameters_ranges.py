@@ -12,7 +12,7 @@ import pytest
 from fmbs_skfem import scenes
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.ranges import Parameter, Scale
+from fmbs_skfem.core.values.ranges import Parameter, Scale
 
 SCENE = """\
 schema: 1

@@ -19,7 +19,9 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.scenes import build, fields, schema, surfaces, times
 from fmbs_skfem.shapes import nurbs, nurbs_file
-from fmbs_skfem.systems import joints, loads, probes
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from ..shapes.test_smoothing import annulus
 

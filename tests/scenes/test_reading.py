@@ -11,12 +11,14 @@ import pytest
 
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Circular, Material
-from fmbs_skfem.core import units
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.mappings import entries
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.values import units
+from fmbs_skfem.core.values.mappings import entries
 from fmbs_skfem.scenes import schema
-from fmbs_skfem.systems import At, Rayleigh, joints, loads
+from fmbs_skfem.systems import At, Rayleigh
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 SCENE = """\
 schema: 1

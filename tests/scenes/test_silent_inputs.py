@@ -11,9 +11,9 @@ import pytest
 
 from fmbs_skfem import dynamics, scenes
 from fmbs_skfem.bodies import body, plate, rigid, sections
-from fmbs_skfem.core import ranges
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.values import ranges
 from fmbs_skfem.reduction import parameters
 from fmbs_skfem.results import sweep_files
 from fmbs_skfem.scenes import build, fields, times

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
-from fmbs_skfem.reduction.comparison import Comparison, ModelRecord
+from fmbs_skfem.reduction.accuracy.comparison import Comparison, ModelRecord
 from fmbs_skfem.studies import comparison, figures, tables
 from tests.cli.calls import EXAMPLES
 

@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.core import jit
-from fmbs_skfem.studies import Job, Listener, compiling
+from fmbs_skfem.core.compiling import jit
+from fmbs_skfem.studies import Job, Listener
+from fmbs_skfem.studies.running import compiling
 from tests.hard_cases import alive
 
 BEGIN = """

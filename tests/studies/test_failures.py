@@ -9,7 +9,8 @@ import pytest
 from matplotlib import image
 
 from fmbs_skfem.core.errors import SolverError
-from fmbs_skfem.studies import failures, panels, reports
+from fmbs_skfem.studies import reports
+from fmbs_skfem.studies.running import failures, panels
 
 from .. import models
 from ..dynamics.test_diagnosis import WAYS

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.bodies import cable, point_mass, sections
-from fmbs_skfem.core.expressions import of_time
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, energy_errors, integrate
-from fmbs_skfem.studies import judging
-from fmbs_skfem.systems import At, assemble, eliminate, joints, loads
-from fmbs_skfem.systems.springs import SpringDamper
+from fmbs_skfem.studies.running import judging
+from fmbs_skfem.systems import At, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.springs import SpringDamper
 
 from .. import models
 

@@ -15,7 +15,9 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.results import mode_shapes
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, loads
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.verification.plates import rectangle
 
 from ..models import straight

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError, SolverError, SweepFailure
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.reduction import members
+from fmbs_skfem.families import members
 from fmbs_skfem.results import sweep_files
 
 from ..cli.calls import EXAMPLES, ROOT, fmbs, scene

@@ -10,9 +10,10 @@ import pytest
 from numba import types
 
 from fmbs_skfem import studies
-from fmbs_skfem.core import compilation, jit
+from fmbs_skfem.core.compiling import compilation, jit
 from fmbs_skfem.core.errors import MissingFeature
-from fmbs_skfem.studies import Listener, projects, warming
+from fmbs_skfem.studies import Listener, projects
+from fmbs_skfem.studies.running import warming
 
 
 def double(x: float) -> float:

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from fmbs_skfem.bodies import Body, Given, Law, cable, point_mass
-from fmbs_skfem.systems import At, System, joints, loads
+from fmbs_skfem.systems import At, System
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.system import Signal
 
 from ..models import straight

@@ -11,7 +11,8 @@ from fmbs_skfem.bodies.plate import Rim, plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.shapes import ancf_plate
 from fmbs_skfem.shapes.surface import Surface
-from fmbs_skfem.systems import At, joints
+from fmbs_skfem.systems import At
+from fmbs_skfem.systems.connections import joints
 
 from ..models import straight
 from .parts import swing

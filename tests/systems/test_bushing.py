@@ -15,9 +15,10 @@ from fmbs_skfem.bodies import Body, rigid
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, vibration_modes
 from fmbs_skfem.reduction import files
-from fmbs_skfem.systems import At, Motion, assemble, check_force, compile_system, compiled, eliminate, probes
-from fmbs_skfem.systems.bushing import Bushing
-from fmbs_skfem.systems.gauges import LoadState
+from fmbs_skfem.systems import At, Motion, assemble, check_force, compile_system, compiled, eliminate
+from fmbs_skfem.systems.forces.bushing import Bushing
+from fmbs_skfem.systems.forces.gauges import LoadState
+from fmbs_skfem.systems.measures import probes
 
 A, B = At("a", "frame"), At("b", "frame")
 K, C, KT, CT = (10.0, 20.0, 30.0), (0.1, 0.2, 0.3), (0.4, 0.5, 0.6), (0.01, 0.02, 0.03)

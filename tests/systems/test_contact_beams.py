@@ -11,29 +11,19 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from fmbs_skfem.bodies import Body, Given, cable
+from fmbs_skfem.contact.beams import ContactBeam
+from fmbs_skfem.contact.contacts import ContactPlane
+from fmbs_skfem.contact.states import ContactState
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
-from fmbs_skfem.reduction import parts
-from fmbs_skfem.reduction.excitation import Excitation, excite
+from fmbs_skfem.parts import bodies as parts
+from fmbs_skfem.parts.excitation import Excitation, excite
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
-from fmbs_skfem.systems import (
-    At,
-    Motion,
-    Rayleigh,
-    System,
-    assemble,
-    check_force,
-    compiled,
-    eliminate,
-    joints,
-    layouts,
-    loads,
-    probes,
-)
-from fmbs_skfem.systems.contact_beams import ContactBeam
-from fmbs_skfem.systems.contact_states import ContactState
-from fmbs_skfem.systems.contacts import ContactPlane
+from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate, layouts
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from ..dynamics.test_checkpoint import stopped
 from ..forms import forms

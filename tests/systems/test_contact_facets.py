@@ -14,24 +14,15 @@ from scipy.spatial.transform import Rotation
 
 from fmbs_skfem.bodies import Body, Material, rigid
 from fmbs_skfem.bodies.plate import Rim, plate
+from fmbs_skfem.contact.contacts import ContactBox
+from fmbs_skfem.contact.facets import extents, meet_flat, meet_triangle
+from fmbs_skfem.contact.states import ContactState
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, solve_statics
-from fmbs_skfem.systems import (
-    At,
-    Motion,
-    Rayleigh,
-    System,
-    assemble,
-    check_force,
-    compiled,
-    eliminate,
-    joints,
-    loads,
-    probes,
-)
-from fmbs_skfem.systems.contact_facets import extents, meet_flat, meet_triangle
-from fmbs_skfem.systems.contact_states import ContactState
-from fmbs_skfem.systems.contacts import ContactBox
-from fmbs_skfem.systems.frame_joints import Prismatic
+from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.connections.frame_joints import Prismatic
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.plates import rectangle
 
 from ..forms import forms

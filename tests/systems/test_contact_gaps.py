@@ -11,12 +11,14 @@ import pytest
 
 from fmbs_skfem.bodies import Body, Given, Material, cable, rigid
 from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.contact.beams import ContactBeam
+from fmbs_skfem.contact.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactSphere
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
-from fmbs_skfem.systems import At, Motion, assemble, joints, probes
-from fmbs_skfem.systems.contact_beams import ContactBeam
-from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactSphere
+from fmbs_skfem.systems import At, Motion, assemble
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.measures import probes
 
 from ..bodies.test_plate import rectangle
 from ..models import straight

@@ -16,17 +16,20 @@ from scipy.special import gamma
 
 from fmbs_skfem.bodies import Body, cable, point_mass, rigid, sections
 from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.contact.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
+from fmbs_skfem.contact.shapes import FAR, distances, measure
+from fmbs_skfem.contact.states import ContactState
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate, outputs, solve_statics
 from fmbs_skfem.results import motion as pictures
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
-from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate
 from fmbs_skfem.systems import force as sum_of
-from fmbs_skfem.systems.contact_shapes import FAR, distances, measure
-from fmbs_skfem.systems.contact_states import ContactState
-from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 from ..bodies.test_plate import rectangle

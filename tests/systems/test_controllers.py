@@ -13,19 +13,24 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
 
 from fmbs_skfem.bodies import cable, point_mass, rigid, sections
+from fmbs_skfem.control import sampled_loops
+from fmbs_skfem.control.controllers import Controller, Pid, Program, StateFeedback, Table
+from fmbs_skfem.control.feed import Feed
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
-from fmbs_skfem.core.inputs import Input
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.responses import of_state
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, diagnosis, integrate, integration, outputs, sampled_loops, start
+from fmbs_skfem.core.values.inputs import Input
+from fmbs_skfem.core.values.responses import of_state
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, integration, outputs, start
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
-from fmbs_skfem.dynamics.feed import Feed
+from fmbs_skfem.dynamics.diagnoses import diagnosis
 from fmbs_skfem.dynamics.observers import Setting
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate, joints, loads, probes
-from fmbs_skfem.systems.controllers import Controller, Pid, Program, StateFeedback, Table
-from fmbs_skfem.systems.controls import ControlForce, ControlTorque
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.controls import ControlForce, ControlTorque
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 from ..forms import forms

@@ -11,25 +11,15 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import CorruptFile, InputError, SolverError
-from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import (
-    At,
-    Motion,
-    System,
-    assemble,
-    check_force,
-    check_system,
-    eliminate,
-    gauges,
-    joints,
-    loads,
-    probes,
-    responses,
-)
-from fmbs_skfem.systems.controls import Actuator, ControlForce, ControlTorque, Motor
+from fmbs_skfem.systems import At, Motion, System, assemble, check_force, check_system, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import gauges, loads, responses
+from fmbs_skfem.systems.forces.controls import Actuator, ControlForce, ControlTorque, Motor
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 from ..forms import forms

@@ -9,11 +9,14 @@ import pytest
 
 from fmbs_skfem.bodies import body
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
-from fmbs_skfem.reduction import component, galerkin
-from fmbs_skfem.reduction.pod import Basis
-from fmbs_skfem.systems import At, Rayleigh, System, assemble, cells, compile_system, compiled, joints, loads, points
-from fmbs_skfem.systems.corotation import add_rotated_tangent
+from fmbs_skfem.reduction.spaces import component, galerkin
+from fmbs_skfem.reduction.spaces.pod import Basis
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, compile_system, compiled
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.system import multiply_out
+from fmbs_skfem.systems.terms import cells, points
+from fmbs_skfem.systems.terms.corotation import add_rotated_tangent
 
 from .. import models
 

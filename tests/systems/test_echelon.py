@@ -9,9 +9,10 @@ from scipy.sparse import block_diag, csr_array
 
 from fmbs_skfem.bodies import Material
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.core.linalg import as_dense
+from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.systems import At, assemble, echelon, eliminate, joints
+from fmbs_skfem.systems import At, assemble, eliminate
+from fmbs_skfem.systems.connections import echelon, joints
 from fmbs_skfem.systems.system import linear_part
 from fmbs_skfem.verification.plates import rectangle
 

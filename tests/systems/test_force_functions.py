@@ -14,10 +14,13 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, linearise, outputs, real_modes
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import At, Motion, System, assemble, check_force, eliminate, fields, joints, loads, probes
+from fmbs_skfem.systems import At, Motion, System, assemble, check_force, eliminate, fields
 from fmbs_skfem.systems import force as sum_of
-from fmbs_skfem.systems.force_functions import force
-from fmbs_skfem.systems.own_forces import norm
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.force_functions import force
+from fmbs_skfem.systems.forces.own_forces import norm
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 from ..forms import forms

@@ -21,14 +21,14 @@ from fmbs_skfem.systems import (
     compile_system,
     compiled,
     eliminate,
-    joints,
-    loads,
 )
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
 
 from .rigid_parts import A0, A1, B1, B2, BEAM, RIM, SPATIAL_AXIS, bodies, every_joint
 
 CASES = [pytest.param(dim, joint, id=f"{dim}-{joint.name}") for dim in (2, 3) for joint in every_joint(dim)]
-MODULES = ("fmbs_skfem.systems.frame_joints", "fmbs_skfem.systems.edges")
+MODULES = ("fmbs_skfem.systems.connections.frame_joints", "fmbs_skfem.systems.connections.edges")
 
 
 def test_every_type_is_tested() -> None:

@@ -10,7 +10,7 @@ from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes.family import equilibria
-from fmbs_skfem.systems import hinged_rims
+from fmbs_skfem.systems.connections import hinged_rims
 
 MESHES = Path(__file__).parents[2] / "meshes"
 PLATE = """

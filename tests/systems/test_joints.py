@@ -14,20 +14,10 @@ from fmbs_skfem.bodies import Given, cable, rigid
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import outputs, solve_statics
-from fmbs_skfem.systems import (
-    At,
-    System,
-    assemble,
-    check_joint,
-    compile_system,
-    compiled,
-    eliminate,
-    fields,
-    joints,
-    loads,
-    probes,
-    stresses,
-)
+from fmbs_skfem.systems import At, System, assemble, check_joint, compile_system, compiled, eliminate, fields
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes, stresses
 from fmbs_skfem.systems.places import Draft
 
 from ..models import straight
@@ -42,7 +32,7 @@ def gap(system: System, x: np.ndarray, time: float = 0.0) -> np.ndarray:
 
 
 def test_every_type_is_tested() -> None:
-    registered = {kind for kind in joints.Joint.known.values() if kind.__module__ == "fmbs_skfem.systems.joints"}
+    registered = {kind for kind in joints.Joint.known.values() if kind.__module__ == "fmbs_skfem.systems.connections.joints"}
     for dim in (2, 3):
         assert {type(joint) for joint in every_joint(dim)} == registered
 

@@ -11,13 +11,15 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.sparse import csr_array
 
 from fmbs_skfem.bodies import Body, cable
-from fmbs_skfem.core.responses import of_state
+from fmbs_skfem.control.events import Event
+from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
-from fmbs_skfem.reduction import parts
-from fmbs_skfem.reduction.excitation import Excitation, excite
-from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, eliminate, joints, layouts, loads, springs
+from fmbs_skfem.parts import bodies as parts
+from fmbs_skfem.parts.excitation import Excitation, excite
+from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, eliminate, layouts
 from fmbs_skfem.systems.compiled import elastic_tangent, storage
-from fmbs_skfem.systems.events import Event
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads, springs
 from tests import models
 from tests.dynamics.test_checkpoint import stopped
 

@@ -9,8 +9,11 @@ from numpy.testing import assert_allclose
 from fmbs_skfem import bodies
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
-from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, joints, lengths, loads, probes
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate, lengths
 from fmbs_skfem.systems.compiled import compile_system, size
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import in_scene, sizes
 from tests import models
 

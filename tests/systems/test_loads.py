@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.systems import System, assemble, check_system, compile_system, compiled, loads
+from fmbs_skfem.systems import System, assemble, check_system, compile_system, compiled
+from fmbs_skfem.systems.forces import loads
 
 from .parts import A1, B0, B1, BOB, beams, every_load
 

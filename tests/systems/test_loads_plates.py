@@ -14,7 +14,10 @@ from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import outputs, solve_statics
 from fmbs_skfem.shapes import skfem_surface
-from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, compiled, eliminate, joints, loads, probes
+from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, compiled, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import Signal
 
 from . import parts

@@ -12,26 +12,17 @@ from scipy.spatial.transform import Rotation
 
 from fmbs_skfem.bodies import Body, Material
 from fmbs_skfem.bodies.plate import Rim, plate
+from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, follow_path, integrate, outputs, solve_statics
-from fmbs_skfem.reduction import polynomial, sampling
+from fmbs_skfem.reduction.hyper import polynomial, sampling
 from fmbs_skfem.results import motion
 from fmbs_skfem.shapes import ancf_plate, skfem_surface
 from fmbs_skfem.shapes.surface import Surface
-from fmbs_skfem.systems import (
-    At,
-    System,
-    assemble,
-    check_system,
-    compile_system,
-    compiled,
-    eliminate,
-    joints,
-    loads,
-    probes,
-    strain_energy,
-)
+from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, compiled, eliminate, strain_energy
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import Constraints, change_coordinates
 from fmbs_skfem.verification.plates import rectangle
 

@@ -10,10 +10,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from fmbs_skfem.bodies import Material, rigid
 from fmbs_skfem.bodies.plate import plate
-from fmbs_skfem.core.linalg import as_dense
+from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.scenes.build import MANY
-from fmbs_skfem.systems import At, System, assemble, compiled, free_motions, joints, layouts, loads, mechanism, redundancy, sparse
+from fmbs_skfem.systems import At, System, assemble, compiled, free_motions, layouts
+from fmbs_skfem.systems.connections import joints, mechanism, redundancy
+from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.system import change_coordinates, chosen, is_linear
+from fmbs_skfem.systems.terms import sparse
 from fmbs_skfem.verification.plates import rectangle
 
 EDGES = ("left", "right", "bottom", "top")

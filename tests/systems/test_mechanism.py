@@ -11,7 +11,9 @@ import pytest
 from fmbs_skfem.bodies import Body, Given, Material, cable, point_mass
 from fmbs_skfem.bodies.plate import Rim, plate
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.systems import At, System, assemble, free_motions, joints, loads, mechanism
+from fmbs_skfem.systems import At, System, assemble, free_motions
+from fmbs_skfem.systems.connections import joints, mechanism
+from fmbs_skfem.systems.forces import loads
 
 from ..models import cantilever, double_pendulum, mass_pendulum, polyline, spin_up, straight
 from .parts import displaced

@@ -19,27 +19,15 @@ from fmbs_skfem.core.errors import CorruptFile, InputError
 from fmbs_skfem.core.notices import Remark
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, solve_statics, vibration_modes
 from fmbs_skfem.reduction import files
-from fmbs_skfem.systems import (
-    At,
-    Motion,
-    System,
-    assemble,
-    built_in_forces,
-    check_force,
-    check_system,
-    eliminate,
-    fields,
-    force_laws,
-    force_symbols,
-    forces,
-    joints,
-    loads,
-    probes,
-)
+from fmbs_skfem.systems import At, Motion, System, assemble, check_force, check_system, eliminate, fields
+from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.evaluation import space_of
-from fmbs_skfem.systems.force_laws import ForceLaw
-from fmbs_skfem.systems.forces import OfPython
-from fmbs_skfem.systems.own_forces import OwnForce, norm, turned
+from fmbs_skfem.systems.forces import built_in_forces, force_laws, force_symbols, loads
+from fmbs_skfem.systems.forces import on_rows as forces
+from fmbs_skfem.systems.forces.force_laws import ForceLaw
+from fmbs_skfem.systems.forces.on_rows import OfPython
+from fmbs_skfem.systems.forces.own_forces import OwnForce, norm, turned
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.places import Draft
 
 from .. import models

@@ -14,27 +14,16 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import cable, sections
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.expressions import of_time
+from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, solve_statics
-from fmbs_skfem.reduction import component, files, galerkin, pod
-from fmbs_skfem.systems import (
-    At,
-    System,
-    assemble,
-    check_joint,
-    constraint_laws,
-    constraint_symbols,
-    eliminate,
-    fields,
-    gears,
-    joints,
-    loads,
-    mechanism,
-    probes,
-    redundancy,
-)
+from fmbs_skfem.reduction import files
+from fmbs_skfem.reduction.spaces import component, galerkin, pod
+from fmbs_skfem.systems import At, System, assemble, check_joint, eliminate, fields
+from fmbs_skfem.systems.connections import constraint_laws, constraint_symbols, gears, joints, mechanism, redundancy
+from fmbs_skfem.systems.connections.own_joints import OwnJoint
 from fmbs_skfem.systems.evaluation import space_of
-from fmbs_skfem.systems.own_joints import OwnJoint
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 from .parts import A1, B1, BOB, beams

@@ -8,7 +8,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from fmbs_skfem.systems import quartic
+from fmbs_skfem.systems.terms import quartic
 
 SIZES = (1, 2, 6, 9, 16)
 

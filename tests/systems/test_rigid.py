@@ -13,8 +13,9 @@ from fmbs_skfem.bodies.rigid import rigid, rigid_from_mesh
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.shapes.plate_meshes import PlateMesh
-from fmbs_skfem.systems import At, Motion, assemble, check_system, loads
+from fmbs_skfem.systems import At, Motion, assemble, check_system
 from fmbs_skfem.systems.assembly import empty_draft
+from fmbs_skfem.systems.forces import loads
 
 TURN = Rotation.from_rotvec([0.3, -0.5, 0.8]).as_matrix()
 TENSOR = TURN @ np.diag([0.2, 0.25, 0.3]) @ TURN.T

@@ -14,13 +14,15 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
 from fmbs_skfem.bodies import Given, cable, rigid
+from fmbs_skfem.contact.beams import ContactBeam, node_rows
+from fmbs_skfem.contact.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
-from fmbs_skfem.systems import At, Motion, assemble, compiled, loads, probes
-from fmbs_skfem.systems.contact_beams import ContactBeam, node_rows
-from fmbs_skfem.systems.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
-from fmbs_skfem.systems.frame_joints import Revolute
+from fmbs_skfem.systems import At, Motion, assemble, compiled
+from fmbs_skfem.systems.connections.frame_joints import Revolute
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from ..models import polyline, straight
 

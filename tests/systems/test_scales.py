@@ -11,7 +11,8 @@ import pytest
 from fmbs_skfem.bodies import Given, cable, point_mass
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.systems import At, System, assemble, eliminate, joints, mechanism, redundancy
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints, mechanism, redundancy
 
 from ..models import straight
 from .test_mechanism import FOUR_BAR, Z, counts, hinge, link, loop

@@ -13,11 +13,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from fmbs_skfem.bodies import Body, Given, cable
+from fmbs_skfem.contact.beams import ContactBeam
+from fmbs_skfem.contact.states import ContactState
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, solve_statics
-from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate, joints, loads, probes
-from fmbs_skfem.systems.contact_beams import ContactBeam
-from fmbs_skfem.systems.contact_states import ContactState
+from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 
 from ..forms import forms
 from ..models import polyline

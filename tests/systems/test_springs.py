@@ -10,14 +10,17 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import cable, point_mass, sections
+from fmbs_skfem.contact.contacts import ContactPlane
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs, solve_statics, vibration_modes
 from fmbs_skfem.results import motion as pictures
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes import reading as scenes
-from fmbs_skfem.systems import At, Motion, System, assemble, check_force, check_system, eliminate, gauges, joints, loads, probes
-from fmbs_skfem.systems.contacts import ContactPlane
-from fmbs_skfem.systems.springs import ConstantForce, Rope, SpringDamper, Stop
+from fmbs_skfem.systems import At, Motion, System, assemble, check_force, check_system, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import gauges, loads
+from fmbs_skfem.systems.forces.springs import ConstantForce, Rope, SpringDamper, Stop
+from fmbs_skfem.systems.measures import probes
 
 from .. import models
 from ..forms import forms

@@ -12,12 +12,15 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies import cable, point_mass, rigid, sections
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.responses import of_state
-from fmbs_skfem.core.tables import Table
+from fmbs_skfem.core.values.responses import of_state
+from fmbs_skfem.core.values.tables import Table
 from fmbs_skfem.dynamics import GeneralizedAlpha, LiveRun, Newton, integrate, outputs, solve_statics, start
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate, joints, loads, probes
-from fmbs_skfem.systems.controls import Actuator, ControlTorque
+from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.controls import Actuator, ControlTorque
+from fmbs_skfem.systems.measures import probes
 
 from ..forms import forms
 from ..models import straight
@@ -177,7 +180,7 @@ def test_what_does_not_fit_is_named(tmp_path: Path, old: str, new: str, message:
 
 def test_functions_of_time_take_other_arguments() -> None:
     """A table of one period, again and again."""
-    from fmbs_skfem.core.expressions import of_time
+    from fmbs_skfem.core.values.expressions import of_time
 
     wave = Table("wave", "", (0.0, 0.5, 1.0), (0.0, 1.0, 0.0))
     found = of_time("2 * wave(mod(t, 1)) + wave(t)", {}, {wave.name: wave})

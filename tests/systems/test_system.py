@@ -14,8 +14,8 @@ from scipy.sparse import csr_array, random_array
 
 from fmbs_skfem.bodies import Body, Cells, Law, point_mass
 from fmbs_skfem.bodies.laws import CABLES
+from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.linalg import as_dense
 from fmbs_skfem.systems import (
     At,
     Motion,
@@ -27,12 +27,12 @@ from fmbs_skfem.systems import (
     compile_system,
     compiled,
     eliminate,
-    joints,
-    loads,
-    probes,
 )
-from fmbs_skfem.systems.points import Sampled
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import multiply_out
+from fmbs_skfem.systems.terms.points import Sampled
 
 from .parts import A0, A1, B0, B1, BOB, C0, C1, beams, every_load
 

@@ -7,11 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from fmbs_skfem.core.linalg import as_dense
-from fmbs_skfem.core.structs import packed
+from fmbs_skfem.core.algebra.linalg import as_dense
+from fmbs_skfem.core.compiling.structs import packed
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.systems import change_coordinates, compile_system, compiled, evaluation
-from fmbs_skfem.systems import turned_tangents as turning
+from fmbs_skfem.systems.terms import turned_tangents as turning
 
 from ..models import thrown_plate_part
 

@@ -21,12 +21,12 @@ from typing import Annotated, Any, TypeAlias
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from ..core.container import storable
 from ..core.declared import words_with
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
-from ..core.records import dataclass
-from ..core.validation import Attributes, Indices, Inside, Range, Reals, Sizes, also, require
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
+from ..core.storage.validation import Attributes, Indices, Inside, Range, Reals, Sizes, also, require
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Table
@@ -109,7 +109,7 @@ class ShapePoints:
     dim: Annotated[int, Attributes("c")]  #: number of components
     section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
     cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
-    #: lowest and highest strains of its training, see `reduction.parts.strains`; no columns where it has none
+    #: lowest and highest strains of its training, see `parts.bodies.strains`; no columns where it has none
     trained: Annotated[np.ndarray, Reals("2 *")] = field(default_factory=lambda: np.zeros((2, 0)))
     matrix: csr_array | None = None  #: (b c, n) of the coordinates z in the unknowns
     offset: np.ndarray = field(default_factory=lambda: np.zeros(0))  #: (b c,) of the coordinates z, where there is a matrix

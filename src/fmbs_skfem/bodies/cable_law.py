@@ -48,8 +48,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.entries import LANES, entry, unfold
-from ..core.jit import carray, inlined, jit
+from ..core.compiling.entries import LANES, entry, unfold
+from ..core.compiling.jit import carray, inlined, jit
 from .vectors import Vector, combine, cross, dot
 
 STRAIGHT = 6.25e-8  #: square s^2 EI / EA of the strain below which a line in space counts as straight in the damping law [-]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ..core.errors import InputError, require, say
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from . import laws
 from .cable_law import STRAIGHT
 from .laws import Law

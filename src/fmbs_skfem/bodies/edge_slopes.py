@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..core import ranks
-from ..core.linalg import distinct
+from ..core.algebra import ranks
+from ..core.algebra.linalg import distinct
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
 from .plate import trace

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.errors import InputError, say
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from .cable_law import curvatures as curvatures_of_lines
 from .laws import Law
 

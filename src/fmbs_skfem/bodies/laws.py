@@ -21,10 +21,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..core.container import ENUMS, Arrays, encode
-from ..core.entries import call
+from ..core.compiling.entries import call
+from ..core.compiling.jit import jit
 from ..core.errors import InputError, closest, listed, say
-from ..core.jit import jit
+from ..core.storage.container import ENUMS, Arrays, encode
 
 KINDS = ("energy", "stress", "modulus", "damped_stress", "viscosity", "dissipation")  #: functions of a law
 ENERGY, STRESS, MODULUS, VISCOSITY, DISSIPATION, OPTION, DIM = range(7)  #: columns of `addresses`

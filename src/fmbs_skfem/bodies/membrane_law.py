@@ -21,8 +21,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..core.entries import entry
-from ..core.jit import carray, jit
+from ..core.compiling.entries import entry
+from ..core.compiling.jit import carray, jit
 
 LINES = 3  #: rows of a section
 

@@ -12,9 +12,9 @@ from typing import Annotated
 
 import numpy as np
 
-from ..core.container import storable
-from ..core.records import dataclass
-from ..core.validation import Indices, Number, Reals
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
+from ..core.storage.validation import Indices, Number, Reals
 
 
 def nothing() -> np.ndarray:

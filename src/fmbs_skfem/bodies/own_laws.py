@@ -48,7 +48,7 @@ def define(
     @cache
     def loops() -> ModuleType:
         extras.need("symbols", f"law '{name}'")
-        from ..core import symbols
+        from ..core.compiling import symbols
         from . import symbolic
 
         law = symbolic.LawSymbols(vectors, tuple(section), energy, dissipation)

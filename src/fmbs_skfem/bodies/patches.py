@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, eye_array, vstack
 from scipy.sparse.csgraph import connected_components
 
-from ..core import ranks
+from ..core.algebra import ranks
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..shapes import interfaces, nurbs, seams

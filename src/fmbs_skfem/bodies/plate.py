@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 from scipy.sparse import block_array, coo_array, csr_array, diags_array, vstack
 
-from ..core import ranks
+from ..core.algebra import ranks
+from ..core.algebra.linalg import distinct, is_identity
 from ..core.errors import InputError, closest, listed, say
-from ..core.fields import Names, Position
-from ..core.linalg import distinct, is_identity
 from ..core.notices import notify
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.fields import Names, Position
 from ..shapes import ancf_plate, fvs_plate, nurbs, smoothing
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface

@@ -25,8 +25,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..core.entries import entry
-from ..core.jit import carray
+from ..core.compiling.entries import entry
+from ..core.compiling.jit import carray
 from .shell_law import vector
 from .vectors import cross, dot
 

@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar
 
 from ..core.declared import Declared
 from ..core.errors import InputError, say
-from ..core.fields import Density, Length, quantity
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.fields import Density, Length, quantity
 
 
 def positive(where: str, **values: float) -> None:

@@ -31,8 +31,8 @@ from typing import Any
 
 import numpy as np
 
-from ..core.entries import LANES, entry, unfold
-from ..core.jit import carray, inlined, jit
+from ..core.compiling.entries import LANES, entry, unfold
+from ..core.compiling.jit import carray, inlined, jit
 from .membrane_law import hooke, quadratic
 from .vectors import Vector, combine, cross, dot
 

@@ -18,8 +18,8 @@ from typing import TypeAlias
 
 import sympy
 
-from ..core.records import dataclass
-from ..core.symbols import Expression, module, scalar, statements
+from ..core.compiling.symbols import Expression, module, scalar, statements
+from ..core.storage.records import dataclass
 from .laws import KINDS
 
 Vectors: TypeAlias = list[sympy.Matrix]  #: r,1 ... r,k
@@ -144,7 +144,7 @@ def source(law: LawSymbols, dims: Sequence[int], about: str) -> str:
     """A module with the entries of a law, own_dimension_kind."""
     needed = [
         "import numpy as np",
-        "from fmbs_skfem.core.entries import LANES, entry, unfold",
-        "from fmbs_skfem.core.jit import carray",
+        "from fmbs_skfem.core.compiling.entries import LANES, entry, unfold",
+        "from fmbs_skfem.core.compiling.jit import carray",
     ]
     return module(about, needed, [loop(law, dim, kind, f"own_{dim}_{kind}") for dim in dims for kind in KINDS])

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.container import storable
 from ..core.errors import InputError, closest, listed, say
-from ..core.records import dataclass
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
 from .sections import Material, Section, positive
 
 if TYPE_CHECKING:

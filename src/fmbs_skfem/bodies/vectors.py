@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..core.jit import jit
+from ..core.compiling.jit import jit
 
 Vector = tuple[float, float, float]
 

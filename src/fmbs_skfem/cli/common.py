@@ -17,10 +17,11 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..core import durable, endings, imports
+from ..core import imports
 from ..core.errors import FmbsError, InputError
 from ..core.notices import Notice
-from ..core.records import dataclass
+from ..core.storage import durable, endings
+from ..core.storage.records import dataclass
 from ..studies.job import Job, Listener
 from ..studies.result import REASONS, Result, describe_error
 from . import options, screen
@@ -120,7 +121,7 @@ def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
 
 def broken(call: Call, error: Exception) -> int:
     """An internal error: what there is goes to files, where it can; its exit code."""
-    from ..studies import rescue
+    from ..studies.running import rescue
 
     written = rescue.write(call.jobs[-1] if call.jobs else Job(), error)
     text = f"internal error: {type(error).__name__}: {error}\nplease report it to the developers of fmbs_skfem {__version__}, "

@@ -12,9 +12,9 @@ from typing import Any
 import click
 
 from .. import __version__, studies
-from ..core import durable
 from ..core.errors import InputError, closest
 from ..core.notices import Notice
+from ..core.storage import durable
 from . import common, screen
 
 DEMO, EXAMPLES = Path("fmbs-demo"), Path("fmbs-examples")

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from ..core import durable
 from ..core.errors import FmbsError, InputError, say
+from ..core.storage import durable
 from ..studies import text_tables
 from ..studies.result import width_of
 

@@ -2,17 +2,17 @@
 
     errors.InputError, SolverError, MissingFeature, CorruptFile    what users meet, each with place, expectation, value, remedy
     notices.Notice                                                 what users should know but what stops nothing
-    expressions.of_time                                            functions of time and parameters, written as texts
-    linalg                                                         sparse or dense arrays
-    ranks                                                          which rows are independent, null space, least norm
-    saddle                                                         matrices bordered by constraints, balanced and solved
-    jit.jit                                                        compiled functions with a cache that is never stale
-    lapack                                                         factorise and solve inside compiled functions
+    values.expressions.of_time                                     functions of time and parameters, written as texts
+    algebra.linalg                                                 sparse or dense arrays
+    algebra.ranks                                                  which rows are independent, null space, least norm
+    algebra.saddle                                                 matrices bordered by constraints, balanced and solved
+    compiling.jit.jit                                              compiled functions with a cache that is never stale
+    compiling.lapack                                               factorise and solve inside compiled functions
 
-Modules are imported one by one, because `linalg` loads scipy. Numba is loaded when the first function is compiled or called.
+Modules are imported one by one, because `algebra` loads scipy. Numba is loaded when the first function is compiled or called.
 
 Axis letters, the same everywhere: `e` cell, `p` quadrature point, `k` derivative, `b` basis function, `c` component, `n` unknown,
 `m` constraint, `s` time sample, `r` mode, `x` any sampling point.
 """
 
-__all__ = ["errors", "notices", "expressions", "linalg", "ranks", "saddle", "jit", "lapack"]
+__all__ = ["errors", "notices"]

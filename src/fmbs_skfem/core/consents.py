@@ -16,7 +16,7 @@ from contextvars import ContextVar
 from pathlib import Path
 
 from .errors import InputError, closest, say
-from .problems import Problem
+from .values.problems import Problem
 
 SWITCH = "FMBS_EXTENSIONS"
 WORDS = ("allow", "ask", "refuse")

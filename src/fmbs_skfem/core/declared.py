@@ -3,7 +3,7 @@
     @dataclass(frozen=True)
     class Spring(Load):                                           "type: spring" in a scene; word="..." another one, None no one
         name: str
-        at: Annotated[At, fields.PLACE]                           core.fields, systems.fields: what a key of the scene takes
+        at: Annotated[At, fields.PLACE]                           core.values.fields, systems.fields: what a key of the scene takes
         stiffness: Annotated[float, fields.quantity("N/m", ">= 0"), "along x"] = 0.0
 
 A direct subclass of `Declared` is a family, such as `Joint`; a class of a family is known by its words as soon as it is declared.
@@ -19,7 +19,7 @@ from dataclasses import fields
 from typing import Any, ClassVar
 
 from .errors import InputError, say
-from .problems import Problem
+from .values.problems import Problem
 
 WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from .records import dataclass
+from .storage.records import dataclass
 
 Progress: TypeAlias = Callable[[float], None]  #: is called with the finished part of some work, 0 to 1
 

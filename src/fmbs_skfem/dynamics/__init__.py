@@ -1,21 +1,21 @@
 """Time integration, statics, vibration modes, stability and buckling."""
 
-from . import fast_wheels, feed, finer_parts, step_size  # which offer observers  # noqa: F401
-from .arclength import ArcLength, Branch, at_load_factor, follow_path, limit_points
-from .buckling import BucklingModes, buckling
-from .campbell import CampbellDiagram, campbell
-from .diagnosis import Diagnosis, explain
+from ..core.beside import load, names_of
+from .diagnoses import fast_wheels, step_size  # which offer observers  # noqa: F401
+from .diagnoses.diagnosis import Diagnosis, explain
+from .diagnoses.stability import unstable
+from .equilibria.arclength import ArcLength, Branch, at_load_factor, follow_path, limit_points
+from .equilibria.statics import solve_equilibria, solve_statics
 from .integration import integrate
-from .linear import Linear, Spin, in_rotating_frame, is_symmetric, linearise
-from .live import LiveRun, start
 from .many import integrate_many
-from .modes import ComplexModes, VibrationModes, complex_modes, real_modes, vibration_modes
+from .near_state.buckling import BucklingModes, buckling
+from .near_state.campbell import CampbellDiagram, campbell
+from .near_state.linear import Linear, Spin, in_rotating_frame, is_symmetric, linearise
+from .near_state.modes import ComplexModes, VibrationModes, complex_modes, real_modes, vibration_modes
+from .near_state.shapes import Shapes, find_free, shares
+from .near_state.statespace import StateSpace, state_space
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions
 from .scheme import GeneralizedAlpha, Newton, acceleration_noise
-from .shapes import Shapes, find_free, shares
-from .stability import unstable
-from .statespace import StateSpace, state_space
-from .statics import solve_equilibria, solve_statics
 from .trajectory import Crossing, Statistics, Trajectory
 
 __all__ = [
@@ -26,8 +26,6 @@ __all__ = [
     "Crossing",
     "integrate",
     "integrate_many",
-    "start",
-    "LiveRun",
     "solve_statics",
     "solve_equilibria",
     "ArcLength",
@@ -64,3 +62,6 @@ __all__ = [
     "Diagnosis",
     "explain",
 ]
+
+__getattr__ = names_of(__name__)
+load()

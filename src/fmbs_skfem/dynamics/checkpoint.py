@@ -17,10 +17,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..core.errors import CorruptFile, say
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..systems.compiled import Compiled, signal_table
-from .large import Large
-from .step import Method, Step
+from .compiled_step.large import Large
+from .compiled_step.step import Method, Step
 
 FACTORS = {
     0: (),

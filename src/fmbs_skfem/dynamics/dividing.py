@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.notices import notify
-from . import stepping
+from .compiled_step import stepping
+from .compiled_step.step import HALVED, STEPS, State, Workspace
 from .histories import leading_signals
 from .initial import filtered_start, first_state
 from .scheme import method_of
-from .step import HALVED, STEPS, State, Workspace
 
 if TYPE_CHECKING:
     from .run import OpenRun

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..core.algebra.linalg import as_dense
 from ..core.errors import Reason, SolverError
-from ..core.linalg import as_dense
-from ..systems import forces
 from ..systems.compiled import signal_table
+from ..systems.forces import on_rows as forces
 from ..systems.system import System, driven_rows, driving
 from .names import owners
 

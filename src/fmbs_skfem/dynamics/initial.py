@@ -15,20 +15,23 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from ..bodies.laws import Law
-from ..core import lapack, ranks, saddle, supernodes
+from ..core.algebra import ranks, saddle, supernodes
+from ..core.algebra.linalg import Array
+from ..core.compiling import lapack
 from ..core.errors import Reason, SolverError
-from ..core.linalg import Array
-from ..systems import assembly, evaluation, forces, layouts, mechanism
+from ..systems import assembly, evaluation, layouts
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled, signal_table
+from ..systems.connections import mechanism
+from ..systems.connections.redundancy import notify_projected, rows_of, scale_of, singular_start, without_redundant
+from ..systems.forces import on_rows as forces
 from ..systems.layouts import Storage
-from ..systems.redundancy import notify_projected, rows_of, scale_of, singular_start, without_redundant
 from ..systems.system import System, driven_rows, is_linear, keep_constraints
-from . import factors, large, settling, stepping, woodbury
+from .compiled_step import factors, large, settling, stepping, woodbury
+from .compiled_step.step import Doors, Method, State, Step, StepJob, Workspace
 from .histories import finite_signals
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
-from .step import Doors, Method, State, Step, StepJob, Workspace
 
 PLATES = (Law.MEMBRANE, Law.SHELL)
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps

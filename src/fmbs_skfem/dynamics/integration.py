@@ -13,18 +13,19 @@ from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import Notice, Progress
 from ..systems.compiled import accepted, compile_system
 from ..systems.system import System
-from . import rest, stepping
+from . import rest
 from .checkpoint import Record, Resumed
+from .compiled_step import stepping
+from .compiled_step.large import Large
+from .compiled_step.single_steps import SingleSteps
 from .dividing import HALVINGS, divided
 from .histories import leading_signals, leading_values
 from .initial import Instant, Start, consistent_start, first_step, startable
-from .large import Large
 from .loose_rows import open_at_start
 from .names import as_text, row_names, worst
 from .observers import Look, Observer, Setting, Source, observers_of
 from .run import OpenRun, last_residual, moment, take_up, trajectory
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
-from .single_steps import SingleSteps
 from .trajectory import Trajectory
 
 REASONS = {

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..core import ranks
+from ..core.algebra import ranks
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled
-from ..systems.redundancy import scale_of
+from ..systems.connections.redundancy import scale_of
 from ..systems.system import loose_rows
 from .vanishing import empty, lengths, rows_of_locks
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..systems import readings
-from ..systems.probes import kind_of
+from ..systems.measures import readings
+from ..systems.measures.probes import kind_of
 from ..systems.system import Output, System
 from . import checkpoint as checkpoints
 from .initial import Instant, consistent_start
@@ -79,7 +79,7 @@ class Meter:
 
 
 class Reader(Meter, Observer):
-    """Values that controllers and events of a run read, by number; see `systems.readings`."""
+    """Values that controllers and events of a run read, by number; see `systems.measures.readings`."""
 
     word, looks = "read", "end"
 

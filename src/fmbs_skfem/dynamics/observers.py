@@ -10,12 +10,13 @@ and `start`, those of a scene its `monitors`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
 from ..core.notices import Progress
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..systems.system import System
 from .scheme import GeneralizedAlpha, Newton
 from .trajectory import Trajectory
@@ -112,6 +113,34 @@ def _(setting: Setting) -> Iterator[Observer]:
 def observers_of(setting: Setting) -> list[Observer]:
     """All that is offered for a run."""
     return [one for offer in _OFFERS for one in offer(setting)]
+
+
+@dataclass(frozen=True)
+class Found:
+    """Equilibria, or a path of them, with what finds those of another system, and numbers (k,) that both have in common."""
+
+    motion: Trajectory
+    given: System  #: as the caller gave it
+    again: Callable[[System, Progress | None], Trajectory]
+    marks: Callable[[Trajectory], np.ndarray] | None = None  #: None where these are its times
+    progress: Progress | None = None
+
+
+Review: TypeAlias = Callable[[Found], Trajectory]
+_REVIEWS: list[Review] = []
+
+
+def reviews(review: Review) -> Review:
+    """Register what looks at equilibria once they are found, as `finish` of an observer does at motions."""
+    _REVIEWS.append(review)
+    return review
+
+
+def reviewed(found: Found) -> Trajectory:
+    """Equilibria with what is to be said of them."""
+    for review in _REVIEWS:
+        found = replace(found, motion=review(found))
+    return found.motion
 
 
 class Look(Observer):

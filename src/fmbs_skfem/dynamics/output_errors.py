@@ -16,12 +16,14 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.notices import Notice
-from ..core.records import dataclass
-from ..systems import probes
+from ..core.storage.records import dataclass
+from ..systems.measures import probes
 from ..systems.system import Output, System
 from .outputs import outputs as histories
 from .trajectory import Trajectory
 
+SHOWN = 3  #: errors that a sentence lists
+TOLD = 1e-2  #: error over the range of an output, or of a frequency, from which a warning is shown
 STILL = 1e-2  #: least part of the range of its output that a column counts with
 ROUND = 1e-12  #: range, over the largest number, of an output that stands still
 #: range, over the largest of its unit or what a mechanism of this size and mass does in its time, that is round-off of the motion:
@@ -116,3 +118,15 @@ def smallest_ranges(system: System, span: float, part: float) -> dict[str, float
 def round_off(system: System, times: np.ndarray) -> dict[str, float]:
     """Ranges by unit that are round-off of a motion at times (s,) [s]."""
     return smallest_ranges(system, float(np.ptp(times)), NOTHING)
+
+
+def largest(found: Mapping[str, float]) -> str:
+    """The largest errors of some by name, those that are told; nothing where there are none."""
+    order = sorted((name for name, error in found.items() if abs(error) > TOLD), key=lambda name: -abs(found[name]))
+    listed = ", ".join(f"{name} is off by {percent(found[name])}" for name in order[:SHOWN])
+    return listed + (f" (and {len(order) - SHOWN} more)" if len(order) > SHOWN else "")
+
+
+def percent(error: float) -> str:
+    """A part in per cent."""
+    return f"{100.0 * error:.2g} %" if abs(error) < 0.995 else f"{100.0 * error:.0f} %"

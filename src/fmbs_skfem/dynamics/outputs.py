@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..core.algebra.linalg import distinct
+from ..core.compiling.structs import Routine
 from ..core.errors import InputError, say
-from ..core.linalg import distinct
-from ..core.structs import Routine
 from ..systems import evaluation, work
 from ..systems.compiled import Compiled, compile_system, memories, signal_table
 from ..systems.evaluation import Samples
-from ..systems.probes import Sensed, kind_of, require_distinct_columns
+from ..systems.measures.probes import Sensed, kind_of, require_distinct_columns
 from ..systems.system import Line, System, linear_part
 from . import vanishing
 from .trajectory import Trajectory

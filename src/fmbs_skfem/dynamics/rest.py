@@ -16,12 +16,13 @@ import numpy as np
 
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import Notice, Progress, notify
-from ..systems import free_motions, hinged_rims, mechanism
+from ..systems import free_motions
 from ..systems.compiled import compile_system
+from ..systems.connections import hinged_rims, mechanism
 from ..systems.system import System, project
-from . import modes
+from .equilibria.statics import solve_statics
+from .near_state import modes
 from .scheme import Newton
-from .statics import solve_statics
 from .trajectory import Trajectory
 
 LOAD_STEPS = 10  #: to the equilibrium

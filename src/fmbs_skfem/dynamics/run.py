@@ -10,22 +10,23 @@ from typing import TypeVar
 
 import numpy as np
 
+from ..core.compiling.structs import Routine
 from ..core.errors import SolverError
-from ..core.records import dataclass
-from ..core.structs import Routine
-from ..systems import compiled, responses
+from ..core.storage.records import dataclass
+from ..systems import compiled
 from ..systems.compiled import Compiled
+from ..systems.forces import responses
 from ..systems.layouts import Storage
 from ..systems.system import System
 from . import checkpoint as checkpoints
-from . import stepping
 from .checkpoint import Checkpoint, Resumed, Rows, RunState
+from .compiled_step import stepping
+from .compiled_step.large import Large
+from .compiled_step.step import Method, Step
 from .dividing import HALVINGS
-from .large import Large
 from .measuring import Meter, motion_of
 from .observers import Observer, Source
 from .scheme import GeneralizedAlpha, Newton, method_of
-from .step import Method, Step
 from .trajectory import Happening, Statistics, Trajectory
 
 Found = TypeVar("Found", bound=Observer)

@@ -9,17 +9,17 @@ from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from ..core import pardiso
-from ..core.container import storable
+from ..core.algebra import pardiso
+from ..core.algebra.linalg import is_sparse
 from ..core.errors import InputError, say
-from ..core.linalg import is_sparse
 from ..core.notices import notify
-from ..core.records import dataclass
-from ..systems import terms
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
 from ..systems.compiled import Compiled
 from ..systems.lengths import DIGITS
 from ..systems.system import System
-from .step import Method
+from ..systems.terms import elastic as terms
+from .compiled_step.step import Method
 
 WHOLE = 1e-6  #: part of a duration by which whole steps may miss it: round-off
 SHARP = 0.03  #: part of the method's own error in q'' that the iteration may leave

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..systems.system import System
 
 OFTEN = 0.1  #: failures of the iteration over steps, from which a motion is doubted

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled, compile_system
-from ..systems.redundancy import scale_of
+from ..systems.connections.redundancy import scale_of
 from ..systems.system import System, loose_rows
 from .trajectory import Trajectory
 

@@ -24,8 +24,8 @@ import numpy as np
 
 from ..core.errors import InputError, listed, say
 from ..core.notices import notify
-from ..core.problems import printable
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.problems import printable
 from . import exchange
 from .exchange import Floats, Ints
 

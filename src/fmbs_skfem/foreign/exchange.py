@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

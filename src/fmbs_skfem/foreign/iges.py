@@ -17,8 +17,8 @@ from typing import NoReturn
 import numpy as np
 
 from ..core.errors import InputError, say
-from ..core.problems import printable
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.problems import printable
 from .exchange import Floats
 
 #: flag of the Global section -> length of the unit [m]; flag 3 says its name

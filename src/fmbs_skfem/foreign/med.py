@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError, say
-from ..core.problems import printable
+from ..core.values.problems import printable
 from . import exchange
 from .exchange import Groups, Ints
 

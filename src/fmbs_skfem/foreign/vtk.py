@@ -15,8 +15,8 @@ from urllib.parse import unquote
 import numpy as np
 
 from ..core.errors import InputError, say
-from ..core.problems import printable
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.problems import printable
 from . import exchange
 from .exchange import Floats, Ints
 

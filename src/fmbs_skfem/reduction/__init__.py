@@ -1,38 +1,22 @@
-"""Model reduction: snapshots, bases, Galerkin projection, hyper-reduction, comparators, errors and indicators, files; families."""
+"""Model reduction: snapshots, bases, Galerkin projection, hyper-reduction, comparators, errors and indicators, files."""
 
-from ..core.ranges import Parameter, Scale
-from . import (
-    affine,
-    calibration,
-    ecsw,
-    errors,
-    excitation,
-    ffrf,
-    files,
-    galerkin,
-    greedy,
-    hyper_reduction,
-    kriging,
-    parameters,
-    parametric_model,
-    part_files,
-    parts,
-    pivots,
-    pod,
-    sampling,
-)
+from ..core.beside import names_of
+from ..core.values.ranges import Parameter, Scale
+from . import affine, files, parameters
+from .accuracy import errors
+from .accuracy.errors import Errors, Norms, compare, residual_norms
 from .cases import Case, Family
-from .component import body_level, system_level
-from .errors import Errors, Norms, compare, residual_norms
-from .ffrf import reduce_floating
 from .full_runs import TrainingTask, task_of
-from .galerkin import Snapshots, bases, reduce_system, snapshots
-from .hyper_reduction import NONE, HyperReduction
+from .hyper import ecsw, hyper_reduction, sampling
+from .hyper.hyper_reduction import NONE, HyperReduction
+from .hyper.polynomial import Exact
+from .hyper.sampling import Elements, Level, Points
 from .parameters import Search, search
 from .plan import Plan
-from .polynomial import Exact
-from .sampling import Elements, Level, Points
-from .training import FinishedTraining, train
+from .spaces import ffrf, galerkin, pivots, pod
+from .spaces.component import body_level, system_level
+from .spaces.ffrf import reduce_floating
+from .spaces.galerkin import Snapshots, bases, reduce_system, snapshots
 
 __all__ = [
     "Snapshots",
@@ -53,9 +37,6 @@ __all__ = [
     "Elements",
     "Points",
     "Exact",
-    "parts",
-    "excitation",
-    "part_files",
     "ffrf",
     "reduce_floating",
     "errors",
@@ -69,16 +50,12 @@ __all__ = [
     "task_of",
     "Search",
     "search",
-    "FinishedTraining",
-    "train",
     "Parameter",
     "Scale",
     "parameters",
     "Case",
     "Family",
     "affine",
-    "kriging",
-    "greedy",
-    "calibration",
-    "parametric_model",
 ]
+
+__getattr__ = names_of(__name__)

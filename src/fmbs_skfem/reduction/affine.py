@@ -24,11 +24,11 @@ from typing import Annotated, Any
 import numpy as np
 import scipy.linalg
 
-from ..core.container import storable
 from ..core.errors import InputError, say
-from ..core.ranges import Parameter, Scale
-from ..core.records import dataclass
-from ..core.validation import Indices, Reals
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
+from ..core.storage.validation import Indices, Reals
+from ..core.values.ranges import Parameter, Scale
 from . import cases, family_samples
 from . import parameters as boxes
 from .cases import Case, Family, Place

@@ -13,19 +13,19 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..core.container import storable
+from ..core.algebra.linalg import is_sparse
 from ..core.errors import InputError, say
-from ..core.expressions import Expression
-from ..core.linalg import is_sparse
 from ..core.notices import Progress, notify
-from ..core.records import dataclass
-from ..dynamics import finer_parts
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
+from ..core.values.expressions import Expression
 from ..dynamics.checkpoint import Record, Resumed
 from ..dynamics.integration import integrate
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..dynamics.trajectory import Trajectory
-from ..systems import quartic
+from ..systems import finer_systems
 from ..systems.system import System
+from ..systems.terms import quartic
 
 APART: dict[type, tuple[str, ...]] = {Expression: ("text",), System: ("metric", "weight", "scale")}  #: fields that are no leaves
 STEPS = 10_000_000  #: most steps of a run, as of the analysis of a scene
@@ -67,7 +67,7 @@ def with_step(case: Case, step: float) -> Case:
 
 def unchecked(case: Case) -> Case:
     """The case for one more run, which finds no errors of parts: another run of it has found them."""
-    return replace(case, system=finer_parts.unchecked(case.system))
+    return replace(case, system=finer_systems.unchecked(case.system))
 
 
 def at_times(

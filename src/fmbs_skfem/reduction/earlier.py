@@ -13,9 +13,11 @@ from enum import IntEnum
 
 import numpy as np
 
-from ..core.container import MENDS, Tree, storable
-from ..core.records import dataclass
-from ..systems import constraint_laws, force_laws, row_laws
+from ..core.storage.container import MENDS, Tree, storable
+from ..core.storage.records import dataclass
+from ..systems import row_laws
+from ..systems.connections import constraint_laws
+from ..systems.forces import force_laws
 from ..systems.system import Loads, System
 from .affine import Varying
 

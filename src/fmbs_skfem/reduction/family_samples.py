@@ -16,8 +16,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
-from ..core.ranges import Parameter
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.ranges import Parameter
 from ..systems.system import Affine, Constraints
 from . import cases
 from . import parameters as boxes

@@ -1,7 +1,7 @@
 """Reduced models as files: a model that runs again without the meshes and the full model it came from.
 
-A file is a `core.container` of the System and of notes. No text of it is executed: functions of time are postfix programs of
-core.expressions. Arrays must fit each other, even where the checksum is right: `validation`. Other programs read it as HDF5 with a
+A file is a `container` of the System and of notes. No text of it is executed: functions of time are postfix programs of
+expressions. Arrays must fit each other, even where the checksum is right: `validation`. Other programs read it as HDF5 with a
 user block of 512 bytes.
 """
 
@@ -15,16 +15,17 @@ from typing import Any, TypeVar, cast, get_args
 
 import numpy as np
 
-from ..core import container
-from ..core.container import FileKind
 from ..core.errors import CorruptFile, InputError, say
-from ..core.problems import shown
-from ..core.records import dataclass
-from ..core.validation import check
+from ..core.storage import container
+from ..core.storage.container import FileKind
+from ..core.storage.records import dataclass
+from ..core.storage.validation import check
+from ..core.values.problems import shown
 from ..dynamics.scheme import GeneralizedAlpha, Newton, Start
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
-from . import cases, earlier, output_errors, validation  # noqa: F401  (rules of what is read)
+from . import cases, earlier, validation  # noqa: F401  (rules of what is read)
+from .accuracy import output_errors
 from .cases import Case
 
 T = TypeVar("T")

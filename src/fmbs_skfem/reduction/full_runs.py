@@ -20,21 +20,23 @@ import numpy as np
 
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import notify
-from ..core.ranges import Parameter
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.ranges import Parameter
 from ..dynamics.output_errors import common_times
 from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
 from ..systems.assembly import eliminate
 from ..systems.system import System, sizes
-from . import cases, output_errors, pod
+from . import cases
 from . import parameters as boxes
+from .accuracy import output_errors
+from .accuracy.errors import BLOCK, mean_error, notify_other_end
+from .accuracy.output_errors import OutputError
 from .cases import Case, Family
-from .component import all_directions, inner_constraints, is_resting, is_rigid, metric_of, rows_of, satisfy
-from .errors import BLOCK, mean_error, notify_other_end
-from .galerkin import snapshots
-from .output_errors import OutputError
 from .plan import Plan, newton_for
+from .spaces import pod
+from .spaces.component import all_directions, inner_constraints, is_resting, is_rigid, metric_of, rows_of, satisfy
+from .spaces.galerkin import snapshots
 
 FINER = 1e-4  #: eps of the factors over that of the bases
 ALL = 1e-20  #: eps of the factors where bases have a given number of modes

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.arrays import finite
 from ..core.errors import InputError, closest, say
-from ..core.ranges import Parameter, Scale
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.arrays import finite
+from ..core.values.ranges import Parameter, Scale
 
 NEAR = 1e-9  #: part of the box that is round-off
 

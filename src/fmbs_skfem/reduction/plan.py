@@ -13,9 +13,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..dynamics.scheme import Newton
-from .hyper_reduction import NONE, HyperReduction
+from .hyper.hyper_reduction import NONE, HyperReduction
 
 Components = Mapping[str, Sequence[str]]
 ModeCounts = int | Mapping[str, int] | None

@@ -17,10 +17,10 @@ from scipy.sparse import csc_array, csr_array
 
 from ..core import extras
 from ..core.errors import InputError, say
-from ..dynamics.statespace import StateSpace
+from ..dynamics.near_state.statespace import StateSpace
 from ..systems import operators
 from ..systems.system import System, change_coordinates
-from . import pod
+from .spaces import pod
 
 extras.need("pymor", "fmbs_skfem.reduction.pymor_models")
 
@@ -86,7 +86,7 @@ def reduced(system: System, basis: Any) -> System:
 
 
 def basis(vectors: Any, tolerance: float | None = None, modes: int | None = None, product: Any = None) -> Any:
-    """POD of this package of a VectorArray of pyMOR about zero, as a VectorArray: `reduction.pod`, eps or a number of modes.
+    """POD of this package of a VectorArray of pyMOR about zero, as a VectorArray: `reduction.spaces.pod`, eps or a number of modes.
 
     `product`, an operator of pyMOR with a matrix, is the metric; Euclid's without one.
     """

@@ -23,22 +23,25 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.notices import notify
-from ..core.ranges import Parameter
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.ranges import Parameter
 from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System, keep_constraints, sizes
-from . import affine, against_joints, cases, component, errors, full_runs, galerkin, hyper_reduction, invariant, kept_rows, pod
+from . import affine, cases, full_runs
+from .accuracy import errors
 from .affine import ParametricCase
 from .cases import Case, Family
-from .component import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
 from .full_runs import FullRun, TrainingTask, snapshot_steps, states
-from .galerkin import Snapshots
-from .hyper_reduction import NONE, HyperReduction, Rule, TrainingRun
-from .kept_rows import FEW, KeptRows, Names
+from .hyper import hyper_reduction
+from .hyper.hyper_reduction import NONE, HyperReduction, Rule, TrainingRun
+from .hyper.sampling import Selection
 from .plan import Components, modes_of, newton_of_reduced
-from .pod import Basis
-from .sampling import Selection
+from .spaces import against_joints, component, galerkin, invariant, kept_rows, pod
+from .spaces.component import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
+from .spaces.galerkin import Snapshots
+from .spaces.kept_rows import FEW, KeptRows, Names
+from .spaces.pod import Basis
 
 Bases = Mapping[str, Basis]
 

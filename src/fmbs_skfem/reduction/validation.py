@@ -1,4 +1,4 @@
-"""What holds in saved models beside the declarations of their types (`core.validation`).
+"""What holds in saved models beside the declarations of their types (`core.storage.validation`).
 
 system of n unknowns, c components, q body coordinates, y probe rows, s sensor rows, m constraint rows, k signals
 """
@@ -13,8 +13,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError
-from ..core.validation import Misfit, Sizes, also, describe, require
-from ..systems import probes
+from ..core.storage.validation import Misfit, Sizes, also, describe, require
+from ..systems.measures import probes
 from ..systems.system import Constraints, Output, System
 from . import cases
 from .affine import ParametricCase, Varying

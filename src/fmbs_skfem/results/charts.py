@@ -15,8 +15,8 @@ import numpy as np
 
 from ..core import extras
 from . import palette
-from .decor import plain
 from .frames import Array
+from .rendering.decor import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import extras, validation
-from ..core.arrays import finite
+from ..core import extras
+from ..core.algebra.linalg import evenly
 from ..core.errors import InputError, closest, say
-from ..core.linalg import evenly
-from ..core.records import dataclass
-from ..core.validation import Misfit, Reals, require
+from ..core.storage import validation
+from ..core.storage.records import dataclass
+from ..core.storage.validation import Misfit, Reals, require
+from ..core.values.arrays import finite
 
 if TYPE_CHECKING:
     from pyvista import MultiBlock

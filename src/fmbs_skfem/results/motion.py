@@ -26,7 +26,7 @@ from ..bodies.fields import principal, recover
 from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
 from ..systems import System
-from ..systems.constraint_functions import ARROWS, LINKS
+from ..systems.connections.constraint_functions import ARROWS, LINKS
 from ..systems.system import Line, Skin, in_scene
 from . import frames as frames_
 from . import stress_errors

@@ -20,9 +20,9 @@ from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
 from . import frames as frames_
 from . import surfaces, video
 from .frames import SILENT, Frames, Shown
-from .job import Arrays, PictureJob, save
-from .job import Look as Look
-from .painter import TIME_LIMIT, Painter, hired
+from .rendering.job import Arrays, PictureJob, save
+from .rendering.job import Look as Look
+from .rendering.painter import TIME_LIMIT, Painter, hired
 
 #: text beside the colour scale of well-known fields
 LABELS = {

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import InputError, say
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from . import charts, palette, speed
-from .decor import plain
 from .frames import Array
+from .rendering.decor import plain
 from .speed import Point
 
 if TYPE_CHECKING:

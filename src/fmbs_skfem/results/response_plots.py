@@ -9,9 +9,9 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from . import charts, palette
-from .decor import plain
 from .frames import Array
 from .plots import PANELS
+from .rendering.decor import plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -25,11 +25,11 @@ from typing import IO, Any
 
 import numpy as np
 
-from ..core import container, durable, endings, locks, validation
-from ..core.container import FileKind
 from ..core.errors import InputError, say
 from ..core.notices import notify
-from ..core.records import dataclass
+from ..core.storage import container, durable, endings, locks, validation
+from ..core.storage.container import FileKind
+from ..core.storage.records import dataclass
 from ..dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
 from ..dynamics.trajectory import COLUMNS
 

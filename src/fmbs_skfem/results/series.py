@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core import durable
 from ..core.errors import InputError, say
+from ..core.storage import durable
 from . import frames as frames_
 from .frames import Array, Frames
 

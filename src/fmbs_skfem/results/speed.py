@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable
 
 from ..core.errors import InputError, say
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 
 #: families that are full models: the reference, coarser meshes, larger steps
 FULL = frozenset({"full", "coarse", "step"})

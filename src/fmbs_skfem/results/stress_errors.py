@@ -19,7 +19,7 @@ from scipy.sparse import csr_array
 from ..bodies.fields import recover
 from ..bodies.laws import Law
 from ..core.notices import notify
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..dynamics.outputs import skins
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import Skin, in_scene

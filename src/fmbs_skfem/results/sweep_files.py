@@ -22,13 +22,14 @@ from typing import Any
 
 import numpy as np
 
-from ..core import container, durable, tables, validation
-from ..core.container import Dataset, FileKind
 from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
-from ..core.ranges import Parameter
-from ..core.records import dataclass
-from ..reduction.members import Record, Result, Status
+from ..core.storage import container, durable, validation
+from ..core.storage.container import Dataset, FileKind
+from ..core.storage.records import dataclass
+from ..core.values import tables
+from ..core.values.ranges import Parameter
+from ..families.members import Record, Result, Status
 
 MEMBERS = "members"
 CSV, HDF5 = "sweep.csv", "sweep.h5"

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import InputError, closest, say
-from ..core.ranges import Parameter, Scale
-from ..reduction.members import Status
+from ..core.values.ranges import Parameter, Scale
+from ..families.members import Status
+from ..families.response_surfaces import ResponseSurface
 from ..reduction.parameters import from_box
-from ..reduction.response_surfaces import ResponseSurface
 from . import charts, palette
 from .frames import Array
 from .sweep_files import Sweep, add_unit, extremes

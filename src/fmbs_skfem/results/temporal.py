@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core import durable
+from ..core.storage import durable
 from . import series
 from .frames import Frames
 

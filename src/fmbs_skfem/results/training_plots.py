@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core import ranks
+from ..core.algebra import ranks
 from ..core.errors import InputError, say
-from ..core.ranges import Parameter, Scale
-from ..core.records import dataclass
-from ..reduction import kriging
+from ..core.storage.records import dataclass
+from ..core.values.ranges import Parameter, Scale
+from ..families import kriging
+from ..families.kriging import Surrogate
 from ..reduction import parameters as boxes
-from ..reduction.kriging import Surrogate
 from . import charts, palette
 from .frames import Array
 from .sweep_files import add_unit

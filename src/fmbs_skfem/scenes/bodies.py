@@ -22,9 +22,9 @@ from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY, Body
 from ..bodies.sections import Given, Material, Section
 from ..core.declared import Declared
 from ..core.errors import InputError, say
-from ..core.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, quantity, whole, word
-from ..core.problems import Problem, shown, unknown
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, quantity, whole, word
+from ..core.values.problems import Problem, shown, unknown
 from ..shapes import curves, meshes, nurbs_file, plate_meshes, structured
 from ..shapes.surface import Surface
 from ..systems.places import At
@@ -410,7 +410,8 @@ class PlacedPart(SceneBody, word="part"):
             yield "modes", Problem("a tolerance or a number of modes", "both", "delete one of the two")
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
-        from ..reduction import part_files, parts
+        from ..parts import bodies as parts
+        from ..parts import files as part_files
 
         path = meshes.path(self.file, scene.folder, allow_outside, "part")
         found = part_files.used(path, self.tolerance, self.modes, self.hyper).body

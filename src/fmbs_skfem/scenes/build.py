@@ -8,30 +8,30 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from ..bodies import body as bodies
 from ..bodies import plate as plates
 from ..bodies.body import Body
-from ..core import expressions
 from ..core.errors import InputError, say
-from ..core.expressions import Expression
-from ..core.inputs import Source
 from ..core.notices import notify
+from ..core.values import expressions
+from ..core.values.expressions import Expression
+from ..core.values.inputs import Source
 from ..shapes import meshes
 from ..shapes.surface import Surface
-from ..systems import assembly, edges
-from ..systems.additions import Added
+from ..systems import assembly
+from ..systems.connections import edges
 from ..systems.system import System, is_linear
 from . import plausibility, times
-from .analyses import History
+from .analyses.analysis import History
 from .consistency import functions, places
 from .yamlfile import where
 
 if TYPE_CHECKING:
-    from .dynamic import Dynamic
+    from .analyses.dynamic import Dynamic
     from .schema import Scene
 
 LARGE = 500  #: functions of a plate above which sparse factors are used, which turn with it where constraints are multipliers
@@ -80,7 +80,7 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     _check_places(scene, {part.name: part for part in parts})
     initial = scene.initial.bodies if scene.analysis.moves else {}
     joints, loads = scene.joints.values(), scene.loads.values()
-    more: Added = {"inputs": sources(scene), "controllers": scene.controllers.values()}
+    more: dict[str, Any] = {"inputs": sources(scene), "controllers": scene.controllers.values()}
     if scene.analysis.moves:
         more |= {"events": scene.events, "monitors": scene.monitors.values()}
     try:
@@ -88,7 +88,7 @@ def of_parts(scene: Scene, parts: list[Body], pictures: bool = True) -> System:
     except InputError as error:
         raise InputError(locate_message(scene, str(error))) from error
     if any(part.shapes for part in parts):
-        from ..dynamics import unbent_places
+        from ..parts import unbent_places
 
         unbent_places.warn_unbent(system, parts)
     return system
@@ -143,7 +143,7 @@ def dynamic(scene: Scene) -> Dynamic:
 
 def stepped(scene: Scene) -> Dynamic:
     """The analysis of a scene whose motion its scheme alone makes, as that of families and reduced models."""
-    from .dynamic import Dynamic
+    from .analyses.dynamic import Dynamic
 
     analysis = dynamic(scene)
     if type(analysis).solve is not Dynamic.solve:

@@ -11,14 +11,16 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from ..core import units
 from ..core.errors import listed
-from ..core.expressions import Expression
-from ..core.inputs import calls_of, timed
-from ..core.mappings import rules
-from ..core.problems import Found, Keys, Problem, unknown
-from ..core.responses import OfState, require
-from ..systems import joints, readings, responses
+from ..core.values import units
+from ..core.values.expressions import Expression
+from ..core.values.inputs import calls_of, timed
+from ..core.values.mappings import rules
+from ..core.values.problems import Found, Keys, Problem, unknown
+from ..core.values.responses import OfState, require
+from ..systems.connections import joints
+from ..systems.forces import responses
+from ..systems.measures import readings
 from ..systems.places import At
 from . import plausibility, yamlfile
 from .bodies import PointMass, Rigid, RigidPlate
@@ -27,7 +29,7 @@ from .training import Allowed, without_ranges
 from .yamlfile import Oddity
 
 if TYPE_CHECKING:
-    from ..systems.loads import Load
+    from ..systems.forces.loads import Load
     from .schema import Scene
 
 PARTS = ("joints", "loads", "outputs")

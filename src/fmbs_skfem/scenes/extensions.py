@@ -23,7 +23,7 @@ from types import CodeType, FunctionType, ModuleType
 from ..core import consents
 from ..core.errors import InputError
 from ..core.notices import remark
-from ..core.problems import Found, Problem, shown
+from ..core.values.problems import Found, Problem, shown
 from ..shapes import meshes
 
 PREFIX = "fmbs_extension_"  #: of module names; the path of the file follows as hexadecimal digits

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from . import schema
 
 if TYPE_CHECKING:
-    from ..core.ranges import Parameter
+    from ..core.values.ranges import Parameter
     from ..dynamics import Trajectory
     from ..reduction.cases import Case, Family
 

@@ -8,8 +8,10 @@ from typing import Annotated, Any, TypeAlias, TypeGuard
 import numpy as np
 
 from ..bodies.plate import Rim
-from ..core import units
-from ..core.fields import (
+from ..core.algebra.rotations import rotation
+from ..core.storage.records import dataclass
+from ..core.values import units
+from ..core.values.fields import (
     NAMES,
     Context,
     Length,
@@ -26,10 +28,8 @@ from ..core.fields import (
     read_vector,
     whole,
 )
-from ..core.mappings import inline, list_of, names
-from ..core.problems import Problem, shown
-from ..core.records import dataclass
-from ..core.rotations import rotation
+from ..core.values.mappings import inline, list_of, names
+from ..core.values.problems import Problem, shown
 
 COUNT = 1_000_000  #: largest number of steps between stored states, and of modes
 

@@ -16,7 +16,7 @@ from ..bodies import body as bodies
 from ..bodies.body import Body
 from ..bodies.plate import on_nodes
 from ..bodies.sections import Given, Material
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..shapes import line, surface
 from ..shapes.surface import Parent, Surface
 

@@ -16,19 +16,19 @@ from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
-from ..core import expressions, quantities, units
+from ..control.controllers import UNIT
 from ..core.errors import InputError
-from ..core.expressions import Expression
-from ..core.fields import ANY, Context, Takes
-from ..core.inputs import ROUND, Input
-from ..core.mappings import HIDDEN, inline
 from ..core.notices import notify
-from ..core.problems import Found, Problem, located, shown
-from ..core.records import dataclass
-from ..core.responses import OfState
-from ..core.tables import Table, read_columns
+from ..core.storage.records import dataclass
+from ..core.values import expressions, quantities, units
+from ..core.values.expressions import Expression
+from ..core.values.fields import ANY, Context, Takes
+from ..core.values.inputs import ROUND, Input
+from ..core.values.mappings import HIDDEN, inline
+from ..core.values.problems import Found, Problem, located, shown
+from ..core.values.responses import OfState
+from ..core.values.tables import Table, read_columns
 from ..shapes import meshes
-from ..systems.controllers import UNIT
 
 T = TypeVar("T")
 SAMPLES = 1001  #: instants at which functions of time are looked at

@@ -14,14 +14,14 @@ from dataclasses import field, replace
 from functools import partial
 from typing import Annotated, Any, NamedTuple, TypeAlias
 
-from ..core import expressions, quantities, units
 from ..core.errors import InputError, closest, listed
-from ..core.fields import Context, Schema, Takes, array_schema, word
-from ..core.mappings import inline
-from ..core.problems import Found, Problem, Problems, located, read_all, shown
-from ..core.ranges import Parameter, Scale
-from ..core.records import dataclass
-from ..core.units import Quantity
+from ..core.storage.records import dataclass
+from ..core.values import expressions, quantities, units
+from ..core.values.fields import Context, Schema, Takes, array_schema, word
+from ..core.values.mappings import inline
+from ..core.values.problems import Found, Problem, Problems, located, read_all, shown
+from ..core.values.ranges import Parameter, Scale
+from ..core.values.units import Quantity
 
 Changes: TypeAlias = Mapping[str, float | str]
 _QUANTITY: Schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": "a quantity"}

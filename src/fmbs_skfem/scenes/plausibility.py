@@ -19,8 +19,8 @@ import numpy as np
 from ..bodies import Given
 from ..bodies.body import Body, extent
 from ..bodies.rigid import CENTERED
-from ..core.records import dataclass
-from ..systems.loads import Gravity
+from ..core.storage.records import dataclass
+from ..systems.forces.loads import Gravity
 from .figures import BodyFigures, CellShapes
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.ranges import Parameter
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.ranges import Parameter
 from ..reduction import parameters as sets
 from . import schema
 from .training import Design, Grid, Listed, Spread, Training, without_ranges

@@ -10,13 +10,13 @@ from typing import Any
 
 from ..core import consents
 from ..core.errors import InputError
-from ..core.fields import Context
-from ..core.mappings import read_struct
 from ..core.notices import notify
-from ..core.problems import Found, Problem, located, printable, shown
+from ..core.values.fields import Context
+from ..core.values.mappings import read_struct
+from ..core.values.problems import Found, Problem, located, printable, shown
 from . import consistency, inputs, parameters, schema, yamlfile
 from . import extensions as python_files
-from .analyses import Analysis
+from .analyses.analysis import Analysis
 from .parameters import Changes
 from .yamlfile import location, where
 

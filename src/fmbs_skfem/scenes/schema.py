@@ -2,7 +2,7 @@
 
     Scene = bodies + joints + loads + damping + initial motion + analysis + outputs (+ reduction, training, compare, pictures)
 
-Every section is a dataclass or a family, declared once (`core.mappings`), and knows its own fields only; what ties them together
+Every section is a dataclass or a family, declared once (`mappings`), and knows its own fields only; what ties them together
 (names that must exist) is checked in `consistency`. Bodies and analyses of the package are imported here, which makes them known.
 """
 
@@ -13,33 +13,33 @@ from dataclasses import field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from ..core import mappings
+from ..control.controllers import Controller
+from ..control.events import Event
+from ..control.monitors import Monitor
 from ..core.errors import InputError, say
-from ..core.fields import Count, Takes, Time, Tolerance, word
-from ..core.inputs import Input
-from ..core.mappings import HIDDEN, names
-from ..core.ranges import Parameter
-from ..core.records import dataclass
-from ..reduction import hyper_reduction
+from ..core.storage.records import dataclass
+from ..core.values import mappings
+from ..core.values.fields import Count, Takes, Time, Tolerance, word
+from ..core.values.inputs import Input
+from ..core.values.mappings import HIDDEN, names
+from ..core.values.ranges import Parameter
+from ..reduction.hyper import hyper_reduction
 from ..systems.assembly import Motion, Rayleigh
-from ..systems.constraint_functions import Joint
-from ..systems.controllers import Controller
-from ..systems.events import Event
-from ..systems.loads import Load
-from ..systems.monitors import Monitor
-from ..systems.probes import Probe
+from ..systems.connections.constraint_functions import Joint
+from ..systems.forces.loads import Load
+from ..systems.measures.probes import Probe
 from . import fields, yamlfile
-from .analyses import Analysis
+from .analyses.analysis import Analysis
+from .analyses.buckling import Buckling
+from .analyses.campbell import Campbell
+from .analyses.dynamic import Dynamic
+from .analyses.linearisation import Linearise
+from .analyses.statics import Static
+from .analyses.vibration import Modes
 from .bodies import Cable, PlacedPart, Plate, PointMass, Rigid, RigidPlate, SceneBody, Shell
-from .buckling import Buckling
-from .campbell import Campbell
-from .dynamic import Dynamic
 from .inputs import INPUT, TABLE, TableModel
-from .linearisation import Linearise
 from .parameters import SCHEMA, Changes
-from .statics import Static
 from .training import Training
-from .vibration import Modes
 
 __all__ = [
     "SceneBody",

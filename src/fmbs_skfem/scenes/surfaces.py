@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from ..core.errors import InputError, closest, say
 from ..core.notices import notify, remark
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..shapes import ancf_plate, fvs_plate, fvs_shell, skfem_surface, structured
 from ..shapes.plate_meshes import PlateMesh
 from ..shapes.surface import Surface

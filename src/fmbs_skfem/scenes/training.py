@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, TypeAlias
 
-from ..core import quantities, units
 from ..core.errors import closest
-from ..core.fields import Context, Count, Takes, array_schema, read_quantity, whole, word
-from ..core.mappings import inline
-from ..core.problems import Problem, shown
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values import quantities, units
+from ..core.values.fields import Context, Count, Takes, array_schema, read_quantity, whole, word
+from ..core.values.mappings import inline
+from ..core.values.problems import Problem, shown
 
 Row: TypeAlias = tuple[float, ...]
 

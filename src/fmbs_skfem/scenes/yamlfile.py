@@ -18,10 +18,10 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import AliasEvent, DocumentStartEvent, MappingEndEvent, MappingStartEvent, ScalarEvent, SequenceEndEvent
 from ruamel.yaml.events import SequenceStartEvent as ListStartEvent
 
-from ..core import container
 from ..core.errors import InputError, say
-from ..core.problems import Keys, printable
-from ..core.records import dataclass
+from ..core.storage import container
+from ..core.storage.records import dataclass
+from ..core.values.problems import Keys, printable
 
 if TYPE_CHECKING:
     from .schema import Scene

@@ -22,11 +22,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.container import storable
+from ..core.algebra.linalg import distinct
 from ..core.errors import InputError, closest, say
-from ..core.linalg import distinct
 from ..core.notices import notify
-from ..core.records import dataclass
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
 from . import groups, plate_audit
 from . import surface as surfaces
 from .groups import Groups

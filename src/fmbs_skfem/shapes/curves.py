@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import InputError, say
 from ..core.notices import notify
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from . import meshes
 from .table import Curve, Floats, Ints, inside
 

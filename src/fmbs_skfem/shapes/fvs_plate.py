@@ -32,8 +32,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.container import storable
-from ..core.records import dataclass
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
 from . import ancf_plate, groups, plate_audit
 from . import surface as surfaces
 from .ancf_plate import Arc

@@ -22,7 +22,7 @@ from scipy.sparse import csr_array, eye_array
 
 from ..core.errors import InputError, say
 from ..core.notices import notify
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from . import fvs_plate, groups, meshes, plate_audit, splitting
 from .plate_meshes import PlateMesh
 from .surface import Parent, Surface

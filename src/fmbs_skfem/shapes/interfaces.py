@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array
 
 from ..core.errors import InputError, closest, say
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from . import line, nurbs, seams
 from . import surface as surfaces
 from .surface import VERTICES, Surface

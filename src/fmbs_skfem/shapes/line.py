@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from ..core.container import storable
 from ..core.errors import InputError, say
-from ..core.records import dataclass
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
 from . import knotvector
 from . import table as tables
 from .table import Curve, Floats, Ints, Table, breaks, fit, inside, reproduce, sample, sample_field, tabulate

@@ -22,9 +22,9 @@ import numpy as np
 from scipy.sparse import coo_array, csgraph, csr_array
 
 from ..core import errors
-from ..core.linalg import distinct
+from ..core.algebra.linalg import distinct
 from ..core.notices import notify
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..foreign import door, exchange
 from . import msh, vtu
 from .msh import Floats, Ints, MshCells, Raw

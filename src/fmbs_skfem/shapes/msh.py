@@ -22,9 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core import errors
-from ..core.linalg import distinct
-from ..core.problems import printable
-from ..core.records import dataclass
+from ..core.algebra.linalg import distinct
+from ..core.storage.records import dataclass
+from ..core.values.problems import printable
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..core.container import storable
 from ..core.errors import InputError, closest, say
-from ..core.records import dataclass
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
 from . import line, seams, table
 from . import surface as surfaces
 from .surface import DERIVATIVES, ORDERS, Parent, Surface

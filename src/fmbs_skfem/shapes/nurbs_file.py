@@ -24,8 +24,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ..core.errors import InputError, closest, say
-from ..core.problems import shown
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.problems import shown
 from ..foreign import door
 from . import line, nurbs, plate_audit
 from .surface import Surface

@@ -14,9 +14,9 @@ import numpy as np
 from scipy.sparse import coo_array, csgraph
 
 from ..core import errors
-from ..core.linalg import distinct
+from ..core.algebra.linalg import distinct
 from ..core.notices import notify
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from . import surface
 from .meshes import position, several
 from .msh import Floats, Ints

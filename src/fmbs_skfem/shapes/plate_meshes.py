@@ -17,8 +17,8 @@ from typing import Any, Literal
 import numpy as np
 
 from ..core import errors
-from ..core.linalg import distinct
-from ..core.records import dataclass
+from ..core.algebra.linalg import distinct
+from ..core.storage.records import dataclass
 from . import meshes, plate_audit, splitting
 from .msh import Floats, Ints, MshCells, Raw
 

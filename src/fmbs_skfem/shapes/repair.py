@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import coo_array, csgraph
 
-from ..core.linalg import distinct
+from ..core.algebra.linalg import distinct
 from ..core.notices import notify
 from .msh import Ints, MshCells, Raw
 

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
 
-from ..core.linalg import distinct
+from ..core.algebra.linalg import distinct
 from ..core.notices import notify, remark
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from . import line
 from . import surface as surfaces
 from .surface import Surface

@@ -26,9 +26,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.container import storable
 from ..core.errors import InputError, say
-from ..core.records import dataclass
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
 from . import groups, plate_audit
 from . import surface as surfaces
 from .groups import Groups, Named

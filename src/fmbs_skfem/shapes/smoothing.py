@@ -20,7 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..core.linalg import distinct
+from ..core.algebra.linalg import distinct
 from . import line, nurbs
 from .nurbs import Nurbs, Patch
 from .surface import Surface

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
+from ..core.algebra.linalg import distinct
 from ..core.errors import InputError, say
-from ..core.linalg import distinct
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from . import groups, meshes, nurbs, plate_audit
 from .plate_meshes import PlateMesh
 from .surface import VERTICES, Parent, Surface

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..core.container import storable
 from ..core.errors import InputError, say
-from ..core.records import dataclass
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
 from . import table
 from .table import Floats, Ints, Table
 

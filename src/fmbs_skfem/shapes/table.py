@@ -19,7 +19,7 @@ from scipy import sparse
 
 from ..core import errors
 from ..core.errors import InputError, say
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

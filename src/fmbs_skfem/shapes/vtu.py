@@ -19,8 +19,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..core.problems import printable
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.problems import printable
 from .msh import MAX_COUNT, Array, Ints, MshCells, Raw, bad
 
 MAX_BYTES = 64 * 2**20  #: unpacked size of one array

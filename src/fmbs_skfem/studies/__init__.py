@@ -40,16 +40,16 @@ from .result import Figures, ReportTable, Result
 if TYPE_CHECKING:
     from .checking import Check
     from .comparison import ComparisonResult
-    from .outcome import Run
     from .parts import PartResult
     from .reducing import ReductionResult
+    from .running.outcome import Run
     from .sweeping import SweepResult
     from .training import TrainingResult
     from .verifying import Verification
 
 #: result -> module that has it; loaded when it is first used
 RESULTS = {
-    "Run": "outcome",
+    "Run": "running.outcome",
     "Check": "checking",
     "ReductionResult": "reducing",
     "PartResult": "parts",

@@ -13,26 +13,28 @@ from scipy.sparse import csgraph
 from ..bodies import body as bodies
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..dynamics import initial, rest
 from ..results import segments
 from ..scenes import build, consistency, plausibility, where
-from ..systems import compiled, free_motions, hinged_rims, layouts
-from ..systems import mechanism as mechanisms
-from ..systems.redundancy import rows_of, without_redundant
+from ..systems import compiled, free_motions, layouts
+from ..systems.connections import hinged_rims
+from ..systems.connections import mechanism as mechanisms
+from ..systems.connections.redundancy import rows_of, without_redundant
 from ..systems.system import driven_rows
-from . import estimates, reports
 from . import job as jobs
+from . import reports
 from .job import Job
 from .result import ReportTable, Result
-from .solving import heading, sizes
+from .running import estimates
+from .running.solving import heading, sizes
 
 if TYPE_CHECKING:
     from ..bodies.body import Body
     from ..scenes import Scene
     from ..scenes.figures import BodyFigures as Facts
     from ..systems import System
-    from ..systems.mechanism import Dependence, Mechanism
+    from ..systems.connections.mechanism import Dependence, Mechanism
 
 NAME = "check.json"
 LISTED = 6  #: motions that are shown

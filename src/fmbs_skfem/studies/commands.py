@@ -34,8 +34,8 @@ from .result import Result
 if TYPE_CHECKING:
     from .checking import Check
     from .comparison import ComparisonResult
-    from .outcome import Run
     from .reducing import ReductionResult
+    from .running.outcome import Run
     from .sweeping import SweepResult
     from .training import TrainingResult
     from .verifying import Verification
@@ -100,7 +100,7 @@ def run(
 
     In Python a solve that fails raises SolverError, whose `result` is what was reached; `run_model` runs saved models.
     """
-    from . import runs
+    from .running import runs
 
     with jobs.begin(source, **shared) as job:
         job.units = units
@@ -117,7 +117,7 @@ def resume(
 
     In Python that raises CorruptFile.
     """
-    from . import resuming
+    from .running import resuming
 
     with jobs.begin(folder, **shared) as job:
         job.units = units
@@ -257,7 +257,7 @@ def sweep(
     In Python a range is ("0.7 GPa", "1.3 GPa", "log"), the scheduler may be any executor of concurrent.futures, and samples without
     a result raise SweepFailure, whose `result` has the others.
     """
-    from ..reduction import response_surfaces, sweeps
+    from ..families import response_surfaces, sweeps
     from . import sweep_sources, sweeping
 
     with jobs.begin(source, **shared) as job:
@@ -291,7 +291,7 @@ def render(
     In Python that raises MissingFeature.
     """
     from ..results import video
-    from . import runs
+    from .running import runs
 
     with jobs.begin(source, **shared) as job:
         return runs.render_scene(job, duration, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale)
@@ -310,7 +310,7 @@ def export(
     writes: displacement, velocity, strain, curvature and section forces, of plates also stress with its axes. Modes and
     buckling become fields of modes.pvd.
     """
-    from . import runs
+    from .running import runs
 
     with jobs.begin(source, **shared) as job:
         return runs.export_scene(job, duration, frames)
@@ -388,7 +388,7 @@ def warm(**shared: Unpack[OutputOptions]) -> Result:
     an installation or update, and seconds where all is compiled; the functions are named as they are compiled. What a scene
     needs beside them is compiled at its first run.
     """
-    from . import warming
+    from .running import warming
 
     with jobs.begin(**shared) as job:
         return warming.compile_ahead(job)

@@ -19,18 +19,20 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import MissingFeature
 from ..core.notices import Progress
-from ..core.records import dataclass
-from ..reduction import comparison as comparisons
-from ..reduction.comparison import Comparison, ModelRecord
+from ..core.storage.records import dataclass
+from ..reduction.accuracy import comparison as comparisons
+from ..reduction.accuracy.comparison import Comparison, ModelRecord
 from ..results import frames as frames_
-from ..results import motion, painter, series, speed
+from ..results import motion, series, speed
+from ..results.rendering import painter
 from ..scenes import Scene, build, read
-from . import compiling, figures, pictures, plans, projects, reports, tables
+from . import figures, plans, projects, reports, tables
 from . import job as jobs
 from .job import Job
-from .outcome import SERIES
 from .result import ReportTable, Result, conclude, describe_error, list_files
-from .solving import extremes
+from .running import compiling, pictures
+from .running.outcome import SERIES
+from .running.solving import extremes
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory

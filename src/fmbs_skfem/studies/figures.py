@@ -16,9 +16,9 @@ from ..results import plots
 from ..results.speed import Point
 from ..results.sweep_files import add_unit
 from ..scenes import build
-from ..systems import probes
-from ..systems.joints import Pin, Revolute, Slider
-from ..systems.probes import AngularVelocity, Position
+from ..systems.connections.joints import Pin, Revolute, Slider
+from ..systems.measures import probes
+from ..systems.measures.probes import AngularVelocity, Position
 from . import job as jobs
 from .result import Figures
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..dynamics import Trajectory
-    from ..reduction.comparison import Comparison
-    from ..reduction.pod import Basis
+    from ..reduction.accuracy.comparison import Comparison
+    from ..reduction.spaces.pod import Basis
     from ..scenes import Scene
 
 WRONG = 1.0  #: error over the size of the motion above which a model is not drawn: it has nothing in common with the full one

@@ -19,10 +19,11 @@ import numpy as np
 
 from ..core.errors import FmbsError
 from ..core.notices import notify
-from ..core.records import dataclass
-from ..reduction import comparators, full_runs, parameters, prediction, reduced_models
-from ..reduction import training_store as store
-from ..reduction.comparators import Comparator, Row
+from ..core.storage.records import dataclass
+from ..families import comparators, prediction
+from ..families import training_store as store
+from ..families.comparators import Comparator, Row
+from ..reduction import full_runs, parameters, reduced_models
 from ..reduction.full_runs import Full
 from ..results import sweep_files, training_plots
 from ..results.training_plots import SurrogatePanel
@@ -32,12 +33,12 @@ from .result import Figures, ReportTable
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..reduction.calibration import Prediction
+    from ..families.calibration import Prediction
+    from ..families.greedy import Iteration
+    from ..families.parametric_model import ParametricModel
+    from ..families.training import FinishedTraining
+    from ..reduction.accuracy.output_errors import OutputError
     from ..reduction.full_runs import FullRun
-    from ..reduction.greedy import Iteration
-    from ..reduction.output_errors import OutputError
-    from ..reduction.parametric_model import ParametricModel
-    from ..reduction.training import FinishedTraining
     from .training import TrainingOrder
 
 CORNERS = 3  #: parameters up to which local bases are made at all corners of the box

@@ -14,10 +14,11 @@ from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
-from ..core import compilation, consents
+from ..core import consents
+from ..core.compiling import compilation
 from ..core.errors import FmbsError, InputError, Warned, say
 from ..core.notices import Labelled, Notice, Progress, Remark, notify
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from . import notebooks, reports
 
 if TYPE_CHECKING:

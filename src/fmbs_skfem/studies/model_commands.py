@@ -22,8 +22,8 @@ from .options import (
 from .result import Result
 
 if TYPE_CHECKING:
-    from .outcome import Run
     from .parts import PartResult
+    from .running.outcome import Run
 
 PlacedIn = Annotated[str | Path, Argument("SCENE")]
 BodyName = Annotated[str, Option("Name of the body in the scene.", "NAME")]
@@ -117,7 +117,7 @@ def train_part(
     The part of `body` is saved into `out`, a file ending in .h5 or a folder for NAME.part.h5. With `alone` the body is moved by
     itself, by its weight, forces and moments; else it is trained on the motion of the scene. With `before` the part knows both.
     """
-    from ..reduction.excitation import Excitation
+    from ..parts.excitation import Excitation
     from . import parts
 
     with jobs.begin(source, **shared) as job:
@@ -159,7 +159,7 @@ def check_part(
     SCENE is run with its full `body` and with the part in FILE in its place; the table shows the errors of the outputs. With a
     `tolerance`, `modes` or `hyper` it shows what a scene gets that asks for them.
     """
-    from ..reduction import part_files
+    from ..parts import files as part_files
     from . import parts
 
     with jobs.begin(scene, **shared) as job:

@@ -12,22 +12,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import dynamics
-from ..core import container, durable, quantities, units
 from ..core.errors import InputError, say
-from ..core.problems import Problem
-from ..reduction import cases, files, parametric_model, prediction
+from ..core.storage import container, durable
+from ..core.values import quantities, units
+from ..core.values.problems import Problem
+from ..families import parametric_model, prediction
+from ..reduction import cases, files
 from ..reduction import parameters as boxes
-from ..results import painter, sweep_files
+from ..results import sweep_files
+from ..results.rendering import painter
 from . import job as jobs
-from . import judging, reports, solving
+from . import reports
 from .job import Job
-from .outcome import Run
 from .result import ReportTable, Result, conclude, format_value
+from .running import judging, solving
+from .running.outcome import Run
 
 if TYPE_CHECKING:
-    from ..core.ranges import Parameter
+    from ..core.values.ranges import Parameter
+    from ..families.parametric_model import ParametricModel
     from ..reduction.cases import Case
-    from ..reduction.parametric_model import ParametricModel
 
 INFO = "info.json"
 OWN = "training", "provenance", "scheme", "newton"  #: notes of a model at one set of parameters that are not listed as they are
@@ -66,7 +70,7 @@ def task(job: Job, duration: float | None = None, step: float | None = None) -> 
 
 def run_saved(job: Job, duration: float | None, step: float | None, plots: bool, picture: bool) -> Run:
     """The run of a saved model, with a picture where it is wanted."""
-    from . import pictures
+    from .running import pictures
 
     made = task(job, duration, step)
     draw = partial(pictures.model, made.title) if picture else None

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypedDict
 
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from .job import Listener
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def ranges(texts: tuple[str, ...]) -> Ranges:
 
 def hyper_reductions() -> Collection[str]:
     """Words of the hyper-reductions that are known."""
-    from ..reduction import hyper_reduction
+    from ..reduction.hyper import hyper_reduction
 
     return hyper_reduction.KNOWN
 

@@ -11,18 +11,23 @@ import numpy as np
 
 from ..bodies import values
 from ..bodies.body import Body, reference_at
+from ..core.algebra.rotations import nearest
 from ..core.errors import InputError, closest, listed, say
-from ..core.records import dataclass
-from ..core.rotations import nearest
-from ..dynamics import Newton, Trajectory, departures, integrate
-from ..reduction import excitation, output_errors, part_files, parts, snapshots
-from ..reduction.excitation import Excitation
-from ..reduction.part_files import Part
+from ..core.storage.records import dataclass
+from ..dynamics import Newton, Trajectory, integrate
+from ..parts import bodies as parts
+from ..parts import departures, excitation
+from ..parts import files as part_files
+from ..parts.excitation import Excitation
+from ..parts.files import Part
+from ..reduction import snapshots
+from ..reduction.accuracy import output_errors
 from ..scenes import build
-from . import compiling, models, reports, tables
 from . import job as jobs
+from . import models, reports, tables
 from .job import Job
 from .result import ReportTable, Result, conclude, describe_error, format_value
+from .running import compiling
 
 if TYPE_CHECKING:
     from ..scenes import Scene

@@ -7,10 +7,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ..core.errors import InputError, say
-from ..reduction import NONE, Elements, hyper_reduction
+from ..reduction import NONE, Elements
+from ..reduction.accuracy.comparison import ComparisonOptions
 from ..reduction.cases import Case
-from ..reduction.comparison import ComparisonOptions
 from ..reduction.full_runs import TrainingTask, task_of
+from ..reduction.hyper import hyper_reduction
 from ..reduction.plan import Plan, with_components
 from ..scenes import build
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ..scenes import Scene
-    from ..scenes.dynamic import Dynamic
+    from ..scenes.analyses.dynamic import Dynamic
     from ..scenes.schema import Reduction
     from ..systems import System
 

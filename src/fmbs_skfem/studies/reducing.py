@@ -8,15 +8,17 @@ from typing import TYPE_CHECKING
 
 from .. import reduction
 from ..core.notices import notify
-from ..core.records import dataclass
-from ..reduction import cases, costs, files, output_errors
+from ..core.storage.records import dataclass
+from ..reduction import cases, files
+from ..reduction.accuracy import costs, output_errors
+from ..reduction.accuracy.runs import kept_steps
 from ..reduction.plan import newton_for
-from ..reduction.runs import kept_steps
 from ..scenes import build
-from . import compiling, plans, reports, tables
 from . import job as jobs
+from . import plans, reports, tables
 from .job import Job
 from .result import ReportTable, Result, format_value
+from .running import compiling
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory

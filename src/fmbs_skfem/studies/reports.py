@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..core import durable, installed
+from ..core import installed
 from ..core.errors import CorruptFile, InputError, say
+from ..core.storage import durable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -156,7 +157,7 @@ def provenance(
     `files` and `seeds` are those beside the ones of the scene; `workers` processes shared the work, None where that is not known
     yet. On one machine with one thread, the same provenance gives the same bits.
     """
-    from ..core import mappings
+    from ..core.values import mappings
 
     read = [*(scene_files(scene) if scene else ()), *(path.absolute() for path in files)]
     training = {"training": scene.training.seed} if scene and scene.training else {}

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 from ..core import extras
 from ..core.errors import FmbsError, SolverError, Warned
 from ..core.notices import notify
-from ..core.problems import printable
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.problems import printable
 from . import text_tables
 
 if TYPE_CHECKING:

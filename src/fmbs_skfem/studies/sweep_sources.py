@@ -13,14 +13,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import scenes
-from ..core import container
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
-from ..core.ranges import Parameter, Scale
-from ..core.records import dataclass
-from ..reduction import files, parametric_model, prediction, sensitivity
+from ..core.storage import container
+from ..core.storage.records import dataclass
+from ..core.values.ranges import Parameter, Scale
+from ..families import parametric_model, prediction, sensitivity
+from ..families.members import FamilyTask, ModelTask, PathTask
+from ..reduction import files
 from ..reduction import parameters as boxes
-from ..reduction.members import FamilyTask, ModelTask, PathTask
 from ..results import sweep_files
 from ..scenes import build, yamlfile
 from ..scenes import parameters as texts
@@ -30,8 +31,8 @@ from . import models, reports
 from .job import Job
 
 if TYPE_CHECKING:
-    from ..reduction.members import Task
-    from ..reduction.prediction import Predictor
+    from ..families.members import Task
+    from ..families.prediction import Predictor
     from ..scenes import Scene
     from .options import Amount, Ranges
 

@@ -13,24 +13,25 @@ import numpy as np
 
 from ..core.errors import InputError, SweepFailure, closest, say
 from ..core.notices import notify
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..families import parametric_model, prediction, response_surfaces, sensitivity, sweeps
+from ..families.members import OUTSIDE, Status
+from ..families.sweeps import SweepOptions
 from ..reduction import parameters as boxes
-from ..reduction import parametric_model, prediction, response_surfaces, sensitivity, sweeps
-from ..reduction.members import OUTSIDE, Status
-from ..reduction.sweeps import SweepOptions
 from ..results import sweep_files, sweep_plots, training_plots
-from . import compiling, reports, sweep_sources
 from . import job as jobs
+from . import reports, sweep_sources
 from .job import Job
-from .recording import Interrupted
 from .result import Figures, ReportTable, Result, conclude, list_files
+from .running import compiling
+from .running.recording import Interrupted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..reduction.members import Record
-    from ..reduction.response_surfaces import ResponseSurface
-    from ..reduction.sweeps import SweepOutcome
+    from ..families.members import Record
+    from ..families.response_surfaces import ResponseSurface
+    from ..families.sweeps import SweepOutcome
     from ..results.sweep_files import Sweep
     from .sweep_sources import Members
 

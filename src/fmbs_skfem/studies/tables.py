@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from .result import ReportTable
 
 if TYPE_CHECKING:
-    from ..reduction.comparison import Comparison, ModelRecord
+    from ..reduction.accuracy.comparison import Comparison, ModelRecord
     from ..scenes import Scene
 
 PAPER = "  paper"  #: name of the rows with published figures

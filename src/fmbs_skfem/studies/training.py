@@ -1,6 +1,6 @@
 """One reduced model for whole ranges of a scene's parameters, by the greedy algorithm with Kriging.
 
-The work is in `reduction.training`; here a scene becomes its input, and what it found becomes files, tables and figures.
+The work is in `families.training`; here a scene becomes its input, and what it found becomes files, tables and figures.
 """
 
 from __future__ import annotations
@@ -16,24 +16,26 @@ from typing import TYPE_CHECKING, Any
 from .. import scenes
 from ..core.errors import FmbsError, InputError, NoModel, say
 from ..core.notices import notify
-from ..core.records import dataclass
-from ..reduction import comparators, files, greedy, parameters, parametric_model, prediction, reduced_models
-from ..reduction import training as trainings
-from ..reduction import training_store as store
+from ..core.storage.records import dataclass
+from ..families import comparators, greedy, parametric_model, prediction
+from ..families import training as trainings
+from ..families import training_store as store
+from ..reduction import files, parameters, reduced_models
 from ..reduction.full_runs import OutputMeasure, TrainingTask
 from ..scenes import build, points
 from ..scenes.training import Allowed
-from . import compiling, holdouts, plans, reports
+from . import holdouts, plans, reports
 from . import job as jobs
 from .job import Job
 from .result import ReportTable, Result, describe_error, list_files
+from .running import compiling
 from .tables import output_errors
 
 if TYPE_CHECKING:
-    from ..reduction.greedy import Options
+    from ..families.greedy import Options
+    from ..families.parametric_model import ParametricModel
+    from ..families.training import FinishedTraining
     from ..reduction.parameters import Search
-    from ..reduction.parametric_model import ParametricModel
-    from ..reduction.training import FinishedTraining
     from ..scenes import Scene
     from ..scenes.points import TrainingPoints
     from .holdouts import Checked

@@ -8,14 +8,15 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__, verification
-from ..core import durable
 from ..core.errors import FmbsError
-from ..core.records import dataclass
+from ..core.storage import durable
+from ..core.storage.records import dataclass
 from ..results import verification_plots
-from . import compiling, reports
 from . import job as jobs
+from . import reports
 from .job import Job
 from .result import Figures, ReportTable, Result, conclude
+from .running import compiling
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

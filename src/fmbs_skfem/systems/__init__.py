@@ -1,25 +1,13 @@
 """Systems of bodies, joints, loads and probes."""
 
-from . import (
-    bushing,
-    contact_beams,
-    contact_states,
-    contacts,
-    controllers,
-    controls,
-    events,
-    fields,
-    gauges,
-    joints,
-    loads,
-    monitors,
-    probes,
-    springs,
-    stresses,
-)
+from ..core.beside import names_of
+from . import fields
 from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
+from .connections import joints
+from .forces import bushing, controls, gauges, loads, springs
+from .measures import probes, stresses
 from .operators import constraints, force, strain_energy, tangent
 from .places import At
 from .system import System, change_coordinates
@@ -30,13 +18,7 @@ __all__ = [
     "joints",
     "loads",
     "springs",
-    "contacts",
-    "contact_beams",
-    "contact_states",
     "controls",
-    "controllers",
-    "events",
-    "monitors",
     "bushing",
     "probes",
     "gauges",
@@ -57,3 +39,5 @@ __all__ = [
     "check_force",
     "check_system",
 ]
+
+__getattr__ = names_of(__name__)

@@ -1,4 +1,4 @@
-"""What stands beside bodies, joints, loads and outputs in an assembly: inputs, controllers, events, monitors, each all of one kind.
+"""What stands beside bodies, joints, loads and outputs in an assembly: inputs, and whatever registers, each all of one kind.
 
     assemble(bodies, joints, loads, controllers=[...], events={...})
 
@@ -9,27 +9,13 @@ outputs is sorted, they tell the names that expressions know, and, once all load
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypedDict, TypeVar
+from typing import Any, TypeVar
 
 from ..core.errors import InputError, closest, listed, say
-from ..core.inputs import Source
-from ..core.responses import OfState
-from .constraint_functions import Joint
+from ..core.values.inputs import Source
+from ..core.values.responses import OfState
+from .connections.constraint_functions import Joint
 from .places import Draft
-
-if TYPE_CHECKING:
-    from .controllers import Controller
-    from .events import Event
-    from .monitors import Monitor
-
-
-class Added(TypedDict, total=False):
-    """Keywords of `assemble` for additions."""
-
-    inputs: Iterable[Source]
-    controllers: Iterable[Controller]
-    events: Mapping[str, Event]
-    monitors: Iterable[Monitor]
 
 
 class Addition:
@@ -74,8 +60,7 @@ def additions_of(given: Mapping[str, Any], draft: Draft) -> list[Addition]:
     for keyword in given:
         if keyword not in KINDS:
             raise InputError(say("assemble", f"one of the keywords {listed(KINDS, keyword)}", keyword) + closest(keyword, KINDS))
-    order = dict.fromkeys([*Added.__annotations__, *KINDS])  # that of reading and adding, whichever registers first
-    return [KINDS[keyword](given[keyword], draft) for keyword in order if given.get(keyword) is not None]
+    return [kind(given[keyword], draft) for keyword, kind in KINDS.items() if given.get(keyword) is not None]
 
 
 @adds("inputs")

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import islice
-from typing import Annotated, Any, Unpack
+from typing import Annotated, Any
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
@@ -18,21 +18,25 @@ from ..bodies.body import Body, Cells, ShapePoints, own
 from ..bodies.finer import finer, knows_more
 from ..bodies.laws import Law
 from ..bodies.plate import local_table
-from ..core import fields, ranks
+from ..core.algebra import ranks
+from ..core.algebra.linalg import alike, diagonal
 from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
-from ..core.linalg import alike, diagonal
 from ..core.notices import notify
-from ..core.problems import shown
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values import fields
+from ..core.values.problems import shown
 from ..shapes import line, surface
 from ..shapes.surface import Surface
-from . import echelon, finer_systems, lengths, readings, redundancy, responses
-from . import probes as probe_rules
-from .additions import Added, additions_of
-from .constraint_functions import Joint
-from .forces import joined
-from .loads import Load
+from . import finer_systems, lengths
+from .additions import additions_of
+from .connections import echelon, redundancy
+from .connections.constraint_functions import Joint
+from .forces import responses
+from .forces.loads import Load
+from .forces.on_rows import joined
+from .measures import probes as probe_rules
+from .measures import readings
 from .places import At, Coordinates, Draft, ProbeRows, TermCollector, vector
 from .system import (
     Affine,
@@ -88,7 +92,7 @@ def assemble(
     outputs: Mapping[str, probe_rules.Probe] | None = None,
     initial: Mapping[str, Motion] | None = None,
     pictures: bool = True,
-    **more: Unpack[Added],
+    **more: Any,
 ) -> System:
     """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins.
 

@@ -19,13 +19,13 @@ from scipy.linalg import eigvalsh
 from scipy.sparse import csr_array
 
 from ..bodies.body import Body
+from ..core.algebra.linalg import as_dense
 from ..core.errors import require
-from ..core.linalg import as_dense
 from . import compiled
 from .assembly import assemble
 from .compiled import Compiled, compile_system
-from .constraint_functions import Joint
-from .loads import Load
+from .connections.constraint_functions import Joint
+from .forces.loads import Load
 from .system import Constraints, Loads, System, is_linear, linear_part
 
 AMPLITUDE = 1e-3  #: of the random state and of the directions, in units of the mean coordinate

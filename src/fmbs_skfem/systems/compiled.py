@@ -11,21 +11,24 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
-from ..core.linalg import as_dense, is_sparse
-from ..core.records import dataclass
-from ..core.structs import packed
-from . import cells, constraint_laws, corotation, evaluation, layouts, lifts, low_rank, sparse, work
-from . import forces as attachments
-from . import terms as storages
-from .angles import continuous
-from .constraint_laws import Constraint
+from ..core.algebra.linalg import as_dense, is_sparse
+from ..core.compiling.structs import packed
+from ..core.storage.records import dataclass
+from . import evaluation, layouts, work
+from .connections import constraint_laws
+from .connections.constraint_laws import Constraint
 from .evaluation import Arrays, ConstraintTerms, ElasticTerms, Evaluation, Samples, Space
-from .forces import Force, Place
+from .forces import low_rank
+from .forces import on_rows as attachments
+from .forces.on_rows import Force, Place
 from .kernels import Operator, Pairs, Terms
 from .layouts import Layout, Pieces, Storage
 from .matrices import constant, permuted, triple
+from .measures.angles import continuous
 from .system import System, remembered
-from .terms import Lifts, Piece, Setting, Targets, Term
+from .terms import cells, corotation, lifts, sparse
+from .terms import elastic as storages
+from .terms.elastic import Lifts, Piece, Setting, Targets, Term
 
 NEARBY = 1e-4  #: distance of the states that rates of angles are taken from, over the time between two stored states
 

@@ -15,13 +15,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.jit import jit
-from ..core.structs import Integers, Matrix, Vector, fields, invoke, opener, routine
-from ..core.supernodes import Tree
-from . import kernels, low_rank
-from .corotation import CorotationalTangent
+from ..core.algebra.supernodes import Tree
+from ..core.compiling.jit import jit
+from ..core.compiling.structs import Integers, Matrix, Vector, fields, invoke, opener, routine
+from . import kernels
+from .forces import low_rank
+from .forces.low_rank import LowRank
 from .kernels import Csr, Operator, Pairs, Terms
-from .low_rank import LowRank
+from .terms.corotation import CorotationalTangent
 
 
 class ElasticTerms(NamedTuple):

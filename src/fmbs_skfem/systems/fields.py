@@ -1,12 +1,12 @@
-"""What fields of joints, loads and outputs take beside those of `core.fields`: places, sides of joints, forces that turn."""
+"""What fields of joints, loads and outputs take beside those of `core.values.fields`: places, sides of joints, forces that turn."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import Annotated, Any, TypeAlias
 
-from ..core import units
-from ..core.fields import (
+from ..core.values import units
+from ..core.values.fields import (
     AXIS,
     HISTORY,
     NAMED,
@@ -25,7 +25,7 @@ from ..core.fields import (
     spin,
     vector,
 )
-from ..core.problems import Problem, shown
+from ..core.values.problems import Problem, shown
 from .places import At, Ground
 from .system import Signal
 

@@ -6,7 +6,9 @@ It is made when it is asked for, of what the assembly was given, and what is don
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
+from ..bodies.body import ShapePoints
 from .system import COMPILED, System, remembered
 
 KEY = "finer system"
@@ -28,3 +30,13 @@ def maker(system: System) -> Callable[[], System] | None:
     """How the finer system of one with all multipliers is made; None of one without parts, and of reduced ones."""
     found: Callable[[], System] | None = system.__dict__.get(COMPILED, {}).get(KEY)
     return found
+
+
+def unchecked(system: System) -> System:
+    """The system with parts that are not held against finer ones: for runs whose errors of parts another run has found."""
+    if maker(system.full or system) is None:
+        return system
+    held = (isinstance(one.gather, ShapePoints) and one.gather.checked for one in system.elastic)
+    pairs = zip(system.elastic, held, strict=True)
+    elastic = tuple(replace(one, gather=replace(one.gather, checked=False)) if checked else one for one, checked in pairs)
+    return replace(system, elastic=elastic, full=None if system.full is None else unchecked(system.full))

@@ -17,12 +17,12 @@ import numpy as np
 from scipy.sparse import block_diag, csr_array
 
 from ..bodies.body import LIMP, STIFF, limp
-from ..core import ranks
+from ..core.algebra import ranks
 from ..core.errors import InputError, say
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from .compiled import compile_system, probe_tangent, residual
-from .mechanism import center, idle, motions, moved, on_motions, onto_joints
-from .redundancy import StartRows, rows_of
+from .connections.mechanism import center, idle, motions, moved, on_motions, onto_joints
+from .connections.redundancy import StartRows, rows_of
 from .system import Constraints, System
 
 STEP = 1e-3  #: of the size of the system, over which the potential is differenced

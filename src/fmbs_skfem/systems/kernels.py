@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.jit import jit, summing
-from ..core.structs import IntegerMatrix, Integers, Matrix, Vector
+from ..core.compiling.jit import jit, summing
+from ..core.compiling.structs import IntegerMatrix, Integers, Matrix, Vector
 
 
 class Csr(NamedTuple):

@@ -3,7 +3,7 @@
     dense     all entries                                  few unknowns, dense bases
     band      band[j, i - j] = W[i, j] for i >= j          full lines and strips
     blocks    the upper triangle by rows, those of a part side by side, factored by supernodes         parts in a mechanism
-    sparse    by Python, see `sparse` and `dynamics.large`  large full systems, whose factors turn with the bodies
+    sparse    by Python, see `sparse` and `dynamics.compiled_step.large`  large full systems, whose factors turn with the bodies
 
 Functions of a part read each other and few of other parts: eliminated first, its inner unknowns fill nothing but its joints.
 """
@@ -19,14 +19,14 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array, triu
 from scipy.sparse.linalg import splu
 
-from ..core import supernodes
-from ..core.linalg import as_dense, distinct, is_sparse, mirrored
-from ..core.records import dataclass
-from ..core.supernodes import Tree
-from . import terms
+from ..core.algebra import supernodes
+from ..core.algebra.linalg import as_dense, distinct, is_sparse, mirrored
+from ..core.algebra.supernodes import Tree
+from ..core.storage.records import dataclass
 from .lengths import LIGHT
 from .matrices import band_order, from_lower_band, lower_band
 from .system import System
+from .terms import elastic as terms
 
 DENSE = 48  #: systems of at most this size are dense where nothing speaks for blocks
 WIDE = 20_000  #: systems from this size on are sparse without looking for a band

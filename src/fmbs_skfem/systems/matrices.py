@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, kron
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from ..core.linalg import mirrored
+from ..core.algebra.linalg import mirrored
 from .kernels import Csr, Operator
 
 

@@ -15,9 +15,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.errors import InputError, say
-from ..core.expressions import of_time
-from ..core.fields import HISTORY
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values.expressions import of_time
+from ..core.values.fields import HISTORY
 from . import fields
 from .places import At, Draft
 
@@ -68,14 +68,14 @@ def norm(vector: Any) -> Any:
     """|vector|, in symbols one whose derivatives are numbers where it is zero, too."""
     if isinstance(vector, np.ndarray):
         return float(np.linalg.norm(vector))
-    from . import force_symbols
+    from .forces import force_symbols
 
     return force_symbols.norm(vector)
 
 
 def turned(angle: Any) -> Any:
     """An angle in symbols, as of atan2, that counts its turns: of less than half a turn a step."""
-    from . import force_symbols
+    from .forces import force_symbols
 
     if isinstance(angle, float):
         remedy = "a function of Python counts turns itself, or leave out compiled=False"
@@ -166,7 +166,7 @@ def symbols_of(arguments: Mapping[str, str], sizes: str) -> Known:
 
     Coordinates count from an origin, whose numbers come first: it cancels where places are subtracted.
     """
-    from . import force_symbols as written
+    from .forces import force_symbols as written
 
     dim, rows, histories = int(sizes.partition("|")[0]), 0, 0
     found, vectors, numbers, origin = dict[str, Any](), list[Any](), dim, written.numbers(dim)

@@ -11,18 +11,20 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_array, vstack
 
 from ..bodies.body import Body, Cells, locate, probe
-from ..core import mappings
 from ..core.errors import InputError, closest, listed, say
-from ..core.inputs import Source
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
+from ..core.values import mappings
+from ..core.values.inputs import Source
 from ..shapes.surface import Surface
-from . import constraint_laws, force_laws, row_laws
-from .constraint_laws import ConstraintLaw, LawRows
-from .force_laws import ForceLaw
+from . import row_laws
+from .connections import constraint_laws
+from .connections.constraint_laws import ConstraintLaw, LawRows
+from .forces import force_laws
+from .forces.force_laws import ForceLaw
 from .system import Affine, Constraints, Lock, Signal
 
 if TYPE_CHECKING:
-    from .resultants import Resultant
+    from .measures.resultants import Resultant
 
 QUARTER = csr_array(np.array([[0.0, -1.0], [1.0, 0.0]]))  #: turns plane vectors by 90 degrees
 

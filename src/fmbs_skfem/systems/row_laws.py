@@ -14,10 +14,10 @@ from typing import Annotated, Any, ClassVar, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.container import ENUMS, Arrays, encode
 from ..core.errors import InputError, closest, listed, say
-from ..core.records import dataclass
-from ..core.validation import Attributes, Indices, Reals
+from ..core.storage.container import ENUMS, Arrays, encode
+from ..core.storage.records import dataclass
+from ..core.storage.validation import Attributes, Indices, Reals
 
 L = TypeVar("L", bound="RowLaw")
 G = TypeVar("G", bound="Groups")

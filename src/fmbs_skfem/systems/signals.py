@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from ..core.container import storable
 from ..core.errors import InputError, closest, listed, say
-from ..core.expressions import Expression
-from ..core.inputs import Held, Input
-from ..core.records import dataclass
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
+from ..core.values.expressions import Expression
+from ..core.values.inputs import Held, Input
 from .system import Signal, System, driving
 
 

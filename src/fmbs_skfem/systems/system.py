@@ -20,13 +20,13 @@ from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import spsolve
 
 from ..bodies.laws import Law
-from ..core.container import storable
-from ..core.linalg import is_sparse
-from ..core.records import dataclass
-from ..core.validation import Attributes, Indices, Inside, Number, Range, Reals
-from . import terms
-from .constraint_laws import LawRows
-from .forces import is_force
+from ..core.algebra.linalg import is_sparse
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
+from ..core.storage.validation import Attributes, Indices, Inside, Number, Range, Reals
+from .connections.constraint_laws import LawRows
+from .forces.on_rows import is_force
+from .terms import elastic as terms
 
 SPRINGS = 1e-13  #: part of the sizes that a sum of forces of springs is made of which is round-off
 
@@ -102,7 +102,7 @@ class Trigger:
     release: tuple[str, ...]  #: joints
     lock: tuple[str, ...]
     once: bool = False  #: whether it happens the first time alone
-    margin: int | None = None  #: number of the value that is positive where a condition holds, see `core.conditions`
+    margin: int | None = None  #: number of the value that is positive where a condition holds, see `core.values.conditions`
     alone: bool = False  #: whether that condition is one comparison, which nothing guards where it is no number
 
 

@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from ..core.jit import jit
-from ..core.structs import invoke, routine
+from ..core.compiling.jit import jit
+from ..core.compiling.structs import invoke, routine
 from . import kernels
 from .evaluation import (
     constrain,

@@ -24,11 +24,14 @@ from scipy.optimize import brentq, fsolve
 
 from ..bodies import body, laws, sections
 from ..bodies.laws import Law
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..dynamics import Newton, outputs, solve_statics
 from ..shapes import line
 from ..shapes.meshes import LineMesh
-from ..systems import At, assemble, eliminate, joints, loads, probes
+from ..systems import At, assemble, eliminate
+from ..systems.connections import joints
+from ..systems.forces import loads
+from ..systems.measures import probes
 from .registry import CheckedNumber, case, farthest, order, refined
 
 GRAVITY = 9.81  #: [m/s2]

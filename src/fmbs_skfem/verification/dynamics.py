@@ -15,7 +15,10 @@ from scipy.integrate import solve_ivp
 from ..bodies import Body, body, sections
 from ..bodies.laws import Law
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
-from ..systems import At, Motion, assemble, eliminate, joints, loads, probes
+from ..systems import At, Motion, assemble, eliminate
+from ..systems.connections import joints
+from ..systems.forces import loads
+from ..systems.measures import probes
 from .beams import GRAVITY, polyline, straight
 from .registry import CheckedNumber, case, farthest, order
 

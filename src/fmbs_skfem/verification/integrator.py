@@ -1,7 +1,7 @@
 r"""The time integrator: coefficients, steps of a separate implementation, exact pendulums, linear theory.
 
 Scheme: generalized-alpha for constrained systems, Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, with velocities that
-put the next q'' onto the joints, (4) of `dynamics.stepping`. The golden steps and the error table were computed by a separate
+put the next q'' onto the joints, (4) of `compiled_step.stepping`. The golden steps and the error table were computed by a separate
 implementation of it; the moving pendulum is theta'' = - g sin theta, to 1e-13.
 """
 
@@ -15,12 +15,15 @@ from scipy.integrate import solve_ivp
 from scipy.sparse import csr_array
 
 from ..bodies import body
-from ..core import saddle
-from ..core.linalg import as_dense
+from ..core.algebra import saddle
+from ..core.algebra.linalg import as_dense
 from ..dynamics import GeneralizedAlpha, Newton, integrate
+from ..dynamics.compiled_step.step import Method
 from ..dynamics.scheme import method_of
-from ..dynamics.step import Method
-from ..systems import At, Motion, System, assemble, compile_system, compiled, joints, loads, probes
+from ..systems import At, Motion, System, assemble, compile_system, compiled
+from ..systems.connections import joints
+from ..systems.forces import loads
+from ..systems.measures import probes
 from .beams import GRAVITY
 from .registry import CheckedNumber, case, farthest, order, pairs, slope
 

@@ -24,7 +24,9 @@ from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate
 from ..shapes import ancf_plate, fvs_plate, nurbs, skfem_surface
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
-from ..systems import At, Motion, System, assemble, eliminate, joints, probes
+from ..systems import At, Motion, System, assemble, eliminate
+from ..systems.connections import joints
+from ..systems.measures import probes
 from .beams import TIGHT, law_stress
 from .dynamics import center_of, momenta
 from .registry import CheckedNumber, case, farthest, order, refined

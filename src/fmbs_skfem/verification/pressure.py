@@ -15,7 +15,8 @@ from scipy.integrate import solve_ivp
 
 from ..dynamics import outputs, solve_statics
 from ..shapes import nurbs
-from ..systems import joints, loads
+from ..systems.connections import joints
+from ..systems.forces import loads
 from .beams import TIGHT
 from .plates import rectangle
 from .registry import CheckedNumber, case

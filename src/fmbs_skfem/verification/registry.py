@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import FmbsError, InputError, closest, say
 from ..core.notices import Notice
-from ..core.records import dataclass
+from ..core.storage.records import dataclass
 from ..results.verification_plots import Curve, LoadPath
 
 GROUPS = ("statics", "vibration", "dynamics", "rigid", "integrator", "manufactured")

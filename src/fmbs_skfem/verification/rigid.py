@@ -16,7 +16,10 @@ from ..bodies import Body, body, sections
 from ..bodies.rigid import rigid
 from ..core.notices import Notice
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
-from ..systems import At, Motion, System, assemble, eliminate, joints, loads, probes
+from ..systems import At, Motion, System, assemble, eliminate
+from ..systems.connections import joints
+from ..systems.forces import loads
+from ..systems.measures import probes
 from .beams import GRAVITY, straight
 from .integrator import mass_pendulum
 from .registry import CheckedNumber, case, farthest, order

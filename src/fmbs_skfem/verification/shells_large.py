@@ -13,7 +13,9 @@ import numpy as np
 from ..dynamics import outputs, solve_statics
 from ..shapes import nurbs
 from ..shapes.surface import Surface
-from ..systems import At, System, joints, loads
+from ..systems import At, System
+from ..systems.connections import joints
+from ..systems.forces import loads
 from .registry import CheckedNumber, case, farthest
 from .statics_shells import DIAPHRAGM, EIGHTH, SZE, cylinder, interpolated, loaded, semi_cylinder, spaced
 

@@ -22,7 +22,10 @@ from ..bodies import body, sections
 from ..bodies.laws import Law
 from ..dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
 from ..results.verification_plots import LoadPath
-from ..systems import At, System, assemble, eliminate, joints, loads, probes
+from ..systems import At, System, assemble, eliminate
+from ..systems.connections import joints
+from ..systems.forces import loads
+from ..systems.measures import probes
 from .beams import TIGHT, straight
 from .registry import CheckedNumber, case, farthest, pairs, refined
 

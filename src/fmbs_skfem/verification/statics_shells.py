@@ -24,7 +24,10 @@ from ..dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit
 from ..results.verification_plots import LoadPath
 from ..shapes import nurbs
 from ..shapes.surface import Surface
-from ..systems import At, System, assemble, eliminate, joints, loads, probes
+from ..systems import At, System, assemble, eliminate
+from ..systems.connections import joints
+from ..systems.forces import loads
+from ..systems.measures import probes
 from .beams import TIGHT
 from .plates import rectangle
 from .registry import CheckedNumber, case, farthest, pairs, refined

@@ -19,7 +19,8 @@ from ..bodies.plate import plate
 from ..dynamics import Spin, in_rotating_frame, solve_statics, vibration_modes
 from ..shapes import ancf_plate
 from ..shapes.surface import Surface
-from ..systems import At, System, assemble, eliminate, joints
+from ..systems import At, System, assemble, eliminate
+from ..systems.connections import joints
 from .beams import TIGHT, straight
 from .plates import rectangle
 from .registry import CheckedNumber, case, farthest, refined

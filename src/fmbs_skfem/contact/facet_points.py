@@ -1,0 +1,80 @@
+"""Corners and edges of boxes against all of a plate or shell in space: the triangles of its cells, and the points of the box."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from scipy.sparse import csr_array, kron, vstack
+
+from ..bodies.body import Body, own
+from ..shapes import surface
+from ..shapes.surface import Surface
+from ..systems.places import At, Draft
+from .facet_forces import measures
+from .facet_pairs import FacetContacts
+from .forces import ContactForces
+from .outlines import read_shape
+from .points import ENOUGH, SIDE, gap_of_surface
+from .shapes import BOX
+
+
+def facets(name: str, draft: Draft, body: str | None, term: ContactForces) -> list[FacetContacts]:
+    """The contact of the corners and edges of the box of a contact with all of its plate in space; none of others.
+
+    Points of a plate stand against the faces, and corners and edges come in between them. Both push, where both overlap: each has a
+    potential of its own, so that nothing jumps where a point leaves a face, and a corner right at a point is as stiff as both.
+    """
+    layout = draft.layout
+    if body is None or term.shape != BOX or layout.dim != 3:
+        return []
+    part = layout.body(name, At(body))
+    if not isinstance(part.space, Surface):
+        return []
+    rows, at, corners = triangles(part, part.space)
+    local = box_points(term.sizes, 2.0 * gap_of_surface(part, part.space, False)[0])
+    points, offset = read_shape(draft, term, local)
+    first = draft.probes.add(csr_array(vstack([layout.widen(part.name, rows), points])), np.append(np.zeros(rows.shape[0]), offset))
+    count, share = len(local), float(term.weights.mean())
+    numbers = np.arange(first, first + rows.shape[0] + len(offset))
+    radius, weights = np.full(count, term.radius[0]), np.full(count, share)
+    return [FacetContacts(corners, at, numbers, radius, term.law, term.share, term.power, weights)]
+
+
+def facet_gaps(draft: Draft, term: FacetContacts) -> np.ndarray:
+    """Gaps (t,) of all points in the reference."""
+    matrix, offset = draft.probes.rows_of(term.rows.tolist())
+    reference = np.concatenate([one.reference.ravel() for one in draft.layout.bodies.values()])
+    y = (matrix @ reference + offset)[None]
+    return np.asarray(measures(term, y, 0.0 * y)[0, :, 0])
+
+
+def box_points(half: np.ndarray, apart: float) -> np.ndarray:
+    """Corners (t, c) of a box of half sides (c,), and points that divide its edges, no more than `apart` from one another."""
+    most = ENOUGH // 12
+    found = [np.array(list(product((-1.0, 1.0), repeat=3)))]
+    for c in range(3):
+        s = np.linspace(-1.0, 1.0, min(int(np.ceil(2.0 * half[c] / apart)), most) + 1)[1:-1]
+        for ends in product((-1.0, 1.0), repeat=2):
+            found.append(np.insert(np.tile(ends, (len(s), 1)), c, s, axis=1))
+    return np.concatenate(found) * half
+
+
+def triangles(part: Body, shape: Surface) -> tuple[csr_array, np.ndarray, np.ndarray]:
+    """Rows (9 i, b c) of x, x,1, x,2 of the vertices of SIDE x SIDE parts of all cells, their places (i, 2), and triangles (h, 3).
+
+    Diagonals of the parts lead to the middle of a square cell, as those of its macro-elements do.
+    """
+    grid = [(i, j) for i, j in np.ndindex(SIDE + 1, SIDE + 1) if shape.parent is surface.Parent.SQUARE or i + j <= SIDE]
+    number, found = {one: k for k, one in enumerate(grid)}, list[tuple[int, ...]]()
+    for i, j in np.ndindex(SIDE, SIDE):
+        a, b, c, d = (i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)
+        halves = [(a, b, c), (a, c, d)] if shape.parent is surface.Parent.SQUARE and (i + j) % 2 == 0 else [(a, b, d), (b, c, d)]
+        found += [tuple(number[one] for one in half) for half in halves if all(one in number for one in half)]
+    cells, xi = np.arange(len(shape.nodes)), np.array(grid) / SIDE
+    at = np.tile(xi, (len(cells), 1))
+    of = np.repeat(cells, len(xi))
+    read = csr_array(vstack([own(part, surface.sample(shape, of, at, k)) for k in range(3)]))
+    ordered = read[np.arange(3 * len(at)).reshape(3, -1).T.ravel()]
+    corners = (len(xi) * cells[:, None, None] + np.array(found)).reshape(-1, 3)
+    return csr_array(kron(ordered, np.eye(3))), at, corners.astype(np.int64)

@@ -1,0 +1,410 @@
+r"""Contact as forces on probe rows: points with a radius against a shape, with a penalty, damping and Coulomb friction.
+
+    d = r - o,    z_k = d . E_k,    g = g(z) - R,    n = sum_k dg/dz_k E_k,    s = - g        o, E_k: place and axes of the shape
+    v = r' + sum_j s_j a_j' - o' - sum_k w_k E_k',    s_j = - R n . a_j / |a_j|^2,    w_k = z_k - R dg/dz_k    (material points)
+    N of s and s' = - n . v,    T of N, v_T and b = (b0 + change of the material points since the last accepted state), across n,
+    (r1 - r0) + sum_j <s_j> (a_j1 - a_j0) - (o1 - o0) - sum_k <w_k> (E_k1 - E_k0),    <s> = (s_0 + 4 s_1/2 + s_1) / 6  (Simpson)
+
+on r: N n + T, on the axes a_j of the place that carries the point: s_j T, on o: - N n - T, on E_k: - w_k (N n + T). The law is
+that of `contact_law`; derivatives are those of a complex step, exact to round-off. The memory of a point is its last normal force,
+whether it was ever free, the bristle in the axes of the shape, and the rows that it read. Points that all changes of the motion
+together cannot have brought near are not looked at.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from ..core.compiling.jit import jit
+from ..core.compiling.structs import IntegerMatrix, Integers, Matrix, Vector, opener, routine
+from ..core.storage.container import storable
+from ..core.storage.records import dataclass
+from ..core.storage.validation import Indices, Number, Reals, Sizes, also, require
+from ..systems import kernels
+from ..systems.evaluation import evaluation
+from ..systems.forces import on_rows as forces
+from ..systems.forces.on_rows import Force, ForceRoutines, Place
+from ..systems.forces.one_sided import ramp
+from .law import BEFORE, MU, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, require_law, resist, stored
+from .shapes import HEIGHTS, NUMBERS, clearance
+from .slip import WORK, component, place, recall, slip, weigh
+
+DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose rows are not kept: only what touches reads them
+THIRDS = 16  #: times that a way is cut by a third where a point may have passed a shape
+GRAZED = 0.999  #: cosine of the angle between normals before and behind a shape that is grazed: 1e-4 of its radius deep
+SEEN = 4  #: numbers of a point: clearance, distance from the origin of the shape, ways a unit of |dx| and of max |dx_n| at most
+
+
+@dataclass(frozen=True)
+class ContactForces:
+    """Contact of t points with one shape."""
+
+    shape: Annotated[int, Number()]  #: see `contact_shapes`
+    sizes: Annotated[np.ndarray, Reals("i")]
+    heights: Annotated[np.ndarray, Reals("a b")]
+    placed: Annotated[np.ndarray, Reals("d c")]  #: origin and axes of the shape where it stands still, (1 + c, c)
+    frame: Annotated[np.ndarray, Indices("f", end="y")]  #: rows of its origin, and of its axes, where a body carries them
+    rows: Annotated[np.ndarray, Indices("t r", end="y")]  #: rows of points, then of the axes that carry them
+    radius: Annotated[np.ndarray, Reals("t")]  #: [m]
+    law: Annotated[np.ndarray, Reals("l")]  #: numbers in the order of LAW
+    share: Annotated[float, Number()]  #: change of speed that a change of force makes in a second, over the one allowed a step
+    power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
+    weights: Annotated[np.ndarray, Reals("t")]  #: factors of the forces of a point
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+
+storable(ContactForces, power=lambda _: np.ones(2), weights=lambda values: np.ones(len(values["rows"])))
+
+
+@also.register(ContactForces)
+def check_contact(term: ContactForces, name: str, sizes: Sizes) -> None:
+    """Numbers that compiled code reads without looking are there."""
+    dim, wide, carried = term.placed.shape[1], term.rows.shape[1], len(term.frame)
+    require(dim in (2, 3) and len(term.placed) == 1 + dim, f"{name}.placed", "an origin and axes", term.placed.shape)
+    require(wide in (dim, dim * (1 + dim)), f"{name}.rows", "rows of a point, or of that and axes", wide)
+    require(carried in (0, dim, dim * (1 + dim)), f"{name}.frame", "rows of an origin, or of that and axes", carried)
+    require_law(term.law, term.power, name)
+    known = NUMBERS[dim].get(term.shape)
+    require(len(term.sizes) == known, f"{name}.sizes", "a known shape with its sizes", f"{term.shape} with {len(term.sizes)}")
+    enough = term.shape != HEIGHTS or min(term.heights.shape[: dim - 1]) > 1
+    require(enough, f"{name}.heights", "two heights or more", term.heights.shape)
+
+
+class ContactRecord(NamedTuple):
+    """The same for compiled code."""
+
+    shape: int
+    sizes: Vector
+    heights: Matrix
+    placed: Matrix
+    frame: Integers
+    rows: IntegerMatrix
+    radius: Vector
+    weights: Vector
+    law: Vector
+    share: float
+    pair: int  #: first place in H
+    memory: int  #: first place in the memory
+    room: int  #: first place in the room: SEEN numbers a point, then the rows of the shape
+
+
+opened = opener(ContactRecord)
+
+
+@jit
+def press(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.ndarray, out: np.ndarray) -> Scalar:
+    """out (r + f,) = forces of the point k on its rows y with the rates v; the normal force.
+
+    `last` is its memory, which w (WORK, r + f) has to `recall`: w[5] becomes the bristle in the axes of the shape, w[3] the speed
+    of sliding.
+    """
+    dim, arms = F.placed.shape[1], F.rows.shape[1] // F.placed.shape[1]
+    gap, rate = weigh(F, k, y, w), 0.0 * y[0]
+    for c in range(dim):
+        w[3, c] = w[4, c] = w[5, c] = 0.0 * y[0]
+    for j in range(len(y)):
+        w[3, j % dim] += w[7, j // dim] * v[j]
+    for c in range(dim):
+        rate -= w[2, c] * w[3, c]
+    N = normal_force(F.law, -gap, rate) if gap.real < 0.0 else 0.0 * gap
+    for c in range(dim):
+        w[3, c] += w[2, c] * rate
+    if N.real > 0.0 and F.law[MU] > 0.0:
+        stick(F, k, y, N, last, w)
+    for b in range(len(y) // dim):
+        for c in range(dim):
+            out[dim * b + c] = F.weights[k] * w[7, b] * (w[4, c] if 0 < b < arms else w[4, c] + N * w[2, c])
+    return F.weights[k] * N
+
+
+@jit
+def stick(F: Any, k: int, y: np.ndarray, N: Scalar, last: np.ndarray, w: np.ndarray) -> None:
+    """w[4] = T of the normal force N and the speed w[3] of material points; w[5] becomes the bristle."""
+    dim, law, along = F.placed.shape[1], F.law, 0.0 * y[0]
+    if last[0] >= 0.0:
+        slip(F, k, y, last, w)
+    else:
+        for c in range(dim):
+            w[6, c] = BEFORE * w[3, c]
+    for c in range(dim):
+        for i in range(dim):
+            w[6, c] += last[2 + i] * component(F, y, i, c)
+        along += w[2, c] * w[6, c]
+    for c in range(dim):
+        w[6, c] -= along * w[2, c]
+    resist(law, N, w[6], w[3], w[4], dim)
+    for c in range(dim):
+        for i in range(dim):
+            w[5, i] += w[6, c] * component(F, y, i, c)
+
+
+@jit
+def read(table: Any, F: Any, k: int, y: np.ndarray) -> None:
+    """y (r + f,) = the rows of a point."""
+    E, own = evaluation(table), F.rows.shape[1]
+    A, s = E.arrays, E.space
+    for j in range(own):
+        i = F.rows[k, j]
+        y[j] = A.probes_offset[i] + kernels.row_value(A.probes, i, s.x)
+    for j in range(own, len(y)):
+        y[j] = s.y[F.frame[j - own]]
+
+
+@jit
+def read_rates(table: Any, F: Any, k: int, v: np.ndarray) -> None:
+    """v (r + f,) = their rates."""
+    E, own = evaluation(table), F.rows.shape[1]
+    A, s = E.arrays, E.space
+    for j in range(own):
+        v[j] = kernels.row_value(A.probes, F.rows[k, j], s.v)
+    for j in range(own, len(v)):
+        v[j] = s.rates[F.frame[j - own]]
+
+
+@jit
+def near(table: Any, F: Any, k: int, y: np.ndarray, v: np.ndarray, w: np.ndarray) -> bool:
+    """Whether a point touches; y and v become its rows and their rates."""
+    read(table, F, k, y)
+    if place(F, k, y, w) >= 0.0:
+        return False
+    read_rates(table, F, k, v)
+    return True
+
+
+@jit
+def carry(s: Any, F: Any) -> tuple[float, float, float]:
+    """How a shape has moved since the room was filled: size of its axes, shift of its origin, change of its axes."""
+    dim, first, wide, shift, change = F.placed.shape[1], F.room + SEEN * len(F.rows), 0.0, 0.0, 0.0
+    for j in range(dim * (1 + dim)):
+        now, moved = F.placed[j // dim, j % dim], 0.0
+        if j < len(F.frame):
+            now = s.y[F.frame[j]]
+            moved = now - s.room[first + j]
+        if j < dim:
+            shift += moved * moved
+        else:
+            wide += now * now / dim
+            change += moved * moved
+    return np.sqrt(wide + change), np.sqrt(shift), np.sqrt(change)
+
+
+@jit
+def approach(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> tuple[float, float]:
+    """By how much a point may have come nearer since the room was filled, and its distance from the origin of the shape grown."""
+    first = F.room + SEEN * k
+    way = min(s.room[first + 2] * s.moved[0], s.room[first + 3] * s.moved[1]) + moved[1]
+    return moved[0] * way + moved[2] * s.room[first + 1], way
+
+
+@jit
+def asleep(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> bool:
+    """Whether a point cannot have come near since the room was filled, by how much all has moved; without looking at it."""
+    return s.room[F.room + SEEN * k] > approach(s, F, k, moved)[0]
+
+
+@jit
+def look_around(table: Any, F: Any, k: int, y: np.ndarray, w: np.ndarray) -> None:
+    """Fill the room of a point with rows y whose place is w[0]."""
+    E, dim, far = evaluation(table), F.placed.shape[1], 0.0
+    room, first = E.space.room, F.room + SEEN * k
+    for c in range(dim):
+        far += (y[c] - component(F, y, -1, c)) ** 2
+    room[first] = clearance(F.shape, F.sizes, F.heights, dim, w[0], w[1]) - F.radius[k]
+    room[first + 1] = np.sqrt(far)
+    if not room[first + 2] > 0.0:
+        room[first + 2], room[first + 3] = kernels.row_sizes(E.arrays.probes, F.rows[k], 0, dim)
+
+
+@routine
+def push(table: Any, record: Any) -> int:
+    """g += F."""
+    s, F = evaluation(table).space, opened(record)
+    many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
+    y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many))
+    moved = carry(s, F)
+    for k in range(len(F.rows)):
+        if not asleep(s, F, k, moved) and near(table, F, k, y, v, w):
+            first = F.memory + k * (2 + dim + many)
+            last = s.memory[first : first + 2 + dim + many]
+            recall(F, k, last, w)
+            press(F, k, y, v, last, w, out)
+            for j in range(many):
+                s.g[F.rows[k, j] if j < own else F.frame[j - own]] += out[j]
+    return 0
+
+
+@routine
+def slopes(table: Any, record: Any) -> int:
+    """H += - c (dF/dy + gh dF/dy') by complex steps along y_j + gh y_j'."""
+    s, F = evaluation(table).space, opened(record)
+    many, dim, c, gh = F.rows.shape[1] + len(F.frame), F.placed.shape[1], s.c[0], s.gh[0]
+    y, v, real = np.empty(many), np.empty(many), np.empty((WORK, many))
+    yc, vc, out = (np.empty(many, np.complex128), np.empty(many, np.complex128), np.empty(many, np.complex128))
+    w, moved = np.empty((WORK, many), np.complex128), carry(s, F)
+    for k in range(len(F.rows)):
+        if not asleep(s, F, k, moved) and near(table, F, k, y, v, real):
+            first = F.memory + k * (2 + dim + many)
+            last = s.memory[first : first + 2 + dim + many]
+            recall(F, k, last, w)
+            for j in range(many):
+                yc[j], vc[j] = y[j], v[j]
+            for j in range(many):
+                yc[j], vc[j] = complex(y[j], STEP), complex(v[j], STEP * gh)
+                press(F, k, yc, vc, last, w, out)
+                yc[j], vc[j] = y[j], v[j]
+                for i in range(many):
+                    s.H[F.pair + (k * many + i) * many + j] -= c * out[i].imag / STEP
+    return 0
+
+
+@routine
+def accept(table: Any, record: Any) -> int:
+    """The memory of all points, and the room: who cannot have come near is not looked at, and has come nearer by all that moved."""
+    s, F = evaluation(table).space, opened(record)
+    many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
+    y, v, out, w, moved = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many)), carry(s, F)
+    for k in range(len(F.rows)):
+        first, seen, N = F.memory + k * (2 + dim + many), F.room + SEEN * k, 0.0
+        last, sleeps = s.memory[first : first + 2 + dim + many], asleep(s, F, k, moved)
+        if sleeps:
+            nearer, farther = approach(s, F, k, moved)
+            s.room[seen] -= nearer
+            s.room[seen + 1] += farther
+            if s.room[seen] > DISTANT * nearer:
+                last[0], last[1], last[2 : 2 + dim] = UNKNOWN, 1.0, 0.0
+                continue
+            read(table, F, k, y)
+        else:
+            if near(table, F, k, y, v, w):
+                recall(F, k, last, w)
+                N = press(F, k, y, v, last, w, out)
+            look_around(table, F, k, y, w)
+        for i in range(dim):
+            last[2 + i] = w[5, i] if N != 0.0 else 0.0
+        last[0], last[1] = max(N, 0.0), 1.0 if N <= 0.0 else last[1]
+        for j in range(many):
+            last[2 + dim + j] = y[j]
+    for j in range(len(F.frame)):
+        s.room[F.room + SEEN * len(F.rows) + j] = s.y[F.frame[j]]
+    return 0
+
+
+@routine
+def judge(table: Any, record: Any) -> int:
+    """jolt += how fast the change of normal forces since the last accepted state changes speeds, over the change that is allowed.
+
+    What has touched from the start on never came: its vibration is no impact. What passed through the shape in between, or through
+    its middle, is infinite.
+    """
+    s, F = evaluation(table).space, opened(record)
+    many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
+    y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many))
+    moved = carry(s, F)
+    for k in range(len(F.rows)):
+        first = F.memory + k * (2 + dim + many)
+        last = s.memory[first : first + 2 + dim + many]
+        touches = not asleep(s, F, k, moved) and near(table, F, k, y, v, w)
+        if touches and last[0] > 0.0 and turned(F, k, last[2 + dim :], y, w) < 0.0:
+            s.jolt[0] = np.inf
+        elif last[1] > 0.0 and (touches or last[0] > 0.0):
+            N = 0.0
+            if touches:
+                recall(F, k, last, w)
+                N = press(F, k, y, v, last, w, out)
+            s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
+        elif not touches and last[0] == 0.0 and not asleep(s, F, k, moved) and passed(F, k, last[2 + dim :], y, w):
+            s.jolt[0] = np.inf
+    return 0
+
+
+@jit
+def turned(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> float:
+    """Cosine of the angle between the normals of a point with the rows y and with those of `before`, in the axes of the shape."""
+    place(F, k, y, w)
+    for c in range(F.placed.shape[1]):
+        w[2, c] = w[1, c]
+    place(F, k, before, w)
+    along = 0.0
+    for c in range(F.placed.shape[1]):
+        along += w[1, c] * w[2, c]
+    return along
+
+
+@jit
+def passed(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> bool:
+    """Whether a point with rows y that touches neither now nor `before` was in the shape between: gaps along lines are convex.
+
+    What is grazed alone, where normals hardly turn, does not count.
+    """
+    if turned(F, k, before, y, w) > GRAZED:
+        return False
+    low, high, between = 0.0, 1.0, np.empty(len(y))
+    far, way, dim = place(F, k, before, w), 0.0, F.placed.shape[1]
+    if far < 0.0:  # it leaves, without a force
+        return False
+    far = min(far, place(F, k, y, w))
+    for c in range(dim):
+        way += (y[c] - before[c] - (component(F, y, -1, c) - component(F, before, -1, c))) ** 2
+    if far * far > way:
+        return False
+    for _ in range(THIRDS):
+        gaps = (0.0, 0.0)
+        for part in range(2):
+            t = low + (1.0 + part) / 3.0 * (high - low)
+            for j in range(len(y)):
+                between[j] = before[j] + t * (y[j] - before[j])
+            gap = place(F, k, between, w)
+            if gap < 0.0:
+                return True
+            gaps = (gap, 0.0) if part == 0 else (gaps[0], gap)
+        if gaps[0] < gaps[1]:
+            high -= (high - low) / 3.0
+        else:
+            low += (high - low) / 3.0
+    return False
+
+
+@routine
+def store(table: Any, record: Any) -> int:
+    """energy += what is stored, and the elastic forces out of g."""
+    s, F = evaluation(table).space, opened(record)
+    many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
+    y, w, moved = np.empty(many), np.empty((WORK, many)), carry(s, F)
+    for k in range(len(F.rows)):
+        if asleep(s, F, k, moved):
+            continue
+        read(table, F, k, y)
+        overlap = -place(F, k, y, w)
+        if overlap > 0.0:
+            N = F.weights[k] * F.law[K] * harden(F.law, ramp(overlap, F.law[E]))
+            s.energy[0] += F.weights[k] * stored(F.law, overlap)
+            for c in range(dim):
+                n = 0.0
+                for i in range(dim):
+                    n += w[1, i] * component(F, y, i, c)
+                s.g[F.rows[k, c]] -= N * n
+                if many > own:
+                    s.g[F.frame[c]] += N * n
+                if many - own > dim:
+                    for i in range(dim):
+                        s.g[F.frame[dim * (1 + i) + c]] += (w[0, i] - F.radius[k] * w[1, i]) * N * n
+    return 0
+
+
+@forces.compile_force.register
+def _(found: ContactForces, place: Place) -> Force:
+    count, many = len(found), found.rows.shape[1] + len(found.frame)
+    rows = np.concatenate([found.rows, np.tile(found.frame, (count, 1))], axis=1)
+    pairs = np.stack([np.repeat(rows, many, axis=1), np.tile(rows, (1, many))], axis=2).reshape(-1, 2)
+    memory = np.zeros((count, 2 + found.placed.shape[1] + many))
+    memory[:, 0] = UNKNOWN
+    numbers = (found.placed, found.frame, found.rows, found.radius, found.weights, np.concatenate([found.law, found.power]))
+    arrays = [np.ascontiguousarray(part) for part in (found.sizes, found.heights, *numbers)]
+    record = ContactRecord._make((found.shape, *arrays, found.share, *place))
+    routines = ForceRoutines(push, slopes, accept, store, judge)
+    room, alone, skew = SEEN * count + len(found.frame), found.rows.ravel(), bool(found.law[MU] > 0.0)
+    return Force(record, routines, "contact", pairs, memory.ravel(), damped=True, skew=skew, room=room, alone=alone)

@@ -1,0 +1,283 @@
+"""Contact of beams with beams for compiled code: forces, derivatives, memory, and where nothing is near."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core.compiling.jit import jit
+from ..core.compiling.structs import routine
+from ..systems import kernels
+from ..systems.evaluation import evaluation
+from ..systems.forces import on_rows as forces
+from ..systems.forces.low_rank import Size
+from ..systems.forces.on_rows import Force, ForceRoutines, Place
+from ..systems.forces.one_sided import ramp
+from .curves import correction, find_chord, piece, shares, trace
+from .law import STEP, UNKNOWN, E, K, harden, stored
+from .pairs import (
+    NODE,
+    ROOM,
+    BeamContacts,
+    ahead,
+    extents,
+    find,
+    follow,
+    limits_of,
+    opened,
+    pieces,
+    press,
+    read,
+    read_rates,
+    record_of,
+    row_of,
+    share_out,
+    wakes,
+    weigh,
+)
+
+SAME = 1e-9  #: distance in p and q of places that are one
+WAYS = 4  #: bounds of the ways of A and of B a unit of |dx| and of max |dx_n|
+
+
+@routine
+def push(table: Any, record: Any) -> int:
+    """g += F."""
+    s, F = evaluation(table).space, opened(record)
+    way, many, dim = ahead(s, F), len(F.rows), F.dim
+    if not wakes(s, F, way):
+        return 0
+    y, v, out, w, before = (
+        np.empty(many),
+        np.empty(many),
+        np.empty(8 * dim),
+        np.empty((ROOM, 3)),
+        s.memory[F.memory : F.memory + many],
+    )
+    read(table, F, y)
+    within = extents(F, y)
+    for k in range(len(F.spans) + 1):
+        if s.room[F.room + k] > way:
+            continue
+        gap, p, q, _ = find(F, k, y, within, w)
+        if gap < 0.0:
+            places, first = pieces(F, p, q), F.memory + many + NODE * k
+            read_rates(table, F, places, v)
+            follow(F, v, before, p, q, w)
+            press(F, k, before, s.memory[first : first + NODE], p, q, w, out)
+            for j in range(8 * dim):
+                s.g[F.rows[row_of(j, places, dim)]] += out[j]
+    return 0
+
+
+@routine
+def slopes(table: Any, record: Any) -> int:
+    """H += - c (dF/dy + gh dF/dy') by complex steps along d, A_p, B_q and their rates, with one correction of the closest points.
+
+    Nodes beside a crossing meet at one place, and share one term of low rank.
+    """
+    s, F = evaluation(table).space, opened(record)
+    way, many, dim, second = ahead(s, F), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1)
+    if not wakes(s, F, way):
+        return 0
+    y, v, w, before = np.empty(many), np.empty(many), np.empty((ROOM, 3)), s.memory[F.memory : F.memory + many]
+    out, wc = np.empty(8 * dim, np.complex128), np.empty((ROOM, 3), np.complex128)
+    read(table, F, y)
+    within, latest = extents(F, y), (-1.0, -1.0)
+    for k in range(len(F.spans) + 1):
+        if s.room[F.room + k] > way:
+            continue
+        gap, p, q, held = find(F, k, y, within, w)
+        if gap >= 0.0:
+            continue
+        places, first = pieces(F, p, q), F.memory + many + NODE * k
+        read_rates(table, F, places, v)
+        if abs(p - latest[0]) > SAME or abs(q - latest[1]) > SAME or places != pieces(F, latest[0], latest[1]):
+            begin_term(s.low, F, places, p, q)
+            latest = p, q
+        left = s.low.left[s.low.used[0] - 1]
+        for f in range(3 * dim):
+            trace(y, 0, F.spans, complex(p, 0.0), 3, dim, wc, 0)
+            trace(y, second, F.others, complex(q, 0.0), 3, dim, wc, 3)
+            wc[(0, 1, 4)[f // dim], f % dim] += complex(0.0, STEP)
+            dp, dq = correction(dim, wc, held, True)
+            pc, qc = complex(p, dp.imag), complex(q, dq.imag)
+            trace(y, 0, F.spans, pc, 2, dim, wc, 0)
+            trace(y, second, F.others, qc, 2, dim, wc, 3)
+            follow(F, v, before, pc, qc, wc)
+            wc[(0, 1, 4)[f // dim], f % dim] += complex(0.0, STEP)
+            wc[(14, 15, 17)[f // dim], f % dim] += complex(0.0, STEP * s.gh[0])
+            press(F, k, before, s.memory[first : first + NODE], pc, qc, wc, out)
+            for j in range(8 * dim):
+                left[f, j] -= s.c[0] * out[j].imag / STEP
+    return 0
+
+
+@jit
+def begin_term(low: Any, F: Any, places: tuple[int, int], p: float, q: float) -> None:
+    """The next term of low rank: d, A_p and B_q from the rows of two pieces, and no forces yet."""
+    dim, t = F.dim, low.used[0]
+    low.used[0] += 1
+    low.left[t] = 0.0  # all of it, as other forces have more rows
+    low.right[t] = 0.0
+    for j in range(8 * dim):
+        low.rows[t, j] = F.rows[row_of(j, places, dim)]
+    i, j = piece(p, F.spans), piece(q, F.others)
+    at, by, other, along = (
+        shares(p - i, 0, F.spans[i]),
+        shares(p - i, 1, F.spans[i]),
+        shares(q - j, 0, F.others[j]),
+        shares(q - j, 1, F.others[j]),
+    )
+    for k in range(4):
+        for c in range(dim):
+            low.right[t, c, dim * k + c], low.right[t, c, dim * (4 + k) + c] = at[k], -other[k]
+            low.right[t, dim + c, dim * k + c], low.right[t, 2 * dim + c, dim * (4 + k) + c] = by[k], along[k]
+
+
+@jit
+def find_ways(table: Any, F: Any, first: int, spans: np.ndarray) -> tuple[float, float]:
+    """Bounds of the way of a curve a unit of |dx| and of max |dx_n|: those of its nodes and 8 / 27 of those of its tangents."""
+    P, dim, way, most = evaluation(table).arrays.probes, F.dim, np.zeros(2), np.zeros((2, 2))
+    for j in range(2 * (len(spans) + 1)):
+        of_x, of_largest = kernels.row_sizes(P, F.rows, first + dim * j, dim)
+        most[j % 2, 0], most[j % 2, 1] = max(most[j % 2, 0], of_x), max(most[j % 2, 1], of_largest)
+    longest_span = spans.max()
+    for i in range(2):
+        way[i] = most[0, i] + 8.0 / 27.0 * longest_span * most[1, i]
+    return way[0], way[1]
+
+
+@routine
+def accept(table: Any, record: Any) -> int:
+    """The memory of rows and nodes, and the room: nodes that cannot have come near are not looked at."""
+    s, F = evaluation(table).space, opened(record)
+    way, many, dim, second, ways = ahead(s, F), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1), F.room + len(F.spans) + 1
+    y, v, out, w, before = (
+        np.empty(many),
+        np.empty(many),
+        np.empty(8 * dim),
+        np.empty((ROOM, 3)),
+        s.memory[F.memory : F.memory + many],
+    )
+    read(table, F, y)
+    if not s.room[ways] > 0.0:
+        s.room[ways], s.room[ways + 1] = find_ways(table, F, 0, F.spans)
+        s.room[ways + 2], s.room[ways + 3] = find_ways(table, F, second, F.others)
+    within = extents(F, y)
+    for k in range(len(F.spans) + 1):
+        first, seen, N, met = F.memory + many + NODE * k, F.room + k, 0.0, (-1.0, -1.0)
+        last = s.memory[first : first + NODE]
+        if s.room[seen] > way:
+            s.room[seen] -= way
+        else:
+            s.room[seen] = find_chord(y, 2 * dim * k, second, limits_of(F, k), within[0], dim)[0] - within[1]
+        if not s.room[seen] > 0.0:
+            gap, p, q, _ = find(F, k, y, within, w)
+            if gap < np.inf:
+                met = p, q
+            if gap < 0.0:
+                read_rates(table, F, pieces(F, p, q), v)
+                follow(F, v, before, p, q, w)
+                N = press(F, k, before, last, p, q, w, out)
+        last[4], last[5] = met
+        for i in range(2):
+            last[2 + i] = w[12, i] if N > 0.0 else 0.0
+        last[0], last[1] = max(N, 0.0), 1.0 if N <= 0.0 else last[1]
+    for j in range(many):
+        s.memory[F.memory + j] = y[j]
+    return 0
+
+
+@routine
+def judge(table: Any, record: Any) -> int:
+    """jolt += as of contact with shapes; infinite where beams passed through one another."""
+    s, F = evaluation(table).space, opened(record)
+    way, many, dim = ahead(s, F), len(F.rows), F.dim
+    y, v, out, w, before = (
+        np.empty(many),
+        np.empty(many),
+        np.empty(8 * dim),
+        np.empty((ROOM, 3)),
+        s.memory[F.memory : F.memory + many],
+    )
+    read_now, within = False, (0.0, 0.0)
+    for k in range(len(F.spans) + 1):
+        first, N = F.memory + many + NODE * k, 0.0
+        last = s.memory[first : first + NODE]
+        if s.room[F.room + k] > way and last[0] <= 0.0:
+            continue
+        if not read_now:
+            read(table, F, y)
+            far, reach = extents(F, y)
+            within, read_now = (far, reach + way), True
+        gap, p, q, held = find(F, k, y, within, w)
+        if not (gap + F.radii[0] + F.radii[1] >= way or loose(F, held)):  # in the first step the way is not a number
+            if crossed(F, k, w, before):
+                s.jolt[0] = np.inf
+                return 0
+            find(F, k, y, within, w)
+        if gap < 0.0:
+            read_rates(table, F, pieces(F, p, q), v)
+            follow(F, v, before, p, q, w)
+            N = press(F, k, before, last, p, q, w, out)
+        if last[1] > 0.0:
+            s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
+    return 0
+
+
+@jit
+def loose(F: Any, held: tuple[bool, bool]) -> bool:
+    """Whether closest points are ends, about which beams may go."""
+    return held[1] or (held[0] and not F.along)
+
+
+@jit
+def crossed(F: Any, k: int, w: np.ndarray, before: np.ndarray) -> bool:
+    """Whether the closest points in w[0:6] of a node are on other sides than those with the rows `before`; w[0:6] become these."""
+    dim, along, d = F.dim, 0.0, np.empty(3)
+    for c in range(dim):
+        d[c] = w[0, c] - w[3, c]
+    gap, _, _, held = find(F, k, before, (extents(F, before)[0], np.inf), w)
+    for c in range(dim):
+        along += d[c] * (w[0, c] - w[3, c])
+    return along < 0.0 and gap < np.inf and not loose(F, held)
+
+
+@routine
+def store(table: Any, record: Any) -> int:
+    """energy += W times what is stored, and the elastic forces out of g."""
+    s, F = evaluation(table).space, opened(record)
+    way, many, dim = ahead(s, F), len(F.rows), F.dim
+    if not wakes(s, F, way):
+        return 0
+    y, out, w = np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
+    read(table, F, y)
+    within = extents(F, y)
+    for k in range(len(F.spans) + 1):
+        if s.room[F.room + k] > way:
+            continue
+        gap, p, q, _ = find(F, k, y, within, w)
+        if gap < 0.0:
+            places, weight, long = pieces(F, p, q), weigh(F, k, p), gap + F.radii[0] + F.radii[1]
+            s.energy[0] += weight * stored(F.law, -gap)
+            N = weight * F.law[K] * harden(F.law, ramp(-gap, F.law[E]))
+            for c in range(dim):
+                w[6, c], w[9, c] = (w[0, c] - w[3, c]) / long, 0.0
+            share_out(F.spans, p, 1, 0.0, 0.0, N, w, out[: 4 * dim], dim)
+            share_out(F.others, q, 4, 0.0, 0.0, -N, w, out[4 * dim :], dim)
+            for j in range(8 * dim):
+                s.g[F.rows[row_of(j, places, dim)]] -= out[j]
+    return 0
+
+
+@forces.compile_force.register
+def _(found: BeamContacts, place: Place) -> Force:
+    record, count = record_of(found, place), len(found.rows)
+    memory = np.zeros(count + NODE * len(found))
+    memory[count::NODE] = UNKNOWN
+    routines, low = ForceRoutines(push, slopes, accept, store, judge), Size(len(found), 8 * found.dim, 3 * found.dim)
+    return Force(
+        record, routines, "contact of beams", memory=memory, damped=True, room=len(found) + WAYS, alone=record.rows, low=low
+    )

@@ -1,0 +1,243 @@
+"""The inputs of a run: given from outside, from step to step, or by controllers at their sample instants.
+
+The steps of a run that is fed are taken one by one, see `single_steps`. An input that drives a joint is the cubic through its last
+four values, any other one is held in the step.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
+
+from ..core.errors import InputError, Reason, SolverError, closest, listed, say
+from ..core.notices import notify
+from ..core.storage.records import dataclass
+from ..core.values.inputs import KEPT, GivenInput, Held, Input
+from ..dynamics import checkpoint as checkpoints
+from ..dynamics.compiled_step import stepping
+from ..dynamics.compiled_step.single_steps import SingleSteps, one_row
+from ..dynamics.measuring import Reader
+from ..dynamics.observers import Looks, Observer, Setting, offered
+from ..dynamics.outputs import survey_of
+from ..dynamics.run import trajectory
+from ..dynamics.scheme import GeneralizedAlpha
+from ..dynamics.trajectory import Trajectory
+from ..systems.signals import driving_inputs, given_by_name, read_inputs, with_inputs
+from ..systems.system import System, driving
+from . import sampled_loops
+from .controllers import Controlled
+from .events import with_locks
+from .locating import Watch
+
+if TYPE_CHECKING:
+    from ..dynamics.run import OpenRun
+
+FEW = 2  #: samples of a quarter
+TWICE = 2.0  #: times as much from quarter to quarter, where inputs grow beyond all bounds
+GROWN = 1e3  #: times as much from the first quarter to the last, there
+LATE = 1e-6  #: part of a step after an instant where what is given for the step after it counts
+NEAR = 1e-6  #: part of a sample time by which whole steps may miss it: round-off
+
+
+@dataclass
+class Sampler:
+    """A controller in a run."""
+
+    of: Controlled
+    every: int  #: steps
+    memory: list[float]
+
+
+class Feed(SingleSteps):
+    """Inputs of a run; `system` reads them, `plain` their starts."""
+
+    looks: Looks = "step"
+
+    def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
+        super().__init__(plain, scheme)
+        self.inputs = given_by_name(plain)
+        driven, smooth = {signal for _, signal in driving(plain.constraints)}, driving_inputs(plain)
+        self.given = {
+            name: GivenInput(scheme.step, [one.start] * KEPT, 1 - KEPT, name in smooth) for name, one in self.inputs.items()
+        }
+        self.system = with_inputs(plain, self.given)
+        self.samplers = [sampler(one, scheme) for one in self.inputs.values() if isinstance(one, Controlled)]
+        held = [one for one in self.inputs.values() if isinstance(one, Held)]
+        own = [one.of for one in self.samplers] + held
+        self.record = {one.name: [one.start] for one in own}  #: what controllers gave, and events
+        self.free = [name for name in self.given if name not in self.record]
+        reading = [k for k, signal in enumerate(plain.signals) if read_inputs(signal)]
+        #: columns of inputs that are signals as they are; None where others read them, which are evaluated in every step
+        self.columns: list[tuple[int, GivenInput]] | None = [
+            (k, self.given[one.name])
+            for k in reading
+            if isinstance(one := plain.signals[k], Input) and (k not in driven or isinstance(one, Held))
+        ]
+        if len(self.columns) < len(reading):
+            self.columns = None
+        self.histories = len(reading) < len(plain.signals)  #: whether there are others beside inputs
+        self.next: Mapping[str, float] = {}  #: new values for the next step
+
+    def begin(self, run: OpenRun) -> None:
+        """Know what reads values for controllers."""
+        self.reader = run.find(Reader)
+
+    def before(self, run: OpenRun) -> None:
+        """Tell inputs what is given for the step, and let controllers act."""
+        self.tell(self.next)
+        self.next = {}
+        self.sample(run)
+
+    def tell(self, values: Mapping[str, float]) -> None:
+        """New values of inputs for the next step; those that are not named keep theirs."""
+        for name, value in values.items():
+            if name not in self.free or not math.isfinite(value):
+                self.refuse(name, value)
+        for name, one in self.given.items():
+            kept = one.values
+            kept.append(float(values[name]) if name in values else kept[-1])
+            del kept[0]
+            one.first += 1
+
+    def refuse(self, name: str, value: float) -> NoReturn:
+        """The error of a value that no input takes."""
+        if name in self.free:
+            raise InputError(say(f"run.step: input '{name}'", "a finite number", value))
+        got = f"'{name}', which its controller sets" if name in self.record else f"'{name}'"
+        expected = f"one of the inputs {listed(self.free, name, 'of which there are none')}"
+        raise InputError(say("run.step", expected, got) + closest(name, self.free))
+
+    def set_input(self, one: Held, value: float) -> None:
+        """Set an input from an event on."""
+        self.given[one.name].values[:] = [value] * KEPT
+        self.record[one.name][-1] = value
+
+    def sample(self, run: OpenRun) -> None:
+        """Let controllers act whose instant it is; the state jumps with what they give for the next step."""
+        changed = False
+        for one in self.samplers:
+            if run.done % one.every == 0:
+                told = self.given[one.of.name]
+                new = self.value(run, one)
+                changed = changed or new != told.values[-1]
+                told.values[-1] = new
+        self.reader.keep()
+        for name, values in self.record.items():
+            values.append(self.given[name].values[-1])
+        if changed:
+            self.jump(run)
+
+    def value(self, run: OpenRun, one: Sampler) -> float:
+        """The output of a controller."""
+        time = self.scheme.step * run.done
+        found = one.of.law(time, self.reader.read(run, one.of.reads, time), one.memory)
+        if not math.isfinite(found):
+            text = f"controller '{one.of.name}' gives {found} at t = {time:.6g} s; look at what it reads, guard it with where(...)"
+            raise SolverError(text, Reason.NOT_FINITE, time, ((f"controller {one.of.name}", found),))
+        return found
+
+    def jump(self, run: OpenRun) -> None:
+        """Accelerations and reactions of the present state with the inputs as they are now."""
+        if self.columns is None or not run.done:
+            self.row[0] = one_row(self.system, self.scheme, run.done + LATE)
+        else:
+            self.write()
+        status = self.call(run, stepping.jump)
+        if status != stepping.DONE:
+            run.model.check()
+            run.step.work.kind[0] = 0
+
+    def fill(self, number: int) -> None:
+        if self.columns is None:
+            self.row[0] = one_row(self.system, self.scheme, number + 1)
+        else:
+            if self.histories:
+                super().fill(number)
+            self.write()
+
+    def write(self) -> None:
+        """Columns of inputs that are signals as they are."""
+        for column, one in self.columns or ():
+            self.row[0, column] = one.values[-1]
+
+    def recorded(self) -> System:
+        """The system with what controllers gave so far as histories."""
+        told = {name: GivenInput(self.scheme.step, values, smooth=self.given[name].smooth) for name, values in self.record.items()}
+        return with_inputs(self.plain, {**self.given, **told})
+
+    def growing(self) -> str:
+        """What is said of a controller whose output grows ever more, quarter by quarter of its samples; nothing of others."""
+        for one in self.samplers:
+            told = np.abs(self.record[one.of.name][1 :: one.every])
+            told = told[: int(np.argmax(told >= 0.5 * told.max(initial=0.0))) + 1]  # what has no more room to grow stays
+            if len(told) < 4 * FEW:
+                continue
+            most = np.array([part.max() for part in np.array_split(told, 4)])
+            if (most[1:] > TWICE * most[:-1]).all() and most[3] > GROWN * most[0]:
+                rose = f"the output of controller '{one.of.name}' rose from {most[0]:.3g} to {most[3]:.3g} {one.of.unit}".rstrip()
+                return f"{rose} in {len(told)} samples, quarter by quarter"
+        return ""
+
+    def explain(self, run: OpenRun) -> str:
+        """That a loop is unstable."""
+        told = self.unstable(run)
+        if told or not (told := sampled_loops.tell_diverging(run, self)):
+            return told
+        return f"{Reason.GROWING.value}: {told}"
+
+    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
+        """A warning of a controller whose output grows with the energy of the motion."""
+        if text := self.unstable(run):
+            notify(text)
+        return motion
+
+    def unstable(self, run: OpenRun) -> str:
+        """What is said of a controller whose output grows with the energy of the motion; nothing where none does."""
+        if not (told := self.growing()):
+            return ""
+        motion = trajectory(run)
+        energy = survey_of(motion)[0][:, :2].sum(axis=1)
+        rise = f"{told}, and the energy of the motion to {energy.max():.3g} J up to t = {motion.times[-1]:.6g} s"
+        return f"{Reason.GROWING.value}: {rise}; lower its gains, take a shorter sample time, or limit it"
+
+    def arrays(self, run: OpenRun) -> dict[str, np.ndarray]:
+        found = {f"input {name}": np.array(one.values) for name, one in self.given.items()}
+        found |= {f"controller {one.of.name}": np.array(one.memory) for one in self.samplers}
+        return found | {f"told {name}": np.array(values) for name, values in self.record.items()}
+
+    def put(self, run: OpenRun, arrays: Mapping[str, np.ndarray]) -> None:
+        for name, one in self.given.items():
+            one.values = checkpoints.fitting(arrays, f"input {name}", np.array(one.values)).tolist()
+            one.first = run.done + 1 - KEPT
+        for each in self.samplers:
+            each.memory = checkpoints.fitting(arrays, f"controller {each.of.name}", np.array(each.memory)).tolist()
+        for name in self.record:
+            self.record[name] = checkpoints.fitting(arrays, f"told {name}", np.zeros(run.done + 1)).tolist()
+
+
+@offered
+def _(setting: Setting) -> Iterator[Observer]:
+    if is_fed(setting):
+        feed = Feed(with_locks(setting.system), setting.scheme)
+        yield feed
+        yield Reader(feed.system)
+        if setting.system.triggers:
+            yield Watch(feed)
+
+
+def is_fed(setting: Setting) -> bool:
+    """Whether something is given while it runs: by a caller, by controllers or events."""
+    system = setting.system
+    return setting.live or bool(system.triggers) or any(isinstance(one, Controlled) for one in system.signals)
+
+
+def sampler(one: Controlled, scheme: GeneralizedAlpha) -> Sampler:
+    """A controller, sampled every so many steps."""
+    every = round(one.sample / scheme.step)
+    if every < 1 or abs(every * scheme.step - one.sample) > NEAR * one.sample:
+        expected = f"a whole number of steps of {scheme.step:g} s"
+        raise InputError(say(f"controller '{one.name}'.sample", expected, f"{one.sample:g} s"))
+    return Sampler(one, every, list(one.law.memory))

@@ -1,0 +1,110 @@
+"""A motion that is taken step by step, with inputs that are given from outside: control and co-simulation from Python.
+
+    run = dynamics.start(system, GeneralizedAlpha(1e-3))
+    while run.time < 2.0:
+        run.step({"u": -40.0 * run.outputs()["hinge"]})
+
+A step is that of `integrate`, bit for bit, with histories that have the same values at the ends of steps. An input that drives a
+joint is the cubic through its last four values; any other one acts with the value that it is given for the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..core.errors import InputError, say
+from ..core.values.inputs import Held
+from ..dynamics.checkpoint import Checkpoint
+from ..dynamics.integration import begun, take_step
+from ..dynamics.measuring import Meter, motion_of
+from ..dynamics.observers import Observer, Setting
+from ..dynamics.run import cost_of, moment, restore
+from ..dynamics.scheme import GeneralizedAlpha, Newton
+from ..dynamics.trajectory import Happening, Trajectory
+from ..parts import finer_parts
+from ..systems.system import System
+from .feed import Feed
+from .live_finer import Beside
+
+
+def start(system: System, scheme: GeneralizedAlpha, newton: Newton | None = None, observers: Sequence[Observer] = ()) -> LiveRun:
+    """A run at its consistent start, whose steps are taken one by one; errors as those of `integrate`, and observers.
+
+    Parts are held against finer ones, which take the same steps, see `live_finer`.
+    """
+    run, finer = LiveRun(system, scheme, newton or Newton(), observers), finer_parts.finer(system)
+    finer_parts.warn_unknown(system)
+    if finer is not None:
+        with finer_parts.quietly():
+            run.beside = Beside(LiveRun(finer, scheme, newton or Newton()))
+    return run
+
+
+class LiveRun:
+    """A run between two steps; see `start`."""
+
+    def __init__(self, system: System, scheme: GeneralizedAlpha, newton: Newton, observers: Sequence[Observer] = ()) -> None:
+        self.run = begun(Setting(system, scheme, newton, 0, system, live=True), np.zeros(1, np.int64), observers)
+        self.feed = self.run.find(Feed)
+        self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
+        self.beside: Beside | None = None
+
+    @property
+    def time(self) -> float:
+        """Of the present state [s]."""
+        return self.run.time
+
+    @property
+    def ended(self) -> bool:
+        """Whether an event has stopped the run."""
+        return self.run.ended
+
+    @property
+    def events(self) -> tuple[Happening, ...]:
+        """What has happened so far."""
+        return tuple(self.run.happened)
+
+    @property
+    def inputs(self) -> dict[str, float]:
+        """Values of all inputs in the last step."""
+        return {name: one.values[-1] for name, one in self.feed.given.items() if not isinstance(self.feed.inputs[name], Held)}
+
+    def step(self, inputs: Mapping[str, float] | None = None) -> None:
+        """Take a step; inputs that are not named keep their values. SolverError where it cannot be taken."""
+        if self.run.ended:
+            raise InputError(say("run.step", "a run that goes on", f"one that an event has stopped at t = {self.time:g} s"))
+        self.feed.next = inputs or {}
+        take_step(self.run)
+        if self.beside is not None:
+            self.beside.step(self, inputs or {})
+
+    @property
+    def state(self) -> Checkpoint:
+        """All that the next step reads: set it to go on from there, here or in another run of the same system and scheme."""
+        held = moment(self.run).checkpoint()
+        return replace(held, arrays=held.arrays | self.meter.kept())
+
+    @state.setter
+    def state(self, held: Checkpoint) -> None:
+        restore(self.run, held)
+        self.beside = None  # which stands elsewhere
+        self.meter.take_up(self.run, held.arrays)
+
+    def outputs(self) -> dict[str, float]:
+        """All named outputs of the present state; angles count their turns from call to call, energies from the start on."""
+        now = motion_of(self.run, self.time)
+        if self.meter.seen is None:
+            self.meter.columns(self.begin)
+            self.meter.keep()
+        if self.meter.seen is not None and self.meter.seen[0].times[0] == now.times[0]:
+            return dict(self.meter.seen[1])
+        found = self.meter.columns(now)
+        self.meter.keep()
+        return found
+
+    def motion(self) -> Trajectory:
+        """The present state as a trajectory of one instant."""
+        return replace(motion_of(self.run, self.time), statistics=cost_of(self.run), events=(), work=None)

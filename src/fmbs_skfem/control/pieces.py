@@ -1,0 +1,54 @@
+"""Pieces of a step: what events leave of one, by the method, or by the Taylor series where they are too short for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..dynamics.compiled_step import stepping
+from ..dynamics.dividing import divided, restart
+from ..systems import compiled as compilation
+
+if TYPE_CHECKING:
+    from ..dynamics.run import OpenRun
+
+TINY = 0.01  #: of a step, below which a piece of it is taken by the Taylor series
+EXACT = 1e-12  #: of a step, to which places in it are found
+
+
+class Unreached(Exception):
+    """A piece of a step that cannot be taken, with its status."""
+
+    def __init__(self, status: int) -> None:
+        super().__init__(status)
+        self.status = status
+
+
+def take_piece(run: OpenRun, place: float, to: float) -> None:
+    """Go from a place in the present step to another one, both parts of it."""
+    h, state = run.scheme.step, run.step.state
+    begin, span = h * (run.done + place), h * (to - place)
+    if span >= TINY * h:
+        status, _ = divided(run, stepping.DONE, begin, span, -1, 0)
+        if status != stepping.DONE:
+            raise Unreached(status)
+        return
+    way = span * state.v + 0.5 * span**2 * state.acceleration
+    state.x[:] += way
+    state.v[:] += span * state.acceleration
+    back = np.argsort(run.model.order)
+    state.memory[:] = compilation.accepted(run.model, state.x[back], state.v[back], state.memory.copy(), begin + span)
+    push, gradients = compilation.working(run.model, state.x[back], state.v[back], begin + span, state.memory)
+    state.work[0] += 0.5 * (state.push + push) @ way
+    state.push[:], state.gradients[:] = push, gradients
+    restart(state, run.step.work)
+
+
+def last_place(broken: Callable[[float], bool], place: float, end: float) -> tuple[float, float]:
+    """The last place of a step, from `place` to `end`, to which values are numbers, and the first one where they are `broken`."""
+    while end - place > EXACT:
+        middle = 0.5 * (place + end)
+        place, end = (place, middle) if broken(middle) else (middle, end)
+    return place, end

@@ -1,0 +1,3 @@
+"""Linear algebra: sparse factors, saddle points, ranks."""
+
+__all__ = ["linalg", "ranks", "saddle"]

@@ -1,0 +1,155 @@
+r"""Saddle points: matrices bordered by constraints, built, balanced, factored and solved in one place.
+
+    [ K  J^T ] [ x ]   [ f ]
+    [ J   0  ] [ l ] = [ g ],     D A D y = D b,   z = D y,   z <- z + A^-1 (b - A z)         D_i = 1 / sqrt(max_j |A_ij|)
+
+Balancing by D makes pivots comparable whatever the units of equations and unknowns; one step of refinement takes back what the
+choice of pivots near the diagonal (little fill) costs in digits. Small matrices, and those of a dense K, are dense: SuperLU takes
+2 ms for 8 unknowns, LAPACK 0.05 ms, and as long at some 200. Compiled steps and large models have factors of their own.
+
+Source: J. R. Bunch, Equilibration of symmetric matrices in the max-norm, J. ACM 18 (1971) 566-572, doi:10.1145/321662.321670.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Literal, Protocol
+
+import numpy as np
+from scipy.linalg.lapack import dgetrf, dgetrs
+from scipy.sparse import block_array, csr_array, eye_array
+from scipy.sparse.linalg import SuperLU, splu
+
+from ..storage.records import dataclass
+from .linalg import Array, as_dense, is_sparse, scaled
+
+SMALL = 200  #: unknowns and rows up to which a sparse matrix is as fast as a dense one
+PIVOT = 0.01  #: share of the largest entry of a column at which its diagonal entry serves as the pivot: little fill in thin plates
+SINGULAR = 1e-15  #: smallest pivot, relative to the largest, of a balanced matrix that counts as regular
+
+
+def matrix(K: Array, rows: Array, columns: Array | None = None) -> Array:
+    """[[K, J^T], [J, 0]] of K (n, n) and rows J (m, n); `columns` (n, m) in place of J^T. Dense where it is small, or K is."""
+    m, n = rows.shape
+    if n + m <= SMALL or not is_sparse(K):
+        A = np.zeros((n + m, n + m))
+        A[:n, :n], A[n:, :n], A[:n, n:] = (as_dense(part) for part in (K, rows, rows.T if columns is None else columns))
+        return A
+    J = csr_array(rows)
+    return csr_array(block_array([[csr_array(K), J.T if columns is None else csr_array(columns)], [J, None]]) if m else K)
+
+
+class LU(Protocol):
+    """L U of a matrix (n, n) with its rows and columns in some order."""
+
+    def solve(self, b: np.ndarray, trans: Literal["N", "T"] = "N") -> np.ndarray:
+        """The solution (n,) or (n, i), of the transpose with "T"."""
+
+    def pivots(self) -> np.ndarray:
+        """Diagonal (n,) of U."""
+
+
+@dataclass(frozen=True)
+class Sparse:
+    """`LU` of SuperLU."""
+
+    found: SuperLU
+
+    def solve(self, b: np.ndarray, trans: Literal["N", "T"] = "N") -> np.ndarray:
+        return np.asarray(self.found.solve(b, trans=trans))
+
+    def pivots(self) -> np.ndarray:
+        return np.asarray(self.found.U.diagonal())
+
+
+@dataclass(frozen=True)
+class Dense:
+    """`LU` of LAPACK."""
+
+    found: np.ndarray  #: (n, n)
+    order: np.ndarray  #: (n,) of its rows
+
+    def solve(self, b: np.ndarray, trans: Literal["N", "T"] = "N") -> np.ndarray:
+        return np.asarray(dgetrs(self.found, self.order, b, trans=int(trans == "T"))[0])
+
+    def pivots(self) -> np.ndarray:
+        return np.asarray(self.found.diagonal())
+
+
+@dataclass(frozen=True, eq=False)
+class Saddle:
+    """A factored matrix."""
+
+    matrix: Array  #: (n, n) A
+    scale: np.ndarray  #: (n,) diagonal of D
+    factors: LU  #: of D A D, rows of largest entry 1
+
+    @property
+    def regular(self) -> bool:
+        """Whether no pivot is lost in round-off, as for a body free to move."""
+        pivots = np.abs(self.factors.pivots())
+        return bool(pivots.min() > SINGULAR * pivots.max())
+
+    @property
+    def balanced(self) -> Array:
+        """D A D."""
+        return balance(self.matrix, self.scale)
+
+
+def scales(A: Array) -> np.ndarray:
+    """Diagonal (n,) of D."""
+    largest = abs(A).max(axis=1)
+    return np.asarray(1.0 / np.sqrt(np.maximum(as_dense(largest).ravel(), 1e-300)))
+
+
+def balance(A: Array, scale: np.ndarray) -> Array:
+    """D A D, A (n, n), with D = diag(scale), scale (n,)."""
+    return scaled(A, scale, scale)
+
+
+def factor(A: Array, shift: float = 0.0, scale: np.ndarray | None = None) -> Saddle | None:
+    """Factors of A, None where it is singular to the bit; a `shift` of the balanced diagonal lets them exist there.
+
+    `scale` (n,) in place of the diagonal of D, where it is to say what unknowns and equations are measured in.
+    """
+    scale = scales(A) if scale is None else scale
+    balanced = balance(A, scale)
+    if isinstance(balanced, np.ndarray):
+        found, order, zero = dgetrf(balanced + shift * np.eye(len(balanced)) if shift else balanced)
+        return None if zero else Saddle(A, scale, Dense(found, order))
+    shifted = balanced + shift * eye_array(A.shape[0]) if shift else balanced
+    options = {"SymmetricMode": True}
+    try:
+        factors = splu(shifted.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=PIVOT, options=options)
+    except RuntimeError:
+        return None
+    return Saddle(A, scale, Sparse(factors))
+
+
+def solve(saddle: Saddle, b: np.ndarray) -> np.ndarray:
+    """A^-1 b (n,) or (n, i), refined once."""
+    scale = saddle.scale if b.ndim == 1 else saddle.scale[:, None]
+    z = scale * saddle.factors.solve(scale * b)
+    return np.asarray(z + scale * saddle.factors.solve(scale * (b - saddle.matrix @ z)))
+
+
+def inverse(A: Array) -> Callable[[np.ndarray], np.ndarray] | None:
+    """b (n,) or (n, k) -> A^-1 b, A (n, n); None where A is singular to the bit."""
+    found = factor(A)
+    return None if found is None else partial(solve, found)
+
+
+def constrained(K: Array, rows: Array) -> Callable[[np.ndarray], np.ndarray] | None:
+    """f (n,) -> the x (n,) of K x + J^T l = f, J x = 0, K (n, n), J (m, n); None where the matrix is singular to the bit."""
+    (m, n), found = rows.shape, inverse(matrix(K, rows))
+    return None if found is None else lambda f: found(np.append(f, np.zeros(m)))[:n]
+
+
+def regular_solution(A: Array, b: np.ndarray) -> np.ndarray | None:
+    """A^-1 b (n,) or (n, i); None where a pivot is lost in round-off, as for a body free to move."""
+    found = factor(A)
+    if found is None or not found.regular:
+        return None
+    z = solve(found, b)
+    return z if np.isfinite(z).all() else None

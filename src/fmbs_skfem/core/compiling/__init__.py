@@ -1,0 +1,3 @@
+"""Compiled functions: structs, addresses, caches, symbols."""
+
+__all__ = ["jit", "lapack"]

@@ -1,0 +1,1 @@
+"""What is stored, and what of it is valid when it is read."""

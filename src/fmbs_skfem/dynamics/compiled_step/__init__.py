@@ -1,0 +1,1 @@
+"""The compiled time step, and how its equations are solved."""

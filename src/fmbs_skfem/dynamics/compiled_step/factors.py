@@ -1,0 +1,472 @@
+r"""Factors of the matrix of (3) in `stepping`, and solutions with them: bands, blocks or dense ones with a Schur complement of the
+joints, or all dense where W alone may be singular. Cholesky's factors replace W, whose lower half has the form of a band.
+
+    [ c W      Phi_q^T ]        W = bh M + gh C + K
+    [ Phi_q    0       ]
+
+Each storage has two routines, `factorise` and `apply` (W^-1 on rows); a model compiles those of its own storage alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...core.algebra import direct
+from ...core.compiling import lapack
+from ...core.compiling.entries import view
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import Routine, invoke, routine
+from ...systems import evaluation, kernels
+from ...systems.forces import low_rank
+from ...systems.layouts import Storage
+from ...systems.terms import corotation
+from .step import Workspace, opened
+from .woodbury import COLUMNS, JOINTS, RHS, rows_of
+
+BAND_CHOLESKY, BAND_LU, DENSE_LU, BLOCKS, DENSE_CHOLESKY = 1, 2, 3, 4, 5  #: kinds of factors, L D L^T those of blocks
+SYMMETRIC = 1e-8  #: largest difference of entries ij and ji of W, over sqrt(W_ii W_jj), with which half of them is factored
+
+
+def doors(form: Storage) -> tuple[Routine, Routine, Routine]:
+    """The routines `factorise`, `solve` and `apply` of a storage."""
+    if form is Storage.BLOCKS:
+        return factorise_blocks, solve, apply_blocks
+    return (factorise_dense, solve, apply_dense) if form is Storage.DENSE else (factorise_band, solve, apply_band)
+
+
+@jit
+def assemble(table: Any) -> int:
+    """J = Phi_q and the front c W + d(Phi_q^T lambda)/dq of the matrix at the trial state, whose y and Phi_y must be current.
+
+    0, or 1 where a tangent failed. What terms keep of an assembly may be turned the next time.
+    """
+    S = opened(table)
+    A, s, w = S.arrays, S.space, S.work
+    kernels.clear_rows(w.J)
+    for m in range(len(s.multipliers)):
+        kernels.add_transposed(A.probes, 1.0, s.Jy[m], w.J[m])
+    s.c[0], s.gh[0] = S.method.c, S.method.gh
+    evaluation.slopes(table)
+    combine(S.method.bh, A.mass.store, S.method.gh, A.damping.store, A.stiffness.store, s.W)
+    s.turning[0] = w.kind[1]
+    if w.kind[1] == 1 and len(A.corotation.table) > 0:
+        corotation.add_rotated_tangent(A.corotation, s.x, S.method.gh, s.W)
+    elif evaluation.sum_tangents(table) != 0:
+        return 1
+    if len(s.turned) > 0:
+        w.kind[1] = 1
+    scale(S.method.c, s.W)
+    kernels.add_pairs(A.pairs, A.probes, s.H, A.dense, A.blocks, s.W)
+    if A.dense and len(s.low.rows) > 0:
+        low_rank.add_dense(s.low, A.probes, s.W)
+    return 0
+
+
+@jit
+def combine(bh: float, mass: np.ndarray, gh: float, damping: np.ndarray, stiffness: np.ndarray, W: np.ndarray) -> None:
+    """W = bh M + gh C + K."""
+    for i in range(W.shape[0]):
+        for j in range(W.shape[1]):
+            W[i, j] = bh * mass[i, j] + gh * damping[i, j] + stiffness[i, j]
+
+
+@jit
+def scale(c: float, W: np.ndarray) -> None:
+    """W *= c."""
+    for i in range(W.shape[0]):
+        for j in range(W.shape[1]):
+            W[i, j] *= c
+
+
+@routine
+def factorise_dense(table: Any, _: Any) -> int:
+    """Factors of the matrix at the trial state; 0, or LAPACK's info. Secants of earlier factors are forgotten.
+
+    Bodies that nothing but joints couples now are factored one by one. Where Cholesky's factorisation of the upper half of W fails,
+    the lower half and the diagonal are what LU starts from.
+    """
+    S = opened(table)
+    w = S.work
+    w.secants[0] = 0
+    if assemble(table) != 0:
+        return 1
+    W = S.space.W
+    if not is_bordered(w) and is_symmetric(W):
+        for i in range(len(W)):
+            w.diagonal[i] = W[i, i]
+        w.kind[0] = w.kind[2] = DENSE_CHOLESKY
+        if factor_dense(table) == 0:
+            return 0
+        for i in range(len(W)):
+            W[i, i] = w.diagonal[i]
+            for j in range(i):
+                W[j, i] = W[i, j]
+    w.kind[0] = w.kind[2] = DENSE_LU
+    return factor_dense(table)
+
+
+@jit
+def factor_dense(table: Any) -> int:
+    """Factor W by `kind`, block by block, and the Schur complement of J, or both in one; 0, or LAPACK's info."""
+    S = opened(table)
+    W, w = S.space.W, S.work
+    if is_bordered(w):
+        bordered(W, w.J, S.space.off, w.kkt)
+        return factor_lu(w, 0, 0, len(w.kkt))
+    n, first, at, info = len(W), 0, 0, 0
+    while first < n and info == 0:
+        last = w.ends[first] = end_of_block(W, first)
+        if w.kind[2] == DENSE_CHOLESKY:
+            info = factor_cholesky(w, lower_half(W, first, last))
+        else:
+            K = view(w.kkt, at, (last - first, last - first))
+            for i in range(first, last):
+                for j in range(first, last):
+                    K[j - first, i - first] = W[i, j]
+            info = factor_lu(w, at, first, last)
+        first, at = last, at + (last - first) ** 2
+    return info if info != 0 else close_factors(table)
+
+
+@jit
+def is_symmetric(W: np.ndarray) -> bool:
+    """Whether W is symmetric but for round-off."""
+    for i in range(len(W)):
+        for j in range(i):
+            difference = W[i, j] - W[j, i]
+            if difference * difference > SYMMETRIC * SYMMETRIC * W[i, i] * W[j, j]:
+                return False
+    return True
+
+
+@jit
+def lower_half(W: np.ndarray, first: int, last: int) -> np.ndarray:
+    """The lower half of a diagonal block of a symmetric W, as a band of all diagonals: B[j, i - j] = W[i, j]."""
+    return view(W, first * (len(W) + 1), (last - first, len(W) + 1))
+
+
+@jit
+def is_bordered(w: Workspace) -> bool:
+    """Whether dense factors are those of W and the joints in one."""
+    return len(w.schur) < len(w.J)
+
+
+@jit
+def end_of_block(W: np.ndarray, first: int) -> int:
+    """Where the unknowns end that those from `first` on are coupled with, in a pattern that is symmetric."""
+    last, i = first + 1, first
+    while i < last:
+        j = len(W) - 1
+        while j >= last and W[i, j] == 0.0:
+            j -= 1
+        last, i = max(last, j + 1), i + 1
+    return last
+
+
+@jit
+def factor_cholesky(w: Workspace, band: np.ndarray) -> int:
+    """Cholesky's factor of a dense block in place, its diagonal inverted; 0, or LAPACK's info."""
+    info = lapack.potrf(w.addresses, band)
+    for i in range(len(band)):
+        band[i, 0] = 1.0 / band[i, 0]
+    return info
+
+
+@jit
+def factor_lu(w: Workspace, at: int, first: int, last: int) -> int:
+    """Factors of a block at a place of `kkt`, the diagonal of U inverted; 0, or LAPACK's info."""
+    K = view(w.kkt, at, (last - first, last - first))
+    info = lapack.getrf(w.addresses, K, w.pivots[first:last])
+    for i in range(len(K)):
+        K[i, i] = 1.0 / K[i, i]
+    return info
+
+
+@routine
+def solve(table: Any, joints: Any) -> int:
+    """rhs <- KKT^-1 rhs with the current factors; with `joints` = 1 the front of rhs is zero."""
+    S = opened(table)
+    w, rhs = S.work, S.space.rhs
+    if is_bordered(w):
+        substitute_dense(w.kkt, w.pivots, rhs[0])
+        return 0
+    if joints == 0:
+        apply_factors(table, RHS)
+    if len(w.J) > 0:
+        close(w, rhs)
+    return 0
+
+
+@jit
+def apply_factors(table: Any, which: int) -> None:
+    """RHS or JOINTS <- W^-1 of them, with what W has of low rank beside its factors."""
+    doors = opened(table).doors
+    invoke(doors.apply, table, which)
+    if doors.fill != 0:
+        invoke(doors.correct, table, which)
+
+
+@routine
+def apply_dense(table: Any, which: Any) -> int:
+    """Rows <- W^-1 rows with the factors of all dense blocks."""
+    S = opened(table)
+    W, w, rows = S.space.W, S.work, rows_of(table, which)
+    for k in range(len(rows)):
+        x, first, at = rows[k], 0, 0
+        while first < len(x):
+            last = w.ends[first]
+            if w.kind[2] == DENSE_CHOLESKY:
+                substitute(lower_half(W, first, last), x[first:last])
+            else:
+                substitute_dense(view(w.kkt, at, (last - first, last - first)), w.pivots[first:last], x[first:last])
+            first, at = last, at + (last - first) ** 2
+    return 0
+
+
+@jit
+def bordered(W: np.ndarray, J: np.ndarray, off: np.ndarray, kkt: np.ndarray) -> None:
+    """kkt = [[W, J^T], [J, 1 in rows that are off]]^T: LAPACK counts along columns."""
+    n, m = len(W), len(J)
+    for i in range(n):
+        for j in range(n):
+            kkt[j, i] = W[i, j]
+    for k in range(m):
+        for i in range(n):
+            kkt[i, n + k] = kkt[n + k, i] = J[k, i]
+        for l in range(m):
+            kkt[n + k, n + l] = 0.0
+        kkt[n + k, n + k] = off[k]
+
+
+@jit
+def substitute_dense(LU: np.ndarray, pivots: np.ndarray, x: np.ndarray) -> None:
+    """x <- K^-1 x with the factors P K = L U by columns, the diagonal of U inverted; faster than LAPACK's getrs for one vector.
+
+    Four columns at a time: the unknowns of a triangle first, then all that they reach.
+    """
+    n = len(x)
+    full = n // 4 * 4
+    for j in range(n):
+        other = pivots[j] - 1
+        x[j], x[other] = x[other], x[j]
+    for j in range(0, full, 4):
+        A, B, C, D = LU[j], LU[j + 1], LU[j + 2], LU[j + 3]
+        a = x[j]
+        b = x[j + 1] - A[j + 1] * a
+        c = x[j + 2] - A[j + 2] * a - B[j + 2] * b
+        d = x[j + 3] - A[j + 3] * a - B[j + 3] * b - C[j + 3] * c
+        x[j + 1], x[j + 2], x[j + 3] = b, c, d
+        rest, A, B, C, D = x[j + 4 :], A[j + 4 :], B[j + 4 :], C[j + 4 :], D[j + 4 :]
+        for i in range(len(rest)):
+            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
+    for j in range(full, n):
+        for i in range(j + 1, n):
+            x[i] -= LU[j, i] * x[j]
+    for j in range(n - 1, full - 1, -1):
+        x[j] *= LU[j, j]
+        for i in range(j):
+            x[i] -= LU[j, i] * x[j]
+    for j in range(full - 4, -1, -4):
+        A, B, C, D = LU[j], LU[j + 1], LU[j + 2], LU[j + 3]
+        d = x[j + 3] * D[j + 3]
+        c = (x[j + 2] - D[j + 2] * d) * C[j + 2]
+        b = (x[j + 1] - D[j + 1] * d - C[j + 1] * c) * B[j + 1]
+        a = (x[j] - D[j] * d - C[j] * c - B[j] * b) * A[j]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
+        rest = x[:j]
+        for i in range(j):
+            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
+
+
+@routine
+def factorise_band(table: Any, _: Any) -> int:
+    """As `factorise_dense`. Where Cholesky's factorisation of the band fails, it is set up again for LU, which friction needs."""
+    S = opened(table)
+    kind, info = BAND_CHOLESKY, 1
+    while info != 0 and kind <= BAND_LU:
+        if assemble(table) != 0:
+            return 1
+        if S.arrays.pairs.skew and kernels.any_of(S.space.H):
+            kind = BAND_LU
+        S.work.kind[0] = S.work.kind[2] = kind
+        info, kind = factor_band(table), kind + 1
+    return info
+
+
+@jit
+def factor_band(table: Any) -> int:
+    """Factor W by `kind`, and the Schur complement of J; 0, or LAPACK's info."""
+    S = opened(table)
+    W, w = S.space.W, S.work
+    if w.kind[2] == BAND_CHOLESKY:
+        info = lapack.pbtrf(w.addresses, W)
+        for i in range(len(W)):
+            W[i, 0] = 1.0 / W[i, 0]
+    else:
+        width = W.shape[1] - 1
+        mirror_band(W, w.general)
+        if S.arrays.pairs.skew:
+            kernels.add_skew_pairs(S.arrays.pairs, S.arrays.probes, S.space.H, w.general)
+        info = lapack.gbtrf(w.addresses, w.general, width, width, w.pivots)
+    return info if info != 0 else close_factors(table)
+
+
+@jit
+def close_factors(table: Any) -> int:
+    """W^-1 U in `lows`, W^-1 J^T in `spread`, and the factors of what follows from them; 0, or LAPACK's info."""
+    S = opened(table)
+    w = S.work
+    if S.doors.fill != 0:
+        invoke(S.doors.fill, table, 0)
+        invoke(S.doors.apply, table, COLUMNS)
+        info = invoke(S.doors.close, table, 0)
+        if info != 0:
+            return info
+    if len(w.J) == 0:
+        return 0
+    for k in range(len(w.J)):
+        kernels.copy(w.J[k], w.spread[k])
+    apply_factors(table, JOINTS)
+    return factor_joints(w, S.space.off)
+
+
+@jit
+def factor_joints(w: Workspace, off: np.ndarray) -> int:
+    """Factors of J W^-1 J^T from the rows W^-1 J^T of `spread`, the diagonal of U inverted; 0, or LAPACK's info."""
+    m = len(w.J)
+    for k in range(m):
+        for l in range(m):
+            w.schur[k, l] = kernels.dot(w.spread[k], w.J[l])
+        w.schur[k, k] -= off[k]
+    info = lapack.getrf(w.addresses, w.schur, w.schur_pivots)
+    for k in range(m):
+        w.schur[k, k] = 1.0 / w.schur[k, k]
+    return info
+
+
+@routine
+def factorise_blocks(table: Any, _: Any) -> int:
+    """As `factorise_dense`, for W by its upper triangle."""
+    S = opened(table)
+    A, W, w = S.arrays, S.space.W, S.work
+    w.secants[0] = 0
+    if assemble(table) != 0:
+        return 1
+    w.kind[0] = w.kind[2] = BLOCKS
+    if direct.eliminate(A.tree, A.blocks.indptr, A.blocks.indices, W[0], w.lower, w.diagonal) != direct.DONE:
+        return 1
+    return close_factors(table)
+
+
+@routine
+def apply_blocks(table: Any, which: Any) -> int:
+    """As `apply_dense`, for blocks of a sparse W, as many rows at once as there is room for."""
+    S = opened(table)
+    w, rows = S.work, rows_of(table, which)
+    room, n = w.columns.shape
+    for first in range(0, len(rows), room):
+        some = view(rows, first * n, (min(room, len(rows) - first), n))
+        direct.substitute(S.arrays.tree, w.lower, w.diagonal, some, w.columns, w.front)
+    return 0
+
+
+@jit
+def mirror_band(low: np.ndarray, general: np.ndarray) -> None:
+    """Lower band (n, d+1) as LAPACK's general band (n, 3d+1) with room for pivoting."""
+    n, width = low.shape
+    d = width - 1
+    kernels.clear_rows(general)
+    for j in range(n):
+        for k in range(min(width, n - j)):
+            general[j, 2 * d + k] = low[j, k]
+            general[j + k, 2 * d - k] = low[j, k]
+
+
+@routine
+def apply_band(table: Any, which: Any) -> int:
+    """As `apply_dense`, for a band."""
+    S = opened(table)
+    W, w, rows = S.space.W, S.work, rows_of(table, which)
+    if w.kind[2] == BAND_LU:
+        width = W.shape[1] - 1
+        return lapack.gbtrs(w.addresses, w.general, width, width, w.pivots, rows)
+    for k in range(len(rows)):
+        substitute(W, rows[k])
+    return 0
+
+
+@jit
+def substitute(L: np.ndarray, x: np.ndarray) -> None:
+    """x <- (L L^T)^-1 x with the factor of a band (n, d+1), its diagonal inverted; faster than LAPACK for one vector.
+
+    Four columns at a time, as `substitute_dense`: first the unknowns of a triangle, then those that all four reach, then the rest.
+    """
+    n, width = len(L), min(L.shape[1], len(L))
+    full = n // 4 * 4 if width > 4 else 0
+    for j in range(0, full, 4):
+        A, B, C, D, rest, reach = L[j], L[j + 1], L[j + 2], L[j + 3], x[j + 4 :], min(width, n - j)
+        a = x[j] * A[0]
+        b = (x[j + 1] - A[1] * a) * B[0]
+        c = (x[j + 2] - A[2] * a - B[1] * b) * C[0]
+        d = (x[j + 3] - A[3] * a - B[2] * b - C[1] * c) * D[0]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
+        A, B, C, D = A[4:], B[3:], C[2:], D[1:]
+        for i in range(reach - 4):
+            rest[i] -= A[i] * a + B[i] * b + C[i] * c + D[i] * d
+        beyond = n - j - reach
+        if beyond > 0:
+            rest[width - 4] -= B[width - 4] * b + C[width - 4] * c + D[width - 4] * d
+        if beyond > 1:
+            rest[width - 3] -= C[width - 3] * c + D[width - 3] * d
+        if beyond > 2:
+            rest[width - 2] -= D[width - 2] * d
+    for j in range(full, n):
+        value = x[j] * L[j, 0]
+        x[j] = value
+        for i in range(1, min(width, n - j)):
+            x[j + i] -= L[j, i] * value
+    for j in range(n - 1, full - 1, -1):
+        value = x[j]
+        for i in range(min(width, n - j) - 1, 0, -1):
+            value -= L[j, i] * x[j + i]
+        x[j] = value * L[j, 0]
+    for j in range(full - 4, -1, -4):
+        A, B, C, D, rest, reach = L[j, 4:], L[j + 1, 3:], L[j + 2, 2:], L[j + 3, 1:], x[j + 4 :], min(width, n - j)
+        a, b, c, d = x[j], x[j + 1], x[j + 2], x[j + 3]
+        beyond = n - j - reach
+        if beyond > 2:
+            d -= D[width - 2] * rest[width - 2]
+        if beyond > 1:
+            c -= C[width - 3] * rest[width - 3]
+            d -= D[width - 3] * rest[width - 3]
+        if beyond > 0:
+            b -= B[width - 4] * rest[width - 4]
+            c -= C[width - 4] * rest[width - 4]
+            d -= D[width - 4] * rest[width - 4]
+        for i in range(reach - 5, -1, -1):
+            value = rest[i]
+            a -= A[i] * value
+            b -= B[i] * value
+            c -= C[i] * value
+            d -= D[i] * value
+        A, B, C, D = L[j], L[j + 1], L[j + 2], L[j + 3]
+        d *= D[0]
+        c = (c - C[1] * d) * C[0]
+        b = (b - B[1] * c - B[2] * d) * B[0]
+        a = (a - A[1] * b - A[2] * c - A[3] * d) * A[0]
+        x[j], x[j + 1], x[j + 2], x[j + 3] = a, b, c, d
+
+
+@jit
+def close(w: Workspace, rhs: np.ndarray) -> None:
+    """rhs <- KKT^-1 (r, g) from rhs = (W^-1 r, g)."""
+    m, n = w.J.shape
+    front, multipliers = rhs[0, :n], rhs[0, n:]
+    for k in range(m):
+        multipliers[k] = kernels.dot(w.J[k], front) - multipliers[k]
+    substitute_dense(w.schur, w.schur_pivots, multipliers)
+    for k in range(m):
+        for i in range(n):
+            front[i] -= w.spread[k, i] * multipliers[k]

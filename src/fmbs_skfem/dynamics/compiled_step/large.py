@@ -1,0 +1,280 @@
+r"""The solver of large models: sparse factors that serve many steps, turned with the bodies, and small systems for the joints.
+
+With W = c (bh M + gh C + K) at the configuration where it was factored and R the rotation of every body since then,
+
+    W^-1 ~ R W0^-1 R^T.
+
+Joints and configuration-dependent loads touch few unknowns, the interface b: their second derivatives H_b and Jacobian J_b enter
+exactly by a small system with F = (W^-1)_bb,
+
+    [ I + F H_b   F J_b^T ] [ d_b ]   [ y_b ]
+    [ J_b         0       ] [ l   ] = [ g   ],     y = W^-1 r,     d = y - W^-1 E_b (H_b d_b + J_b^T l),
+
+so the factors depend on the bodies alone. Where H_b and J_b are zero, as of points that touch nothing, unknowns are left out.
+Turned factors contract so well (1e-5 to 1e-3) that most steps need one correction; the contraction is measured again every few
+steps. Interface unknowns without stiffness and mass (massless frames) get a shift in W that H_b takes back. Everything else is the
+compiled step of `stepping`.
+
+Source (re-use of factors in turning bodies): corotational iteration matrices, e.g. Felippa and Haugen, Comput. Methods Appl. Mech.
+Engrg. 194 (2005) 2285-2335, doi 10.1016/j.cma.2004.07.035.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg.lapack import dgetrf, dgetrs
+from scipy.sparse import csr_array, diags_array
+
+from ...bodies.laws import Law
+from ...core import machine_memory
+from ...core.algebra import direct, krylov, pardiso, supernodes
+from ...core.algebra.linalg import distinct, is_identity
+from ...core.algebra.rotations import nearest
+from ...core.compiling.structs import Callback
+from ...core.storage.records import dataclass
+from ...systems import compiled, evaluation
+from ...systems.compiled import Compiled
+from ...systems.evaluation import Space
+from ...systems.system import project, reads
+from ...systems.terms import elastic as terms
+from ..scheme import Solver
+from . import factors, settling
+from .step import Step
+
+LOOSE = 1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
+ROUND = 1e-12  #: size of a rigid motion, over the largest, that is round-off
+EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interface unknown counts as massless
+
+
+class Standing(NamedTuple):
+    """Of the interface what is not zero (b unknowns, m constraints), as the bodies stand: [[1 + F H, F J^T], [J, 0]], F = W^-1."""
+
+    turns: list[np.ndarray]  #: of the bodies since W was factored
+    at: np.ndarray = np.zeros(0, np.int64)  #: (b,) where they are in the interface
+    small: np.ndarray = np.eye(0)  #: the same on the interface (b, b)
+    H: np.ndarray = np.eye(0)  #: second derivatives of joints and loads (b, b)
+    J: np.ndarray = np.eye(0)  #: Phi_q (m, b)
+    factors: tuple[np.ndarray, np.ndarray] = (np.eye(0), np.zeros(0))
+
+
+class Large:
+    """Factors of one model in the course of a run; `table` is where the step is packed, which takes longer than a routine."""
+
+    def __init__(self, model: Compiled, solver: Solver = "own") -> None:
+        self.model, system = model, model.system
+        self.solver: Solver = solver
+        self.dim, self.size = system.dim, system.size
+        self.turns = is_identity(csr_array(system.lift.matrix))  # unknowns are whole vectors, on which a rotation can act
+        self.interface = interface(model, self.turns)
+        self.probes = np.asarray(csr_array(system.probes.matrix)[:, self.interface].toarray())
+        self.bodies = rotation_weights(model) if self.turns else []
+        self.label = "sparse factors"  #: of the solver, more exactly once there are factors
+        self.place = model.system.x0  #: configuration where W was factored
+        self.factored: list[np.ndarray] = []  #: rotations of the bodies there
+        self.motions = rigid_motions(model)
+        self.inverse: Inverse | None = None
+        self.now = Standing([])
+
+    def doors(self, step: Callable[[], Step]) -> tuple[Callback, Callback, Callback]:
+        """`factorise`, `solve` and `settle` of `stepping.Doors` for what `step` is at the call."""
+        return (
+            Callback(lambda table, more: self.factorise(step())),
+            Callback(lambda table, more: self.solve(step(), table)),
+            Callback(lambda table, more: self.settle(step(), table)),
+        )
+
+    def factorise(self, step: Step) -> None:
+        """Factors of W at the trial state, and columns of its inverse that belong to the interface, or SolverError."""
+        system, method, space, work = self.model.system, step.method, step.space, step.work
+        W = method.bh * csr_array(system.mass) + method.gh * csr_array(system.damping) + csr_array(system.stiffness)
+        W = csr_array(method.c * (W + compiled.elastic_tangent(self.model, space.x, method.gh)))
+        diagonal = W.diagonal()
+        self.shift = np.where(diagonal[self.interface] < EMPTY * diagonal.max(), np.median(diagonal), 0.0)
+        shift = np.zeros(self.size)
+        shift[self.interface] = self.shift
+        W = csr_array(W + diags_array(shift))
+        self.inverse = inverse(W, self.motions, self.solver, self.inverse)
+        self.label = self.inverse.label
+        work.rate[0], self.place, self.factored = 1.0, space.x.copy(), fit_rotations(self, space.x)
+        columns = np.zeros((len(self.interface), self.size))
+        columns[np.arange(len(self.interface)), self.interface] = 1.0
+        spread = refined(W, self.inverse, columns)
+        self.flexible = np.ascontiguousarray(spread[:, self.interface])
+        self.spread = spread.astype(np.float32)
+        work.kind[0] = work.kind[2] = factors.BAND_CHOLESKY
+
+    def solve(self, step: Step, table: int) -> None:
+        """rhs <- KKT^-1 rhs."""
+        now = self.now = self.standing(step, table)
+        r = step.space.f.copy()
+        rotate(self, r, [R.T for R in now.turns])
+        assert self.inverse is not None
+        self.close(step.space, now, self.inverse.solve(r[None, :])[0])
+
+    def settle(self, step: Step, table: int) -> None:
+        """As `settling.settle`, with the interface of the last correction."""
+        settling.find_drift(table)
+        self.close(step.space, self.now, np.zeros(self.size))
+        if not settling.move_velocities(table):
+            step.work.kind[0] = 0
+
+    def standing(self, step: Step, table: int) -> Standing:
+        """The interface in the trial state."""
+        space = step.space
+        turns = [now @ then.T for now, then in zip(fit_rotations(self, space.x), self.factored, strict=True)]
+        if len(self.interface) == 0:
+            return Standing(turns)
+        at, H, J = self.slopes(step, table)
+        nb, m, small = len(at), len(J), block_rotations(self, turns, at)
+        F = small @ self.flexible[np.ix_(at, at)] @ small.T
+        A = np.zeros((nb + m, nb + m))
+        A[:nb, :nb], A[:nb, nb:], A[nb:, :nb], A[nb:, nb:] = np.eye(nb) + F @ H, F @ J.T, J, np.diag(space.off)
+        return Standing(turns, at, small, H, J, dgetrf(A)[:2] if nb + m else (A, np.zeros(0)))
+
+    def close(self, space: Space, now: Standing, r: np.ndarray) -> None:
+        """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the bodies stood when W was factored."""
+        n, nb = self.size, len(now.at)
+        if nb:
+            found = dgetrs(*now.factors, np.concatenate([now.small @ r[self.interface[now.at]], space.rhs[0, n:]]))[0]
+            push = now.H @ found[:nb] + now.J.T @ found[nb:]
+            r -= (now.small.T @ push).astype(np.float32) @ self.spread[now.at]
+            space.rhs[0, n:] = found[nb:]
+        rotate(self, r, now.turns)
+        space.f[:] = r
+
+    def slopes(self, step: Step, table: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Where in the interface they are not zero: second derivatives of joints and loads, less the shift, and Phi_q."""
+        space = step.space
+        space.gh[0] = step.method.gh
+        evaluation.probe_slopes(table)
+        pairs, H = compiled.row_slopes(self.model, space)
+        rows, places = np.unique(pairs[H != 0.0], return_inverse=True)
+        y, J = np.zeros((len(rows), len(rows))), space.Jy @ self.probes
+        np.add.at(y, tuple(places.reshape(-1, 2).T), H[H != 0.0])
+        used = self.probes[rows].any(axis=0) | J.any(axis=0) | (self.shift != 0.0)
+        if self.turns:  # whole vectors
+            used = np.repeat(used.reshape(-1, self.dim).any(axis=1), self.dim)
+        at = np.flatnonzero(used)
+        part = self.probes[np.ix_(rows, at)]
+        return at, part.T @ y @ part - np.diag(self.shift[at]), J[:, at]
+
+
+def interface(model: Compiled, whole: bool) -> np.ndarray:
+    """Unknowns read by constraints or by loads that depend on the configuration, in whole vectors where rotations act."""
+    system = model.system
+    rows = {int(k) for k in reads(system.constraints, len(system.probes.offset)).indices}
+    rows |= {int(k) for k in model.pairs.ravel()} | {int(k) for force in model.forces if force.low.terms for k in force.alone}
+    touched = distinct(csr_array(system.probes.matrix)[sorted(rows)].indices)
+    if whole:
+        first = distinct(touched // system.dim) * system.dim
+        touched = (first[:, None] + np.arange(system.dim)).ravel()
+    return touched.astype(np.int64)
+
+
+def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
+    """Coordinates of every surface and G (b, c) = sum w N,k t_k, so that q^T G = sum w r,k t_k^T shows how it has turned."""
+    system, found = model.system, []
+    spans = {name: slice(first, last) for name, first, last in system.coordinates}
+    q, dim = system.lift(system.x0), system.dim
+    for elastic in system.elastic:
+        if elastic.gather.law in (Law.MEMBRANE, Law.SHELL):
+            where = spans[elastic.name]
+            found.append((where, terms.rotation_weights(elastic.gather, q)[where.start // dim : where.stop // dim]))
+    return found
+
+
+def fit_rotations(large: Large, x: np.ndarray) -> list[np.ndarray]:
+    """Rotation of every body that fits its motion from the reference best (polar decomposition of q^T G)."""
+    return [nearest(x[where].reshape(-1, large.dim).T @ G) for where, G in large.bodies]
+
+
+def rotate(large: Large, r: np.ndarray, turns: list[np.ndarray]) -> None:
+    """r <- R r, vector by vector, in place."""
+    for (where, _), R in zip(large.bodies, turns, strict=True):
+        part = r[where].reshape(-1, large.dim)
+        part[:] = part @ R.T
+
+
+def block_rotations(large: Large, turns: list[np.ndarray], at: np.ndarray) -> np.ndarray:
+    """R (b, b) on unknowns at places of the interface (b,)."""
+    out, dim, unknowns = np.eye(len(at)), large.dim, large.interface[at]
+    for (where, _), R in zip(large.bodies, turns, strict=True):
+        mine = np.flatnonzero((unknowns >= where.start) & (unknowns < where.stop))
+        for i in range(dim):
+            for j in range(dim):
+                out[mine[i::dim], mine[j::dim]] = R[i, j]
+    return out
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """W^-1 up to a small relative error, and a description for reports."""
+
+    solve: Callable[[np.ndarray], np.ndarray]  #: rows (k, n) -> rows
+    label: str
+    pattern: tuple[np.ndarray, np.ndarray] | None = None  #: of W, row by row, and
+    tree: supernodes.Tree | None = None  #: its analysis, where there is one
+
+
+def inverse(W: csr_array, motions: np.ndarray, solver: Solver = "own", before: Inverse | None = None) -> Inverse:
+    """Factors in single precision where they fit into the memory, else conjugate gradients with a multigrid preconditioner.
+
+    Where PARDISO is asked for, its factors in double precision. The analysis of a matrix of `before` serves others of its pattern.
+    """
+    W.setdiag(W.diagonal())
+    W.sum_duplicates()
+    if solver == "pardiso":
+        found = pardiso.factor(W)
+        return Inverse(lambda rows: pardiso.solve(found, rows), f"PARDISO LDL^T with {found.numbers:.3g} numbers")
+    pattern, tree = (W.indptr, W.indices), None
+    if before is not None and before.pattern is not None and all(map(np.array_equal, pattern, before.pattern)):
+        tree = before.tree
+    tree = tree or supernodes.analyse(W)
+    fill = supernodes.entries(tree)
+    if krylov.choose(W.shape[0], fill, machine_memory.free(), 4.0) == "direct":
+        factors = direct.factor(W, np.float32, tree)
+        label = f"sparse LDL^T with {fill:.3g} numbers in single precision"
+        return Inverse(lambda rows: direct.solve(factors, rows.copy()), label, pattern, tree)
+    del tree
+    hierarchy = krylov.multigrid(W, motions, node_size(W))
+    report = hierarchy.report
+    label = f"conjugate gradients, multigrid with {len(report.unknowns)} levels, {report.memory / 2**20:.0f} MiB; "
+    label += f"factors of {fill:.3g} numbers do not fit"
+    return Inverse(lambda rows: np.stack([krylov.solve(hierarchy, row, LOOSE)[0] for row in rows]), label)
+
+
+def node_size(W: csr_array) -> int:
+    """Largest of the sizes 9, 6, 3, 2 in which whole blocks of unknowns share a row pattern; 1 if none."""
+    counts = np.diff(W.indptr)
+    for size in (9, 6, 3, 2):
+        if W.shape[0] % size == 0:
+            first = W.indptr[:-1].reshape(-1, size)
+            same = (counts.reshape(-1, size) == counts[::size, None]).all()
+            if same and all(
+                (W.indices[first[k, 0] :][: counts[size * k]] % size == np.arange(counts[size * k]) % size).all() for k in (0, -1)
+            ):
+                return size
+    return 1
+
+
+def rigid_motions(model: Compiled) -> np.ndarray:
+    """Rigid motions of the whole system in the unknowns (n, 3 to 6), columns of length one; none about a line that all lie on."""
+    system = model.system
+    dim, q = system.dim, system.lift(system.x0).reshape(-1, system.dim)
+    fields = [np.outer(system.unit, axis) for axis in np.eye(dim)]
+    spins = [np.cross(axis, np.pad(q, ((0, 0), (0, 3 - dim))))[:, :dim] for axis in np.eye(3)[2 if dim == 2 else 0 :]]
+    B = project(system.lift.matrix, np.stack([field.ravel() for field in fields + spins], axis=1))
+    sizes = np.linalg.norm(B, axis=0)
+    moving = sizes > ROUND * sizes.max(initial=0.0)
+    return np.asarray(B[:, moving] / sizes[moving])
+
+
+def refined(W: csr_array, approximate: Inverse, columns: np.ndarray) -> np.ndarray:
+    """W^-1 columns (rows of the array) with three steps of refinement."""
+    x = approximate.solve(columns) if len(columns) else columns
+    for _ in range(3 if len(columns) else 0):
+        x = x + approximate.solve(direct.residual(W, x, columns))
+    return x

@@ -1,0 +1,79 @@
+"""Steps that are taken one by one, over one packed struct: at a few microseconds beside the compiled step.
+
+Histories are tabulated ahead.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...core.compiling.structs import Routine, address_of, packed
+from ...systems.system import System, driven_rows
+from ..histories import leading_signals
+from ..observers import Looks, Source
+from ..scheme import GeneralizedAlpha
+from . import stepping
+
+if TYPE_CHECKING:
+    from ..run import OpenRun
+
+AHEAD = 64  #: steps for which functions of time are tabulated at once
+
+
+class SingleSteps(Source):
+    """Takes steps of a run, one at a time, with histories that are known ahead."""
+
+    looks: Looks = "end"
+
+    def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
+        self.plain = self.system = plain
+        self.scheme = scheme
+        self.ahead, self.first = np.zeros((0, 0)), 0
+        self.row = np.zeros((1, len(plain.signals) * (4 if driven_rows(plain.constraints).any() else 1)))
+        self.stored = np.array([-1])
+        self.table, self.address = np.zeros(0, np.int64), 0  #: of the packed step, once there is one
+
+    def take(self, run: OpenRun) -> int:
+        self.fill(run.done)
+        self.stored[0] = run.row(run.done + 1)
+        return self.call(run, stepping.advance)
+
+    def recorded(self) -> System:
+        return self.system
+
+    def fill(self, number: int) -> None:
+        """The row of signals at the end of a step."""
+        if self.row.size:
+            self.row[0] = self.tabulated(number)
+
+    def tabulated(self, number: int) -> np.ndarray:
+        """Signals at the end of a step; inputs are at their start."""
+        k = number - self.first
+        if not 0 <= k < len(self.ahead):
+            h = self.scheme.step
+            self.ahead, broken = leading_signals(self.plain, h * (number + 1 + np.arange(AHEAD)), h)
+            self.first, k = number, 0
+            if broken is not None and not len(self.ahead):
+                raise broken
+        return self.ahead[k]
+
+    def call(self, run: OpenRun, routine: Routine) -> int:
+        """Call a routine of steps on the run."""
+        if run.large:
+            return run.call(routine, run.step.method, self.row, self.stored)
+        if self.address == 0:
+            job = run.step.job._replace(signals=self.row, rows=self.stored)
+            run.step = run.step._replace(job=job)
+            self.table = packed(run.step)
+            self.address = address_of(self.table)
+        return int(routine.call(self.address, 0))
+
+
+def one_row(system: System, scheme: GeneralizedAlpha, number: float) -> np.ndarray:
+    """Signals after so many steps."""
+    table, broken = leading_signals(system, np.array([scheme.step * number]), scheme.step)
+    if broken is not None:
+        raise broken
+    return np.asarray(table[0])

@@ -1,0 +1,121 @@
+"""The structs of a compiled time step, which routines open from one address."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ...core.compiling.structs import Cube, Integers, Matrix, Shorts, Vector, opener
+from ...systems.evaluation import Arrays, Space
+
+
+class Method(NamedTuple):
+    """Coefficients of one step size, and the controls of the iteration."""
+
+    h: float
+    am: float
+    af: float
+    gamma: float
+    beta: float
+    bh: float
+    gh: float
+    c: float
+    tolerance: float  #: on the remaining error of q [m]
+    iterations: int
+    slow: float  #: contraction above which the matrix is factored anew for the next step
+    floor: float  #: round-off of q [m]
+    sharp: float  #: remaining error of q over the second difference of q'' [s2]
+    judging: bool  #: whether steps are refused where forces begin or end too fast, something is passed through, or corrections grow
+    trusting: bool  #: whether a contraction of steps before may be relied on
+
+
+class State(NamedTuple):
+    """Motion at one instant; arrays are updated in place."""
+
+    x: Vector
+    v: Vector
+    a: Vector  #: algorithmic acceleration
+    acceleration: Vector  #: q''
+    multipliers: Vector  #: c times the physical ones
+    history: Matrix  #: (3, n) earlier q'', latest first
+    past: Matrix  #: (3, m) earlier multipliers, latest first
+    known: Integers  #: (1,) number of valid rows of history and past
+    order: Integers  #: (1,) order of the predictor
+    memory: Vector  #: (l,) what forces keep of it
+    speed: Vector  #: (1,) largest speed so far, root mean square [m/s]
+    parts: Integers  #: (1,) halvings of the next step
+    change: Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
+    work: Vector  #: (1,) of all that has no potential so far [J], see `systems.work`
+    push: Vector  #: (n,) its forces now
+    gradients: Vector  #: (g,) of terms that read velocities, the second row of those of the space
+    signals: Vector  #: (s,) their values, none where histories change nothing at a standstill
+
+
+class Workspace(NamedTuple):
+    """Factors, and preallocated space of the solver."""
+
+    addresses: Integers
+    kkt: Matrix  #: (n + m, n + m) for dense systems, or (n, n): their blocks behind each other
+    ends: Integers  #: (n,) of dense blocks, where their first unknowns are
+    general: Matrix  #: general band, used where W is indefinite
+    pivots: Shorts
+    schur: Matrix  #: (m, m), (0, 0) where W and the joints are factored in one
+    schur_pivots: Shorts
+    spread: Matrix  #: (m, n) W^-1 Phi_q^T
+    J: Matrix  #: (m, n)
+    lower: Vector  #: L of blocks, as `core.algebra.direct` has it
+    diagonal: Vector  #: (n,) D of blocks, or the diagonal of a dense W
+    columns: Matrix  #: (1 or m, n) room of a solution with blocks
+    front: Vector  #: room of a supernode
+    lows: Matrix  #: (r, n) W^-1 U of derivatives of low rank, see `woodbury`
+    inner: Vector  #: (r r,) factors of 1 + V^T W^-1 U, or (n n,) of 1 + W^-1 U V^T
+    inner_pivots: Shorts
+    updates: Matrix  #: (u, n + m) what secants add to solutions with the factors, u of them at most
+    shares: Matrix  #: (u, n) by how much: rows of the scalar product with the displacement of a solution
+    secants: Integers  #: (1,) number of secants since the factors; the last u are kept
+    moved: Vector  #: (n,) displacement of the last correction
+    pull: Vector  #: (2,) size of the last correction of the multipliers, infinite before the first; the largest mass [kg]
+    rate: Vector  #: (1,) contraction, the largest of late measurements
+    kind: Integers  #: (4,) kind of the factors, 0: anew; 1 if the next tangents are turned; kind of those there are; their age
+
+
+class Doors(NamedTuple):
+    """Addresses of the routines that a step calls."""
+
+    residual: int
+    factorise: int  #: factors at the trial state of the space, 0 or the reason for none
+    solve: int  #: rhs <- KKT^-1 rhs; its argument is 1 where the front of rhs is zero
+    apply: int  #: rows <- W^-1 rows, see `factors`
+    settle: int  #: the accepted velocities onto (4)
+    fill: int = 0  #: `woodbury.fill`, and the two behind it; 0 where no derivatives of low rank are apart from W
+    close: int = 0
+    correct: int = 0
+
+
+class StepJob(NamedTuple):
+    """Steps to take, and where their results go."""
+
+    signals: Matrix  #: (k, s) a row for every step
+    rows: Integers  #: (k,) rows of the trajectory, -1 for none
+    out: Cube  #: (3, s, n) x, v, q''
+    multipliers: Matrix  #: (s, m) physical
+    memory: Matrix  #: (s, l)
+    work: Vector  #: (s,) [J]
+    counters: Integers
+    done: Integers  #: (2,) steps that were taken; those so far in which something passed through what it touches
+
+
+class Step(NamedTuple):
+    """All that the routines of a step read and write."""
+
+    space: Space  #: the trial state and what is evaluated there
+    arrays: Arrays
+    doors: Doors
+    state: State
+    work: Workspace
+    method: Method
+    job: StepJob
+
+
+STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters of a job
+
+opened = opener(Step)

@@ -1,0 +1,431 @@
+r"""The compiled time step: generalized-alpha for index-3 DAEs with a modified Newton iteration.
+
+    (1 - am) a1 + am a0 = (1 - af) q1'' + af q0''
+    q1  = q0 + h q0' + h^2 (1/2 - beta) a0 + h^2 beta a1,    q1' = q0' + h (1 - gamma) a0 + h gamma a1
+    [ c W      Phi_q^T ] [ dq ]     [ c (M q'' + f) + Phi_q^T lambda ]
+    [ Phi_q    0       ] [ dl ] = - [ Phi                            ],   W = bh M + gh C + K,   c = h^2 beta                   (3)
+
+Then the velocities settle on the joints, equation (4) in `settling`.
+
+Here lambda is c times the physical multiplier, which makes the condition number independent of h. The predictor extrapolates q''
+by the order (constant, linear, quadratic) that was best in the step before. A factorisation serves until the iteration contracts
+slowly; those of reduced models take up secants of late corrections, so that they contract well for longer (`add_secants`). The
+iteration stops on the estimated remaining error |dq| rate / (1 - rate) with the rate measured in the same step: a good predictor
+makes the first correction small without making q'' accurate, so there are at least two. |dq| is a root mean square displacement
+(`systems.lengths`).
+
+An error d of q is one of d / (beta h^2) in q'' and in the reactions, which grows as h falls. Beside the tolerance the remaining
+error has therefore to be a small part of beta h^2 |second difference of q''|: the method's own error of q'' is of that size. Where
+round-off is in the way the tolerance alone decides.
+
+Sources: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0 (method); Bottasso, Bauchau
+and Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (scaling); Brown, Hindmarsh and Walker, SIAM J. Sci.
+Stat. Comput. 6 (1985) 297-313, doi 10.1137/0906022 (secants that live as long as factors); Deuflhard, Newton Methods for Nonlinear
+Problems, Springer 2004, doi 10.1007/978-3-642-23899-4 (contraction).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...core.compiling.jit import jit, summing
+from ...core.compiling.structs import invoke, routine
+from ...systems import evaluation, kernels, work
+from .step import FACTORISATIONS, ITERATIONS, STEPS, Method, State, StepJob, opened
+
+DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG = range(7)
+FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
+PATIENT = 6  #: corrections after which the tolerance alone decides
+CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost little then
+HISTORY = 3  #: accelerations kept for the predictor
+SURELY = 2.0  #: on the remaining error where secants are taken up: contraction is no longer even
+CLEAR = 0.3  #: part of a correction along which the next one may lie to be a secant
+MARGIN = 10.0  #: on a contraction that was not measured in the same step
+REMEASURE = 8  #: steps after which a contraction that is relied on is measured again
+
+
+@jit
+def predict(table: Any) -> None:
+    """Trial state from extrapolated q'' and multipliers."""
+    S = opened(table)
+    s, t, method = S.state, S.space, S.method
+    order, h = min(s.order[0], s.known[0] - 1), method.h
+    extrapolate(s.history, order, t.acceleration)
+    extrapolate(s.past, order, t.multipliers)
+    S.work.pull[0] = np.inf
+    for i in range(len(s.x)):
+        a1 = algorithmic(method, t.acceleration[i], s.acceleration[i], s.a[i])
+        t.x[i] = s.x[i] + h * s.v[i] + h * h * ((0.5 - method.beta) * s.a[i] + method.beta * a1)
+        t.v[i] = s.v[i] + h * ((1.0 - method.gamma) * s.a[i] + method.gamma * a1)
+    for k in range(len(s.memory)):
+        t.memory[k] = s.memory[k]
+
+
+@jit
+def algorithmic(method: Method, new: float, old: float, a: float) -> float:
+    """a1 from q1'', q0'' and a0."""
+    return ((1.0 - method.af) * new + method.af * old - method.am * a) * (1.0 / (1.0 - method.am))
+
+
+@jit
+def extrapolate(history: np.ndarray, order: int, guess: np.ndarray) -> None:
+    """Polynomial extrapolation by one step."""
+    latest, before, first = history[0], history[1], history[2]
+    if order <= 0:
+        for i in range(len(guess)):
+            guess[i] = latest[i]
+    elif order == 1:
+        for i in range(len(guess)):
+            guess[i] = 2.0 * latest[i] - before[i]
+    else:
+        for i in range(len(guess)):
+            guess[i] = 3.0 * (latest[i] - before[i]) + first[i]
+
+
+@summing
+def best_order(norm: np.ndarray, history: np.ndarray, known: int, true: np.ndarray) -> tuple[int, float]:
+    """Order of the extrapolation that came closest to what is `true` now, and the size of the second difference."""
+    latest, before, first = history[0], history[1], history[2]
+    constant, linear, quadratic = 0.0, 0.0, 0.0
+    for i in range(len(true)):
+        a, b, c = latest[i] - true[i], 2.0 * latest[i] - before[i] - true[i], 3.0 * (latest[i] - before[i]) + first[i] - true[i]
+        constant += norm[i] * a * a
+        linear += norm[i] * b * b
+        quadratic += norm[i] * c * c
+    order = 1 if known > 1 and linear < constant else 0
+    order = 2 if known > 2 and quadratic < min(constant, linear) else order
+    return order, np.sqrt(linear) if known > 1 else np.inf
+
+
+@jit
+def remember(history: np.ndarray, new: np.ndarray) -> None:
+    """Put the newest values before the earlier ones."""
+    for i in range(len(new)):
+        history[2, i], history[1, i], history[0, i] = history[1, i], history[0, i], new[i]
+
+
+@jit
+def accept(table: Any) -> None:
+    """Take over the converged trial state and choose the predictor of the next step."""
+    S = opened(table)
+    s, t = S.state, S.space
+    s.order[0], s.change[0] = best_order(S.arrays.norm, s.history, s.known[0], t.acceleration)
+    for i in range(len(s.x)):
+        s.a[i] = algorithmic(S.method, t.acceleration[i], s.acceleration[i], s.a[i])
+        t.way[i] = t.x[i] - s.x[i]
+        s.x[i], s.v[i], s.acceleration[i] = t.x[i], t.v[i], t.acceleration[i]
+    remember(s.history, t.acceleration)
+    remember(s.past, t.multipliers)
+    if s.known[0] < HISTORY:
+        s.known[0] += 1
+        s.order[0] = min(s.order[0] + 1, s.known[0] - 1)
+    for k in range(len(s.multipliers)):
+        s.multipliers[k] = t.multipliers[k]
+    evaluation.take_over(table)
+    for k in range(len(s.memory)):
+        s.memory[k] = t.memory[k]
+
+
+@jit
+def place_accepted(table: Any) -> None:
+    """The trial state is the accepted one."""
+    S = opened(table)
+    s, t = S.state, S.space
+    kernels.copy(s.x, t.x)
+    kernels.copy(s.v, t.v)
+    kernels.copy(s.multipliers, t.multipliers)
+    kernels.copy(s.memory, t.memory)
+    t.c[0] = S.method.c
+
+
+@jit
+def change_signals(table: Any, signals: np.ndarray) -> float:
+    """Work [J] of a change of signals in the accepted state, which are the first of `signals`."""
+    S = opened(table)
+    count = len(S.state.signals)
+    if count == 0:
+        return 0.0
+    place_accepted(table)
+    return work.changed(table, S.state.signals, signals[:count])
+
+
+@jit
+def add_work(table: Any, begun: float, signals: np.ndarray) -> None:
+    """Add the work of the step that was accepted, `begun` that of its signals at its begin, by the trapezoidal rule."""
+    S = opened(table)
+    s, t, count = S.state, S.space, len(S.state.signals)
+    if S.arrays.elastic.damped:
+        s.work[0] -= work.find_heat(table, S.method.h)
+        kernels.copy(t.gradients[0], s.gradients)
+    if count == 0 and work.idle(table):
+        return
+    place_accepted(table)
+    begun += kernels.dot(s.push, t.way)
+    work.find_forces(table)
+    kernels.copy(t.f, s.push)
+    begun += kernels.dot(s.push, t.way)
+    if count > 0:
+        begun += work.changed(table, s.signals, signals[:count])
+        kernels.copy(signals[:count], s.signals)
+    s.work[0] += 0.5 * begun
+
+
+@jit
+def too_long(table: Any) -> bool:
+    """Whether forces that begin or end would change speeds too much, beside the largest so far, in the step that has converged.
+
+    Steps that are not divided any further are taken, and those counted in which something passed through what it touches.
+    """
+    S = opened(table)
+    if len(S.arrays.forces.judged) == 0:
+        return False
+    square = 0.0
+    for i in range(len(S.state.v)):
+        square += S.arrays.norm[i] * S.state.v[i] * S.state.v[i]
+    S.state.speed[0] = max(S.state.speed[0], np.sqrt(square))
+    jolt = evaluation.find_jolt(table)
+    if not S.method.judging:
+        S.job.done[1] += jolt == np.inf
+        return False
+    return S.method.h * jolt > S.state.speed[0]
+
+
+@jit
+def add_secants(table: Any, repeated: bool) -> None:
+    """rhs, a solution d with the factors, becomes one with the factors and the secants of the corrections made with them.
+
+    Where the factors have served in this step before, for the correction s, d is what they have left of it: Broyden's update
+
+        K^-1 <- (1 + u g^T) K^-1,    u = d / (1 - g d),    g = <s, .> / <s, s>
+
+    with the scalar product of displacements makes u of d, and holds for the corrections after it.
+    """
+    S = opened(table)
+    w, d, norm = S.work, S.space.rhs[0], S.arrays.norm
+    kept, n = len(w.updates), len(w.moved)
+    if kept == 0:
+        return
+    for k in range(max(0, w.secants[0] - kept), w.secants[0]):
+        add_update(w.updates[k % kept], kernels.dot(w.shares[k % kept], d[:n]), d)
+    if repeated:
+        square, part = 0.0, 0.0
+        for i in range(n):
+            square += norm[i] * w.moved[i] * w.moved[i]
+            part += norm[i] * w.moved[i] * d[i]
+        if abs(part) < CLEAR * square:
+            place = w.secants[0] % kept
+            for i in range(len(d)):
+                d[i] *= square / (square - part)
+                w.updates[place, i] = d[i]
+            for i in range(n):
+                w.shares[place, i] = norm[i] * w.moved[i] / square
+            w.secants[0] += 1
+    for i in range(n):
+        w.moved[i] = d[i]
+
+
+@jit
+def add_update(u: np.ndarray, factor: float, d: np.ndarray) -> None:
+    """d += factor u."""
+    for i in range(len(d)):
+        d[i] += factor * u[i]
+
+
+@jit
+def apply(table: Any) -> float:
+    """Add the correction in rhs to the trial state; the size of dq [m].
+
+    Factors with which the multipliers' corrections grow are discarded: near singular positions |dq| does not show it. What a
+    displacement of the tolerance stands for, |dlambda| = tolerance times mass, does not count.
+    """
+    S = opened(table)
+    t, w, method, norm = S.space, S.work, S.method, S.arrays.norm
+    square, pull = 0.0, 0.0
+    for i in range(len(t.x)):
+        d = t.f[i]
+        square += norm[i] * d * d
+        t.x[i] -= d
+        t.v[i] -= method.gh * d
+        t.acceleration[i] -= method.bh * d
+    for k in range(len(t.multipliers)):
+        d = t.rhs[0, len(t.x) + k]
+        pull += d * d
+        t.multipliers[k] -= d
+    pull = np.sqrt(pull)
+    if pull > w.pull[0] and pull > method.tolerance * w.pull[1]:
+        w.kind[0] = 0
+    w.pull[0] = pull
+    return np.sqrt(square)
+
+
+@jit
+def goal(method: Method, change: float, iteration: int) -> float:
+    """Remaining error of q [m] at which the iteration may stop after a second difference `change` of q''."""
+    if iteration >= PATIENT:
+        return method.tolerance
+    return max(min(method.tolerance, method.sharp * change), method.floor)
+
+
+@jit
+def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh: int, exact: float) -> int:
+    """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors.
+
+    `fresh` counts the corrections with factors of this step, 0 where they are older: with old directions of the joints a correction
+    of the multipliers leaves forces behind, however small that of q is, so the first one is not believed, unless directions are
+    current and MARGIN times the contraction of steps before promises enough. Turned tangents that contract slowly when they are
+    new are given up for the exact ones.
+
+    `exact` is the last correction of this step with an exact tangent, 0 for none. Near a solution the next one is smaller; where it
+    is not, another solution, far from the path, is as likely as the one wanted, and a shorter step is the way to that (Deuflhard);
+    but where derivatives of forces jump, corrections may grow on the way to the right one.
+    """
+    S = opened(table)
+    w, method = S.work, S.method
+    enough = goal(method, S.state.change[0], iteration)
+    if method.trusting:
+        if iteration == 1 and last > 0.0:
+            w.rate[0] = max(0.9 * w.rate[0], norm / last)
+        if iteration == 0 and fresh == 0 and step % REMEASURE != 0 and norm * MARGIN * w.rate[0] <= enough:
+            return DONE
+    rate = norm / last if iteration > 0 and last > 0.0 else 1.0
+    slow = CHEAP * method.slow if w.kind[1] == 1 else method.slow
+    if fresh > 1 and rate > method.slow:
+        w.kind[1] = 0
+    if not np.isfinite(norm):
+        return NOT_FINITE
+    if w.kind[0] == 0 and fresh == 0:
+        return NOT_CONVERGED
+    sure, rest = iteration > 0 or fresh > 0, norm * rate * (SURELY if len(w.updates) > 0 else 1.0)
+    if (sure and norm <= max(FLOOR * enough, method.floor)) or (rate < 1.0 and rest <= enough * (1.0 - rate)):
+        if rate > slow and iteration > 0:
+            w.kind[0] = 0
+        return DONE
+    if method.judging and S.arrays.forces.smooth and fresh == 1 and exact > 0.0 and norm > exact:
+        return DIVERGED
+    if iteration > 3 and fresh > 0 and rate > 2.0:
+        return DIVERGED
+    if iteration > 0 and rate > 5.0 * slow:
+        w.kind[0] = 0
+    return NOT_CONVERGED
+
+
+@jit
+def iterate(table: Any, step: int) -> int:
+    """Newton's iteration from the predicted state of a step; status."""
+    S = opened(table)
+    w, last, fresh, exact, brief, turned = S.work, 0.0, 0, 0.0, False, False
+    for iteration in range(S.method.iterations):
+        S.space.c[0] = S.method.c
+        if invoke(S.doors.residual, table, 0) != 0:
+            return STOPPED
+        if w.kind[0] == 0:
+            brief, w.kind[3], turned = iteration > 0 and w.kind[3] < 2, 0, w.kind[1] == 1
+            S.job.counters[FACTORISATIONS] += 1
+            if invoke(S.doors.factorise, table, 0) != 0:
+                return SINGULAR
+            fresh = 1
+        if invoke(S.doors.solve, table, 0) != 0:
+            return STOPPED
+        add_secants(table, iteration > 0 and fresh != 1)
+        norm = apply(table)
+        S.job.counters[ITERATIONS] += 1
+        status = judge(table, step, iteration, norm, last, fresh, 0.0 if turned else exact)
+        if status == DONE:
+            w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
+        if status != NOT_CONVERGED:
+            return status
+        exact = norm if fresh == 1 and not turned else exact
+        last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
+    return NOT_CONVERGED
+
+
+@routine
+def advance(table: Any, _: Any) -> int:
+    """Take the steps of the job; the status, and the number of steps done in the job.
+
+    On failure the state stays at the last good step, and the space keeps the trial state.
+    """
+    S = opened(table)
+    # on steady joints velocities are at the end of a step, too
+    job, moving = S.job, len(S.arrays.laws.records) > 0 or not kernels.steady(S.arrays.terms)
+    for k in range(len(job.signals)):
+        begun = change_signals(table, job.signals[k])
+        for i in range(job.signals.shape[1]):
+            S.space.signals[i] = job.signals[k, i]
+        predict(table)
+        status = iterate(table, job.counters[STEPS])
+        if status == DONE and too_long(table):
+            status = TOO_LONG
+        if status != DONE:
+            S.work.kind[:] = 0
+            job.done[0] = k
+            return status
+        accept(table)
+        if moving and invoke(S.doors.settle, table, 0) != 0:
+            job.done[0] = k
+            return STOPPED
+        add_work(table, begun, job.signals[k])
+        job.counters[STEPS] += 1
+        if job.rows[k] >= 0:
+            store(S.state, S.method.c, job.rows[k], job)
+    job.done[0] = len(job.signals)
+    return DONE
+
+
+@routine
+def jump(table: Any, _: Any) -> int:
+    """Put q'', the algorithmic acceleration and multipliers of the accepted state onto histories that jump there; the status.
+
+    (M + (gh C + K) / bh) dq'' + Phi_q^T dlambda = dQ,    Phi_q dq'' = 0:    as loads that begin with a step, see `initial`.
+    What predicts the next step jumps as well, so that steps on both sides are of second order.
+    """
+    S = opened(table)
+    s, t, w, n = S.state, S.space, S.work, len(S.state.x)
+    for i in range(S.job.signals.shape[1]):
+        t.signals[i] = S.job.signals[0, i]
+    kernels.copy(s.x, t.x)
+    kernels.copy(s.v, t.v)
+    kernels.copy(s.acceleration, t.acceleration)
+    kernels.copy(s.multipliers, t.multipliers)
+    kernels.copy(s.memory, t.memory)
+    t.c[0] = S.method.c
+    if invoke(S.doors.residual, table, 0) != 0:
+        return STOPPED
+    if w.kind[0] == 0:
+        S.job.counters[FACTORISATIONS] += 1
+        if invoke(S.doors.factorise, table, 0) != 0:
+            return SINGULAR
+    for k in range(len(s.multipliers)):
+        t.rhs[0, n + k] = 0.0
+    if invoke(S.doors.solve, table, 0) != 0:
+        return STOPPED
+    for i in range(n):
+        d = S.method.bh * t.f[i]
+        s.acceleration[i] -= d
+        s.a[i] -= d
+        for k in range(len(s.history)):
+            s.history[k, i] -= d
+    for m in range(len(s.multipliers)):
+        d = t.rhs[0, n + m]
+        s.multipliers[m] -= d
+        for k in range(len(s.past)):
+            s.past[k, m] -= d
+    s.work[0] += change_signals(table, S.job.signals[0])
+    kernels.copy(S.job.signals[0, : len(s.signals)], s.signals)
+    work.find_forces(table)
+    kernels.copy(t.f, s.push)
+    return DONE
+
+
+@jit
+def store(s: State, c: float, row: int, job: StepJob) -> None:
+    """Row of the trajectory; multipliers become physical."""
+    out = job.out
+    for i in range(len(s.x)):
+        out[0, row, i], out[1, row, i], out[2, row, i] = s.x[i], s.v[i], s.acceleration[i]
+    for m in range(len(s.multipliers)):
+        job.multipliers[row, m] = s.multipliers[m] / c
+    kernels.copy(s.memory, job.memory[row])
+    job.work[row] = s.work[0]

@@ -1,0 +1,100 @@
+r"""Factors of W + U V^T from those of W, by the terms of low rank of `systems.forces.low_rank`.
+
+    (W + U V^T)^-1 = W^-1 - Z (1 + V^T Z)^-1 V^T W^-1 = (1 + Z V^T)^-1 W^-1,    Z = W^-1 U
+
+by the smaller of the two matrices in brackets.
+Few pieces of beams touch at a time: their rows cost as many solutions with W as they have columns, and the factors of W stay those
+of a narrow symmetric band.
+
+Source: Hager, SIAM Rev. 31 (1989) 221-239, doi 10.1137/1031049.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...core.compiling import lapack
+from ...core.compiling.entries import view
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import routine
+from ...systems import kernels
+from ...systems.forces import low_rank
+from .step import opened
+
+RHS, JOINTS, COLUMNS = 0, 1, 2  #: rows that W^-1 is applied to: the front of the right-hand side, J, and U^T
+
+
+@jit
+def rank_of(table: Any) -> int:
+    """Number of columns of U."""
+    low = opened(table).space.low
+    return low.used[0] * low.left.shape[1]
+
+
+@jit
+def rows_of(table: Any, which: int) -> np.ndarray:
+    """RHS, JOINTS or COLUMNS, shape (k, n)."""
+    S = opened(table)
+    if which == JOINTS:
+        return S.work.spread
+    n = len(S.space.x)
+    return view(S.space.rhs, 0, (1, n)) if which == RHS else view(S.work.lows, 0, (rank_of(table), n))
+
+
+@routine
+def fill(table: Any, _: Any) -> int:
+    """The rows of `lows` become those of U^T."""
+    S = opened(table)
+    low, Z, rank = S.space.low, S.work.lows, S.space.low.left.shape[1]
+    for k in range(low.used[0]):
+        for i in range(rank):
+            row = Z[rank * k + i]
+            row[:] = 0.0
+            low_rank.add_column(S.arrays.probes, low.rows[k], low.left[k, i], row)
+    return 0
+
+
+@routine
+def close(table: Any, _: Any) -> int:
+    """Factors of 1 + V^T Z, or of 1 + Z V^T, from the rows Z^T of `lows`; 0, or LAPACK's info."""
+    S = opened(table)
+    w, low, rank, n = S.work, S.space.low, rank_of(table), len(S.space.x)
+    size = min(rank, n)
+    A, v = view(w.inner, 0, (size, size)), np.empty(n)
+    kernels.clear_rows(A)
+    for a in range(rank):
+        if rank <= n:
+            low_rank.read_terms(low, S.arrays.probes, w.lows[a], A[a])
+            continue
+        k, i = a // low.right.shape[1], a % low.right.shape[1]
+        kernels.clear(v)
+        low_rank.add_column(S.arrays.probes, low.rows[k], low.right[k, i], v)
+        for j in range(n):
+            if v[j] != 0.0:
+                for b in range(n):
+                    A[j, b] += v[j] * w.lows[a, b]
+    for a in range(size):
+        A[a, a] += 1.0
+    return lapack.getrf(w.addresses, A, w.inner_pivots[:size])
+
+
+@routine
+def correct(table: Any, which: Any) -> int:
+    """Solutions with the factors of W, RHS or JOINTS, become those of W + U V^T."""
+    S = opened(table)
+    w, n, rank = S.work, len(S.space.x), rank_of(table)
+    if rank == 0:
+        return 0
+    found, size = np.empty((1, rank)), min(rank, n)
+    rows, A = rows_of(table, which), view(w.inner, 0, (size, size))
+    if rank > n:
+        return lapack.getrs(w.addresses, A, w.inner_pivots[:size], rows)
+    for k in range(len(rows)):
+        low_rank.read_terms(S.space.low, S.arrays.probes, rows[k], found[0])
+        lapack.getrs(w.addresses, A, w.inner_pivots[:rank], found)
+        for a in range(rank):
+            for i in range(n):
+                rows[k, i] -= found[0, a] * w.lows[a, i]
+    return 0

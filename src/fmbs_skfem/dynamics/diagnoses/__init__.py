@@ -1,0 +1,1 @@
+"""What speaks against a motion, and why a solve failed."""

@@ -1,0 +1,85 @@
+r"""Strains beyond what laws of small strains mean: axial ones of lines, principal ones of surfaces.
+
+    E = (stretch^2 - 1)/2,    force of a bar / (EA (stretch - 1)) = stretch (stretch + 1) / 2
+
+The laws of this package are linear in Green's strain E: their forces are those of Hooke's law where strains are small. At a stretch
+of 1.1 a bar is pulled by 1.16 times as much, at 1.5 by 1.9 times; below 0.58 it gives way. Energies of one's own are not looked at.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...bodies.fields import principal, strains
+from ...bodies.laws import Law
+from ...core.algebra.linalg import evenly
+from ...core.notices import notify
+from ...core.storage.records import dataclass
+from ...systems.system import System
+from ..outputs import centre_lines, skins
+from ..trajectory import Trajectory
+from . import stopped
+
+LARGE = 0.1  #: strain from which is warned: forces are then off by 15 %; half of it is 7 %
+ROUND_OFF = 1e-12  #: of the size of the system, below which a place is 0
+LOOKS = 40  #: states of a motion that are looked at
+SMALL = Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.MEMBRANE, Law.SHELL  #: laws that are linear in strains
+
+
+@dataclass(frozen=True)
+class LargeStrain:
+    """Where a body is strained most in a motion, or on a path of equilibria."""
+
+    body: str
+    strain: float  #: Green's, with its sign
+    at: float  #: time [s], or load factor
+    place: tuple[float, ...]  #: where it is then [m]; nothing where the model does not know
+
+    def __str__(self) -> str:
+        stretch = float(np.sqrt(max(1.0 + 2.0 * self.strain, 0.0)))
+        where = f" near ({', '.join(f'{x:.3g}' for x in self.place)}) m" if self.place else ""
+        force = f"a bar with that stretch of {stretch:.3g} has {0.5 * stretch * (stretch + 1.0):.2g} times the force of Hooke's law"
+        return f"'{self.body}' is strained by {100 * self.strain:.3g} %{where} at {self.at:.4g}, {force}"
+
+
+def find(trajectory: Trajectory) -> list[LargeStrain]:
+    """Bodies with strains above LARGE, each where it has the largest of the states that are looked at."""
+    system, worst = trajectory.system, dict[str, LargeStrain]()
+    small = {one.name for one in system.elastic if one.gather.law in SMALL}
+    for k in evenly(0, len(trajectory.times) - 1, LOOKS):
+        for name, (low, high) in stopped.strains(system, trajectory.x[k]).items():
+            largest = high if high >= -low else low
+            known = worst[name].strain if name in worst else LARGE
+            if name in small and abs(largest) > abs(known):
+                place = place_of(system, trajectory.x[k], name, largest < 0.0)
+                worst[name] = LargeStrain(name, largest, float(trajectory.times[k]), place)
+    return list(worst.values())
+
+
+def place_of(system: System, x: np.ndarray, name: str, shortened: bool) -> tuple[float, ...]:
+    """Where a body is strained most in a state (n,), from the samples that pictures take of it."""
+    q, sign = system.lift(x), -1.0 if shortened else 1.0
+    sampled = {one: found[0] for one, found in centre_lines(system, q[None]).items()}
+    lines = [(one, found[0], 0.5 * (np.sum(found[1] ** 2, axis=1) - 1.0)) for one, found in sampled.items()]
+    surfaces = [(one.name, *on_surface(skins(system, q)[one.name], shortened)) for one in system.skins if one.name == name]
+    for one, places, strain in [*lines, *surfaces]:
+        if one == name and len(places):
+            place = places[int(np.argmax(sign * strain))] + system.origin
+            return tuple(np.where(np.abs(place) > ROUND_OFF * system.scale, place, 0.0).tolist())
+    return ()
+
+
+def on_surface(found: np.ndarray, shortened: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Places (x, c) and the largest or smallest principal strains (x,) of samples (1 + k, x, c) of a surface."""
+    u = found[1:3].transpose(0, 2, 1).reshape(-1, found.shape[1])
+    return found[0], principal(strains(u, found.shape[2]))[int(shortened)]
+
+
+def warn(found: list[LargeStrain]) -> None:
+    """One warning of all bodies."""
+    if not found:
+        return
+    worst = max(found, key=lambda one: abs(one.strain))
+    others = [f"'{one.body}'" for one in found if one is not worst]
+    more = f"; strains above {100 * LARGE:.0f} % as well: {', '.join(others)}" if others else ""
+    notify(f"{worst}{more}; laws are linear in Green's strain, as for small ones: take an energy of your own for large ones")

@@ -1,0 +1,63 @@
+r"""Motions whose energy balance rises: how far a computed motion can be believed, and the error where it explodes.
+
+    rise = (T + U + V - W)(t) - (T + U + V - W)(0),    known = T(0) + U(0) + max |V| + max |W| up to t
+
+T, U kinetic and strain energy, V the potential of constant loads from the start, W the work of loads, drives and damping. A method
+that dissipates lets the balance fall, and what does work is in W: a rise beyond what is known is the step's own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...core.errors import Reason, SolverError
+from ..outputs import balance_of
+from ..trajectory import Trajectory
+
+SOUND = 0.05  #: rise over the known energy up to which a state is believed
+TENFOLD = 9.0  #: rise over the known energy at which the energy is ten times what it can be
+
+
+def rises(trajectory: Trajectory) -> np.ndarray:
+    """Rise of the energy balance over the known energy (s,), less than zero where it falls; 0 where it cannot be judged.
+
+    Where forces do work between states that are not stored, and no step has summed it, the balance says nothing.
+    """
+    count = len(trajectory.times)
+    if count < 2 or (trajectory.work is None and count <= trajectory.statistics.steps and not passive(trajectory)):
+        return np.zeros(count)
+    stored, work, doubt, balance, rest = balance_of(trajectory)
+    known = stored[0, :2].sum() + np.maximum.accumulate(np.abs(stored[:, 2])) + np.maximum.accumulate(np.abs(work))
+    with np.errstate(all="ignore"):
+        found = (balance - balance[0] - doubt) / np.maximum(known, max(rest, 1e-300))
+    return np.where(np.isfinite(found), found, np.inf)
+
+
+def passive(trajectory: Trajectory) -> bool:
+    """Whether nothing but constant loads and damping does work."""
+    system = trajectory.system
+    return not system.signals and not any(map(len, system.loads.forces))
+
+
+def last_sound(trajectory: Trajectory) -> int:
+    """Number of the last stored state before the energy balance rises."""
+    wrong = np.flatnonzero(rises(trajectory) > SOUND)
+    return max(int(wrong[0]) - 1, 0) if len(wrong) else len(trajectory.times) - 1
+
+
+def unstable(trajectory: Trajectory, step: float) -> SolverError | None:
+    """The error of a motion in steps of `step` [s] whose energy balance rises tenfold, with its sound part; else None."""
+    rise = rises(trajectory)
+    wrong = np.flatnonzero(rise > TENFOLD)
+    if not len(wrong):
+        return None
+    good, at = last_sound(trajectory), int(wrong[0])
+    steps = round(float(trajectory.times[good]) / step)
+    partial = replace(trajectory.part(slice(good + 1)), statistics=replace(trajectory.statistics, steps=steps))
+    text = (
+        f"{Reason.UNSTABLE.value}: at t = {trajectory.times[at]:.6g} s it is {1 + rise[at]:.3g} times what start, loads and drives "
+    )
+    text += f"can give, and it rises from t = {trajectory.times[good]:.6g} s on; try a smaller step, or a smaller rho_inf"
+    return SolverError(text, Reason.UNSTABLE, float(trajectory.times[good]) + step, (), partial)

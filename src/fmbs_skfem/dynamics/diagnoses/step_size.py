@@ -1,0 +1,291 @@
+"""Whether the steps of a run are short enough for what they read of time, of angles and of tables, and for Newton's iteration.
+
+Observers that look at a motion when its run has ended, each with one warning: histories that change inside of steps, drives that
+jump, angles that jump or tilt, tables that were left, failed iterations, what functions of Python cost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ...core.notices import notify, remark
+from ...systems.compiled import Compiled, signal_table
+from ...systems.forces import on_rows as forces
+from ...systems.forces import responses
+from ...systems.forces.force_laws import ForceLaw, LawForces, evaluate
+from ...systems.measures.angles import DOUBT
+from ...systems.signals import Cosine, Sine, read_inputs
+from ...systems.system import System, driving
+from ..histories import pushed_body, signal_names
+from ..observers import Judge, Looks, Observer, Setting, offered
+from ..run import OpenRun
+from ..trajectory import Statistics, Trajectory
+
+INSIDE = 4  #: instants inside of a step at which histories are looked at
+MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone, above which a warning is shown
+#: steps from where a history begins to the end of a run, up to which it may have only begun: after n steps t^2 is missed by
+#: 1 / (2 n^2), t^6 by 3.5 / n^2, however short the steps are; and how far it leaves the range of the ends of a step, of its size,
+#: where they do not see it
+BRIEF, UNSEEN = 10, 0.1
+AT_ONCE = 10_000  #: steps
+#: what a drive changes in a step, of its range and of the change in the steps beside, above which it jumps; its rate alike
+LEAP = 1e-3, 10.0
+ROUND_OFF = 8.0  #: in units of the last place of the largest value of a drive, which its differences have
+TILT = 0.1  #: of the place of a torque out of the plane of its angle, above which a warning is shown [rad]
+ROWS_OF_ANGLES = {"torque": 2, "torsion_spring": 2, "torque in space": 9}  #: of coordinates and laws about axes in space
+
+
+class Tables(Observer):
+    """Looks at tables of forces: a live run has no end."""
+
+    def __init__(self, live: bool) -> None:
+        self.looks: Looks = "step" if live else "end"
+        self.told = False
+
+    def after(self, run: OpenRun) -> None:
+        for text in () if self.told else responses.beyond(run.model, run.step.state.memory):
+            self.told = True
+            notify(text)
+
+    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
+        self.after(run)
+        return motion
+
+
+class PythonCost(Observer):
+    """A remark of what forces that are functions of Python cost in a run."""
+
+    looks = "end"
+
+    def begin(self, run: OpenRun) -> None:
+        self.before_run = forces.cost_of(run.model.forces)
+
+    def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
+        now = forces.cost_of(run.model.forces)
+        if calls := now.calls - self.before_run.calls:
+            seconds = now.seconds - self.before_run.seconds
+            beside = f"{seconds:.3g} s beside {motion.statistics.cpu_s:.3g} s of the run"
+            told = f"functions of Python were called {calls} times for forces, {beside}"
+            remark(f"{told}; in symbols they are compiled (docs/extensions.md)")
+        return motion
+
+
+@offered
+def _(setting: Setting) -> Iterator[Observer]:
+    laws = [one for one in setting.system.loads.forces if isinstance(one, LawForces)]
+    if not setting.live:
+        yield Judge(lambda run, motion: warn_of_division(motion.statistics))
+        if setting.system.signals:
+            yield Judge(lambda run, motion: warn_of_histories(run, motion, setting.steps))
+        if laws:
+            yield Judge(warn_of_angles)
+        if any(isinstance(one, forces.OfPython) for one in setting.system.loads.forces):
+            yield PythonCost()
+    if any(one.law.tables for one in laws):
+        yield Tables(setting.live)
+
+
+def warn_of_division(cost: Statistics) -> None:
+    """A notice where the iteration failed so often that the motion is hardly resolved."""
+    if cost.unresolved:
+        failed = f"Newton's iteration failed {cost.halved} times in {cost.steps} steps, which were divided"
+        notify(f"{failed}: the steps do not resolve the motion, which may be wrong; take a smaller step")
+
+
+def warn_of_histories(run: OpenRun, motion: Trajectory, steps: int) -> None:
+    """Warnings of what is read of time, of so many steps that were to be taken."""
+    warn_of_coarse_steps(motion, run.plain, run.scheme.step, steps)
+    warn_of_drives_that_jump(run.plain, run.scheme.step, steps)
+
+
+def warn_of_angles(run: OpenRun, motion: Trajectory) -> None:
+    """A warning of angles of loads."""
+    if not warn_of_jumps(run.model, motion, run.scheme.step):
+        warn_of_tilts(motion)
+
+
+def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: int) -> None:
+    """A warning where histories and forces by expressions of t change inside of steps [s], which read them at their ends alone.
+
+    `plain` is the system before it was told its inputs; what reads inputs, which are held from step to step, is left out.
+
+    The integral S(t) of a history s, for a load its impulse, is max |S - S_h| / max |S| off where S_h is that of the straight lines
+    between the ends of the steps.
+    """
+    wrong = dict[str, float]()
+    for owner, share in (*coarse_histories(plain, step, steps), *coarse_forces(motion, plain, step, steps)):
+        wrong[owner] = max(wrong.get(owner, 0.0), share)
+    for owner, share in wrong.items():
+        text = f"{owner} changes faster than the step of {step:g} s"
+        notify(f"{text}: its integral over time is wrong by up to {share:.0%}; take a smaller step")
+
+
+def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:
+    """A warning where a function of time that drives a joint, or its rate, jumps from one step [s] to the next: an impulse."""
+    for name, (what, t) in drives_that_jump(plain, step, steps).items():
+        text = f"{name} is driven by a function{what} jumps within one step, at t = {t:.4g} s"
+        notify(f"{text}: forces there are impulses that depend on the step; let it change over many steps")
+
+
+def drives_that_jump(plain: System, step: float, steps: int) -> dict[str, tuple[str, float]]:
+    """What is driven by functions of time that jump, or whose rates do: which of both, and when [s].
+
+    A joint that jumps by u moves a mass with m u / h^2, and one whose rate jumps by w with m w / h, which no smaller step makes
+    right. A corner between two steps shows in the second differences of both. Angles are looked at themselves, as second
+    differences of their cosines vanish at every half turn.
+    """
+    times, driven = step * np.arange(steps + 1), {signal for _, signal in driving(plain.constraints)}
+    jumps = dict[str, tuple[str, float]]()
+    for k in (k for k in driven if steps > 2 and not read_inputs(plain.signals[k])):
+        signal = plain.signals[k]
+        values = (signal.angle if isinstance(signal, Cosine | Sine) else signal)(times) + np.zeros(len(times))
+        noise = ROUND_OFF * np.finfo(float).eps * np.abs(values).max()
+        changes, bends = np.abs(np.diff(values)), np.abs(np.diff(values, 2))
+        for what, found, size, apart in ((" that", changes, np.ptp(values), 1), (" whose rate", bends, changes.max(), 2)):
+            limit = np.maximum(LEAP[0] * size, LEAP[1] * beside(found, apart))
+            for at in np.flatnonzero(found > limit + noise)[:1]:
+                jumps.setdefault(signal_names(plain)[k], (what, times[at + 1]))
+    return jumps
+
+
+def beside(found: np.ndarray, apart: int) -> np.ndarray:
+    """The larger one (s,) of the values `apart` before and behind every value (s,); near the ends the largest of three inside.
+
+    A smooth function may vanish at the one that there is.
+    """
+    before, behind = np.zeros(len(found)), np.zeros(len(found))
+    before[apart:], behind[:-apart] = found[:-apart], found[apart:]
+    largest = np.maximum(before, behind)
+    for k in range(min(apart, len(found))):
+        inside = found[k + apart : k + apart + 3], found[max(len(found) - k - apart - 3, 0) : max(len(found) - k - apart, 0)]
+        largest[k], largest[-1 - k] = (part.max(initial=0.0) for part in inside)
+    return largest
+
+
+def warn_of_jumps(model: Compiled, motion: Trajectory, step: float) -> bool:
+    """A warning where the angle of a load jumps from one step [s] to the next: a slope goes through its axis, or turns too fast."""
+    found = False
+    if motion.memory is None or len(motion.times) < 2:
+        return found
+    apart = np.diff(motion.times)
+    near = (apart > 0.0) & (apart < 1.5 * step)
+    for source, force, held in model.remembering:
+        if not isinstance(source, LawForces) or not force.turns.any():
+            continue
+        with np.errstate(invalid="ignore"):  # values of events may be infinite beside
+            jumps = np.where(force.turns * near[:, None] > 0.0, np.abs(np.diff(motion.memory[:, held], axis=0)), 0.0)
+        s, k = np.unravel_index(int(jumps.argmax()), jumps.shape)
+        if jumps[s, k] > DOUBT:
+            name = pushed_body(motion.system, int(source.rows[k * len(source) // len(force.memory), 0]))
+            at = f"by {np.degrees(jumps[s, k]):.0f} degrees in one step, at t = {motion.times[s + 1]:.4g} s"
+            why = "its place tilts into the axis there, or turns too fast"
+            notify(f"the angle of {name} jumps {at}: {why}; take a smaller step, or hold the place so that it cannot tilt")
+            found = True
+    return found
+
+
+def warn_of_tilts(motion: Trajectory) -> None:
+    """A warning where the place of a torque about an axis in space tilts: the direction u whose angle it counts leaves its plane.
+
+    The torque does the work of that angle, tau theta', so that at a tilt phi it has a part tau tan(phi) across the axis.
+    """
+    system, worst = motion.system, dict[int, float]()
+    for source in system.loads.forces if system.dim == 3 else ():
+        if isinstance(source, LawForces) and (size := ROWS_OF_ANGLES.get(coordinate_of(source.law.name))):
+            for rows in source.rows[:, :size]:
+                y = np.asarray(csr_array(system.probes.matrix)[rows] @ motion.x.T).T + system.probes.offset[rows]
+                u, normals = y[:, :3], y[:, 3:].reshape(len(y), -1, 3)
+                inside = np.linalg.norm(y if size == 2 else np.einsum("sc,skc->sk", u, normals), axis=1)
+                length = 1.0 if size == 2 else np.linalg.norm(u, axis=1)
+                worst[int(rows[0])] = float(np.arccos(np.clip(inside / length, 0.0, 1.0)).max())
+    row = max(worst, key=worst.__getitem__, default=-1)
+    if row >= 0 and worst[row] > TILT:
+        tilt = f"tilts out of the plane of its angle by up to {np.degrees(worst[row]):.0f} degrees"
+        across = f"the torque does the work of that angle, and has up to {np.tan(worst[row]):.0%} of itself across its axis"
+        remedy = "hold the place by a revolute joint where that matters"
+        notify(f"the place of {pushed_body(system, row)} {tilt}: {across}; {remedy}")
+
+
+def coordinate_of(law: str) -> str:
+    """What a force with this law acts along: a coordinate of `responses`, or the law's own name."""
+    kind, _, rest = law.partition("|")
+    return rest.partition("|")[0] if kind == responses.WORD else kind
+
+
+def coarse_histories(system: System, step: float, steps: int) -> Iterator[tuple[str, float]]:
+    """What is driven by histories that are too far off, and the share that is missed."""
+    known = [k for k, signal in enumerate(system.signals) if not read_inputs(signal)]
+    size, missed = integrals(lambda times: signal_table(system, times.ravel())[:, known], step, steps)
+    for k in np.flatnonzero(missed > MISSED * size):
+        yield signal_names(system)[known[k]], missed[k] / size[k]
+
+
+def coarse_forces(motion: Trajectory, plain: System, step: float, steps: int) -> Iterator[tuple[str, float]]:
+    """The same of forces that read histories by a law of one's own.
+
+    |S| is at least what it is with the state of the start: of a force that follows a history little is left in the motion. That is
+    looked at where the motion alone does not clear a force.
+    """
+    for found in (one for one in plain.loads.forces if isinstance(one, LawForces) and one.law.maker):
+        for rows, numbers, signals in zip(found.rows, found.numbers, found.signals, strict=True):
+            read, size, missed = [plain.signals[k] for k in signals if k >= 0], 0.0, 0.0
+            if not len(rows) or not read or any(read_inputs(one) for one in read):
+                continue
+            for moves in (True, False):
+                whole, off = integrals(pushes(motion, found.law, rows, numbers, signals, moves), step, steps)
+                size, missed = max(size, whole.max()), max(missed, off.max())
+                if missed <= MISSED * size:
+                    break
+            else:
+                yield pushed_body(plain, int(rows[0])), missed / size
+
+
+def pushes(
+    motion: Trajectory, law: ForceLaw, rows: np.ndarray, numbers: np.ndarray, signals: np.ndarray, moves: bool
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Forces (s i, r) by times (s, i) in s steps, with the state of the middle of a step, or of the start where nothing `moves`."""
+    system = motion.system
+    matrix = csr_array(system.probes.matrix)[rows]
+    states = (matrix @ motion.x.T).T + system.probes.offset[rows], (matrix @ motion.v.T).T
+
+    def pushed(times: np.ndarray) -> np.ndarray:
+        middle, (steps, count), table = times.mean(axis=1), times.shape, signal_table(system, times.ravel())
+        histories = np.where(signals < 0, 1.0, table[:, signals])
+        many = np.repeat(numbers[None], steps * count, axis=0)
+        if moves:
+            between = (np.stack([np.interp(middle, motion.times, row) for row in part.T], axis=1) for part in states)
+            y, rates = (np.repeat(part, count, axis=0) for part in between)
+        else:
+            y, rates = (np.repeat(part[:1], steps * count, axis=0) for part in states)
+        return evaluate(law, y, rates, many, histories)
+
+    return pushed
+
+
+def integrals(values: Callable[[np.ndarray], np.ndarray], step: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """max |S| (k,) and max |S - S_h| (k,) of functions of times (s, i) in s steps, with values (s i, k).
+
+    Zero for the latter where a function has only BRIEF steps since it began, in which it stays between the ends of its steps.
+    """
+    inside = np.array([0.0, *(np.arange(INSIDE) + 0.5) / INSIDE, 1.0])
+    carried, size, missed, began = np.zeros(1), np.zeros(1), np.zeros(1), np.array([steps])
+    most, beyond = np.zeros(1), np.zeros(1)
+    for first in range(0, steps, AT_ONCE):
+        numbers = np.arange(first, min(first + AT_ONCE, steps))
+        times = step * (numbers[:, None] + inside)
+        with np.errstate(all="ignore"):
+            found = values(times).reshape(*times.shape, -1)
+            found = np.where(np.isfinite(found), found, 0.0)
+            means = np.stack([found[:, 1:-1].mean(axis=1), 0.5 * (found[:, 0] + found[:, -1])])
+            sums = carried + np.cumsum(means, axis=1)
+        carried = sums[:, -1:]
+        size = np.maximum(size, np.abs(sums).max(axis=(0, 1)))
+        missed = np.maximum(missed, np.abs(sums[1] - sums[0]).max(axis=0))
+        began = np.minimum(began, np.where((found != 0.0).any(axis=1), numbers[:, None], steps).min(axis=0))
+        low, high = (choose(found[:, 0], found[:, -1])[:, None] for choose in (np.minimum, np.maximum))
+        most = np.maximum(most, np.abs(found).max(axis=(0, 1)))
+        beyond = np.maximum(beyond, np.maximum(low - found, found - high).max(axis=(0, 1)))
+    return size, np.where((steps - began <= BRIEF) & (beyond <= UNSEEN * most), 0.0, missed)

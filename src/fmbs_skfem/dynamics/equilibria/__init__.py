@@ -1,0 +1,1 @@
+"""Equilibria: load steps, paths by arc length."""

@@ -1,0 +1,164 @@
+r"""One equilibrium by Newton's iteration, and how the system answers there to forces.
+
+    f(x) - Q(s) + Phi_x^T lambda = 0,  Phi(x, s) = 0
+
+Corrections solve the saddle point of the exact tangent; where it is singular and its equations have solutions, the least of them
+is taken. The factors of the last one stay at hand: they say what the state before would have expected, see `leaps`, and how many
+motions the equilibrium does not resist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ...core.algebra import inertia, ranks, saddle
+from ...core.algebra.linalg import scaled
+from ...core.errors import Reason, SolverError
+from ...core.storage.records import dataclass
+from ...systems import compiled
+from ...systems.compiled import Compiled
+from ...systems.connections.redundancy import scale_of
+from ...systems.system import System
+from ..names import as_text, row_names, worst
+from ..scheme import Newton, round_off
+
+NEAR, FAR = 0.02, 0.2  #: longest corrections over the size of the mechanism, at first and at most
+FLOOR = 50.0  #: corrections up to this times the round-off of positions are round-off: thin bodies amplify it
+LITTLE, SOLVES = 1e-9, 1e-3  #: of the metric beside a singular tangent, and the rest of the residual that it may leave
+STALE = 1e-9  #: change of multipliers in the last correction, over their size, from which its tangent is not that of the state
+CLEAR = 1e-9  #: smallest pivot of a balanced tangent over the largest from which no motion is free
+FREE = "a body may be free to move: hold it by joints, or let contact that holds it overlap from the start"
+LIMIT = "no equilibrium may be near beyond a limit or branch point of the load: follow the path by `method: arc_length`"
+
+
+@dataclass(frozen=True, eq=False)
+class Tangent:
+    """Factors of the tangent and the rows of joints in a state."""
+
+    stiffness: csr_array  #: (n, n) K in units of their own
+    rows: np.ndarray  #: (m, n) J in units of their own
+    unit: np.ndarray  #: (n + m,) the units
+    factors: saddle.Saddle | None  #: None where the tangent is singular
+
+    def solve(self, R: np.ndarray) -> np.ndarray | None:
+        """Displacements and multipliers (n + m,) by which forces and gaps R (n + m,) are answered; None where that is not known."""
+        if self.factors is None:
+            return None
+        found = saddle.solve(self.factors, self.unit * R)
+        return self.unit * found if np.isfinite(found).all() else None
+
+    @property
+    def holds(self) -> bool:
+        """Whether all motions are resisted without doubt: no row is round-off, which balancing would raise, and no pivot."""
+        if self.factors is None:
+            return False
+        K, J = abs(csr_array(self.stiffness)), np.abs(self.rows).max(axis=0, initial=0.0)
+        rows = np.maximum(K.max(axis=1).toarray().ravel() / max(K.max(), 1e-300), J)
+        pivots = np.abs(self.factors.factors.pivots())
+        return bool(min(rows.min(), pivots.min() / pivots.max()) > CLEAR)
+
+    @property
+    def negative(self) -> int | None:
+        """Negative pivots on what joints leave; None where the tangent is singular or not symmetric."""
+        return None if self.factors is None else inertia.count_negative(self.stiffness, self.rows, self.factors)
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """State at one load factor or time."""
+
+    at: float  #: load factor, or time [s]
+    x: np.ndarray  #: (n,)
+    multipliers: np.ndarray  #: (m,)
+    iterations: int
+    memory: np.ndarray | None = None  #: (l,) what forces keep of it; None: nothing but what they start with
+    negative: int | None = None  #: negative pivots of its tangent; None where there is no such number
+    held: bool = False  #: whether it resists all motions without doubt
+    first: np.ndarray | None = field(default=None, repr=False)  #: (n,) the first correction on the way to it; None: least of many
+    tangent: Tangent | None = field(default=None, repr=False)  #: None where it is not wanted any more
+
+
+def unloaded(model: Compiled) -> Equilibrium:
+    """The reference, where load steps start."""
+    return Equilibrium(0.0, model.system.x0, np.zeros(model.constraints), 0)
+
+
+def newton_statics(
+    model: Compiled, start: Equilibrium, newton: Newton, time: float, unit: str, few: int | None = None
+) -> Equilibrium:
+    """Full Newton iteration with the exact tangent; corrections are shortened where they would leave the basin of attraction.
+
+    The longest one allowed is doubled while corrections become smaller, and halved where they grow: what hardly bends has other
+    equilibria nearby, with folds. `unit` says what `time` is, for messages; `few` iterations at most, by default 4 times Newton's.
+    """
+    place = unit, time
+    x, multipliers, memory, n = start.x, start.multipliers, start.memory, len(start.x)
+    last, norm, reach, first = np.inf, np.inf, NEAR * model.system.scale, None
+    for iteration in range(few or 4 * newton.iterations):
+        R, tangent = compiled.residual(model, x, multipliers, time, memory), tangent_at(model, x, multipliers, time, memory)
+        step = correction(model, tangent, R)
+        if step is None:
+            raise static_failure(model, Reason.SINGULAR_TANGENT, place, R)
+        if iteration == 0 and tangent.factors is not None:
+            first = -step[:n]
+        last, norm = norm, compiled.size(model, step[:n])
+        if iteration > 8 and norm > 1e3 * model.system.scale:
+            raise static_failure(model, Reason.DIVERGED, place, R)
+        reach = min(2.0 * reach, FAR * model.system.scale) if norm < last else max(0.5 * reach, NEAR * model.system.scale)
+        short = min(1.0, reach / max(norm, 1e-300))
+        x, multipliers = x - short * step[:n], multipliers - short * step[n:]
+        if is_enough(model.system, newton, norm, last):
+            if np.abs(step[n:]).max(initial=0.0) > STALE * np.abs(multipliers).max(initial=0.0):  # as of rigid bodies that stay
+                tangent = tangent_at(model, x, multipliers, time, memory)
+            kept = compiled.accepted(model, x, memory=memory)
+            return Equilibrium(time, x, multipliers, iteration + 1, kept, tangent.negative, tangent.holds, first, tangent)
+    raise static_failure(model, Reason.NOT_CONVERGED, place, R)
+
+
+def is_enough(system: System, newton: Newton, norm: float, last: float) -> bool:
+    """Whether a correction of size `norm` [m] after one of size `last` ends the iteration: the faster it contracts, the earlier."""
+    enough = newton.tolerance * system.scale * min(1.0, 1e-2 * last / max(norm, 1e-300))
+    return norm <= max(enough, FLOOR * round_off(system))
+
+
+def tangent_at(model: Compiled, x: np.ndarray, multipliers: np.ndarray, time: float, memory: np.ndarray | None) -> Tangent:
+    """Factors of the tangent and the rows of joints in a state.
+
+    Unknowns count by how far they move points, rows of J by their lengths: a soft spring turns a small body as a large one.
+    """
+    K, J = compiled.tangent(model, x, multipliers, time, 0.0, memory), compiled.gap(model, x, time)[1]
+    large = scale_of(model.system) / model.system.scale
+    unit = np.append(large, 1.0 / ranks.lengths(J * large))
+    K, J = scaled(K, large, large), scaled(J, unit[len(large) :], large)
+    found = saddle.factor(saddle.matrix(K, J))
+    return Tangent(K, J, unit, found if found is not None and found.regular else None)
+
+
+def correction(model: Compiled, tangent: Tangent, R: np.ndarray) -> np.ndarray | None:
+    """The correction (n + m,) of a state, None where there is none.
+
+    Where the tangent is singular but its equations have solutions, as of a chain that hangs straight and is not yet under tension,
+    it is that of least size, by a little of the metric beside it.
+    """
+    if (step := tangent.solve(R)) is not None:
+        return step
+    system, K, J, unit = model.system, tangent.stiffness, tangent.rows, tangent.unit
+    large, R = unit[: system.size], unit * R
+    W = scaled(csr_array(system.metric), large, large)
+    size = abs(K).max() or np.abs(R).max() / system.scale  # rigid bodies have no stiffness but that of what pulls at them
+    step = saddle.regular_solution(saddle.matrix(csr_array(K + LITTLE * size / abs(W).max() * W), J), R)
+    solves = step is not None and np.linalg.norm(saddle.matrix(K, J) @ step - R) <= SOLVES * np.linalg.norm(R)
+    return unit * step if solves else None
+
+
+def static_failure(
+    model: Compiled, reason: Reason, place: tuple[str, float], R: np.ndarray, hint: str = f"{LIMIT}, or try more load steps"
+) -> SolverError:
+    """The error of a step at a load factor or time, with the worst residuals by name."""
+    largest = worst(row_names(model.system), R)
+    hint = FREE if reason is Reason.SINGULAR_TANGENT else hint
+    text = f"{reason.value} at {place[0]} {place[1]:.4g}; largest residuals: {as_text(largest)}; {hint}"
+    return SolverError(text, reason, place[1], largest)

@@ -1,0 +1,1 @@
+"""Linear equations about a state: vibration modes, buckling, frequencies over a parameter, answers to inputs."""

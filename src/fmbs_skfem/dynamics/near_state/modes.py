@@ -1,0 +1,302 @@
+r"""Vibration modes of constrained systems, undamped and damped, about any equilibrium.
+
+    K v = omega^2 M v  on the null space of Phi_x                                                                         (1)
+    u = v exp(s t):    (s^2 M + s C + K) v = 0;     frequency |Im s|, damping ratio -Re s / |s|                             (2)
+
+K and C of (2) need not be symmetric (follower forces, gyroscopic terms, damping in a rotating frame), so its eigenvalues are
+complex, and an equilibrium is unstable where one has a positive real part: flutter with, divergence without an imaginary one.
+
+A structure that is loaded beyond its buckling load without imperfections keeps its straight state, as does a pendulum that stands
+on its head: Newton's iteration finds such states as it finds others, where (1) has an omega^2 < 0.
+
+Sources: Geradin and Rixen, Mechanical Vibrations, 3rd ed., Wiley 2015, chs. 2 and 3; Fan, Lin and Van Dooren, SIAM J. Matrix Anal.
+Appl. 26 (2004) 252-256, doi 10.1137/S0895479803434914 (scaling of the quadratic eigenproblem).
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+
+import numpy as np
+from scipy.linalg import eig, eigh
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigs, eigsh
+
+from ...core.algebra import inertia, ranks, saddle
+from ...core.algebra.linalg import Array, scaled
+from ...core.errors import InputError, Reason, SolverError, say
+from ...core.storage.records import dataclass
+from ...systems import free_motions
+from ...systems.system import System
+from ..trajectory import Trajectory
+from .linear import Linear, is_symmetric, linearise
+
+SEEN = 1e-8  #: of the size of a matrix over that of the mass, below which eigenvalues count as zero: those of free motions are
+SMALL = 400  #: independent unknowns up to which all eigenvalues are found
+PAIR = 1e-6  #: sum of two real eigenvalues, over one of them, up to which they are a pair s, -s of a system without damping
+ROUND = 1e-9  #: real and imaginary parts, relative to the size of an eigenvalue, that are round-off
+GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from which a motion grows
+STILL = 1e-7  #: eigenvalue over the largest frequency that the matrices allow, up to which the double zeros of free motions split
+ALONE = 1e-3  #: distance of a slow shape from those before it, over its size, from which it is a motion of its own
+MIRRORED = 0.1  #: sum of slow real parts, over that of their sizes, up to which they are such splits
+FEW = 6  #: modes next to zero, of which one would have passed it, where a state may not stand
+LARGE = 6000  #: unknowns beyond which nothing is said of that: factors of their stiffness cost as much as a load step
+WIDE = 1_000_000  #: numbers of the rows of constraints beyond which nothing is said, either: they are dense
+UPWARD = 1e-7  #: shift over the largest frequency that the matrices allow, so that free motions have an inverse
+
+
+@dataclass(frozen=True)
+class VibrationModes:
+    """Vibration modes about a configuration."""
+
+    squares: np.ndarray  #: (i,) omega^2 [1/s2], negative where the equilibrium is unstable
+    shapes: np.ndarray  #: (n, i) normalised by the mass matrix
+
+    @property
+    def angular_frequencies(self) -> np.ndarray:
+        """Angular frequencies (i,) [rad/s], 0 where the equilibrium is unstable."""
+        return np.sqrt(np.maximum(self.squares, 0.0))
+
+
+def vibration_modes(
+    system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None
+) -> VibrationModes:
+    """Lowest `count` modes about x (n,), by default the reference, and multipliers (m,), with all constraints in linear form.
+
+    All where there are fewer. Cables curved in space have no stiffness out of their plane in the reference, and are refused there.
+    Found by Lanczos iteration on the inverse of the bordered matrix, shifted a little below zero so that free bodies have one;
+    where most modes are wanted, by a dense solution on the null space of the constraints.
+    """
+    if x is None:
+        free_motions.refuse_limp("vibration_modes", system)
+    return real_modes(linearise(system, x, multipliers), count)
+
+
+def real_modes(linear: Linear, count: int = 10) -> VibrationModes:
+    """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in their stiffness left out."""
+    large = np.broadcast_to(linear.large, len(linear.x))
+    large = large / large.max()  # of v = S y: positions and axes count alike, however small a body is
+    K, M, J = scaled(linear.stiffness, large, large), scaled(linear.mass, large, large), ranks.unit_rows(linear.rows * large)
+    possible = len(linear.x) - len(J)
+    count = at_most(count, possible)
+    squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
+    return VibrationModes(squares, large[:, None] * vectors)
+
+
+def at_most(count: int, possible: int) -> int:
+    """`count`, or the number of independent motions where there are fewer; InputError where that is none."""
+    if count < 1:
+        raise InputError(say("modes, count", "1 or more", count))
+    if not possible:
+        raise InputError(say("modes", "motions that the joints leave", "none", "release a joint"))
+    return min(count, possible)
+
+
+def dense_modes(K: Array, M: Array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and vectors of (K, M) on the null space of independent rows J."""
+    Z = ranks.null_space(J)
+    squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
+    return squares, Z @ vectors
+
+
+def sparse_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and vectors of (K, M) with J v = 0 for independent rows J, by Lanczos iteration in shift-invert mode.
+
+    Near a shift close to zero the free motions of a body drown the digits of all others: where there are any, the lowest other
+    eigenvalue, negative, is the second shift.
+    """
+    shift = -1e-9 * float(abs(K).max() / abs(M).max())
+    squares, vectors = shifted_modes(K, M, J, count, shift)
+    others = squares[squares > 10.0 * abs(shift)]
+    return shifted_modes(K, M, J, count, -float(others[0])) if 0 < len(others) < count else (squares, vectors)
+
+
+def shifted_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int, shift: float) -> tuple[np.ndarray, np.ndarray]:
+    """The modes next to a shift below all of them."""
+    n, inverse = K.shape[0], saddle.constrained(K - shift * M, J)
+    if inverse is None:
+        raise InputError(say("vibration_modes", "a mass or a stiffness in every direction", "one without both"))
+    start = inverse(M @ np.cos(np.arange(n)))
+    squares, vectors = eigsh(
+        K, count, M=M, sigma=shift, OPinv=LinearOperator((n, n), matvec=inverse, dtype=float), v0=start, tol=1e-14
+    )
+    order = np.argsort(squares)
+    return squares[order], vectors[:, order]
+
+
+@dataclass(frozen=True)
+class ComplexModes:
+    """Motions v exp(s t), each of a conjugate pair once, slowest first."""
+
+    eigenvalues: np.ndarray  #: (i,) s [1/s], imaginary parts not negative
+    shapes: np.ndarray  #: (n, i) complex, of largest entry 1
+    beyond: np.ndarray = field(default_factory=lambda: np.empty(0))  #: (j,) s [1/s] of motions that grow beside these
+    unknown: int = 0  #: faster motions of which nothing says whether they grow
+
+    @property
+    def angular_frequencies(self) -> np.ndarray:
+        """Angular frequencies (i,) |Im s| [rad/s]."""
+        return np.asarray(np.abs(self.eigenvalues.imag))
+
+    @property
+    def damping_ratios(self) -> np.ndarray:
+        """-Re s / |s| (i,), negative where a motion grows."""
+        size = np.abs(self.eigenvalues)
+        return np.asarray(np.divide(0.0 - self.eigenvalues.real, size, out=np.zeros(len(size)), where=size > 0.0))
+
+
+def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
+    """The `count` slowest motions (2) of linear equations, all where there are fewer, and one more where that parts a pair s, -s.
+
+    What grows beside them is among those `beyond`, as far as it is found: of a small system, all of which is found by a dense
+    solution on the null space of the constraints. Those of a large one are found by Arnoldi's iteration on the inverse, and the
+    others are `unknown` unless none `can_grow`; SolverError where that does not converge.
+    """
+    possible = len(linear.x) - len(linear.rows)
+    few = at_most(count, possible)
+    whole = possible <= SMALL or 4 * few > possible
+    values, shapes = (all_eigenvalues if whole else slow_eigenvalues)(linear, few)
+    values = without_round_off(values)
+    unknown = 0 if whole or not can_grow(linear) else possible - int(np.sum(values.imag >= 0.0))
+    kept = np.flatnonzero(values.imag >= 0.0)
+    kept = kept[np.argsort(np.abs(values[kept]), kind="stable")]
+    kept = kept[once(values[kept], shapes[:, kept], STILL * fastest(linear))]
+    kept, rest = np.split(kept, [whole_pairs(values[kept], count)])
+    size = max(np.abs(values[kept]).max(initial=0.0), STILL * fastest(linear))
+    return ComplexModes(values[kept], largest_one(shapes[:, kept]), values[rest][values[rest].real > GROWS * size], unknown)
+
+
+def can_grow(linear: Linear) -> bool:
+    """Whether linear motions may grow; not where K is symmetric and positive, and the symmetric part D of C is not negative.
+
+        d/dt (v'^T M v' + v^T K v) / 2 = - v'^T D v' <= 0
+
+    then holds them (Kelvin, Tait and Chetaev; A. P. Seyranian, A. A. Mailybaev, Multiparameter Stability Theory with Mechanical
+    Applications, World Scientific 2003, ch. 6). Gyroscopic terms, the other part of C, do no work.
+    """
+    D = csr_array(0.5 * (linear.damping + linear.damping.T))
+    return not (is_positive(linear, linear.stiffness) and is_positive(linear, D))
+
+
+def is_positive(linear: Linear, A: csr_array) -> bool:
+    """Whether A (n, n) is symmetric and has no negative eigenvalue on the null space of the rows, beside the mass and to SEEN."""
+    if not (size := abs(A).max()):
+        return True
+    shifted = csr_array(A + SEEN * size / abs(linear.mass).max() * linear.mass)
+    found = saddle.factor(saddle.matrix(shifted, linear.rows))
+    return found is not None and inertia.count_negative(shifted, linear.rows, found) == 0
+
+
+def whole_pairs(values: np.ndarray, count: int) -> int:
+    """How many of eigenvalues (i,), slowest first, are listed where `count` are asked for: a real pair s, -s is not parted."""
+    cut = 0 < count < len(values) and values[count - 1].imag == values[count].imag == 0.0
+    return count + bool(cut and abs(values[count - 1] + values[count]) <= PAIR * abs(values[count]))
+
+
+def without_round_off(values: np.ndarray) -> np.ndarray:
+    """Eigenvalues (i,) on the axes of the complex plane where they are there but for round-off."""
+    real, imaginary = (np.where(np.abs(part) <= ROUND * np.abs(values), 0.0, part) for part in (values.real, values.imag))
+    return np.asarray(real + 1j * imaginary)
+
+
+def fastest(linear: Linear) -> float:
+    """A bound of the frequencies that the matrices allow, to a factor [rad/s]."""
+    return float(np.sqrt(abs(linear.stiffness).max() / abs(linear.mass).max()))
+
+
+def once(values: np.ndarray, shapes: np.ndarray, still: float) -> np.ndarray:
+    """Which motions (i,) are left when those slower than `still` [rad/s], sorted, are kept only where their shapes (n, i) are new.
+
+    A free motion u = a + b t has the eigenvalue 0 twice with one shape; round-off parts it into s and -s, real or imaginary, where
+    damped motions have negative real parts alone.
+    """
+    slow = int(np.sum(np.abs(values) <= still))
+    if abs(values[:slow].real.sum()) > MIRRORED * np.abs(values[:slow]).sum():
+        return np.arange(len(values))
+    first = ranks.independent_rows(largest_one(shapes[:, :slow]).real.T, ALONE) if slow else np.zeros(0, np.int64)
+    return np.append(first, np.arange(slow, len(values)))
+
+
+def all_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (i,) and vectors (n, i) of (2) on the null space Z of the rows, by the companion form in the time 1/w.
+
+    w = sqrt(|K| / |M|) makes both matrices equally large, which keeps the digits of slow motions; unknowns in metres and slopes are
+    counted in what is large of each.
+    """
+    large = np.broadcast_to(linear.large, linear.x.shape)
+    Z = large[:, None] * (ranks.null_space(linear.rows * large) if len(linear.rows) else np.eye(len(linear.x)))
+    M, C, K = (Z.T @ (A @ Z) for A in (linear.mass, linear.damping, linear.stiffness))
+    w = np.sqrt(max(float(np.linalg.norm(K)), 1e-300) / float(np.linalg.norm(M)))
+    r, size = len(M), float(np.linalg.norm(K)) or 1.0
+    A = np.block([[np.zeros((r, r)), np.eye(r)], [-K / size, -w * C / size]])
+    B = np.block([[np.eye(r), np.zeros((r, r))], [np.zeros((r, r)), w * w * M / size]])
+    values, vectors = eig(A, B)
+    finite = np.isfinite(values)
+    return w * values[finite], Z @ vectors[:r, finite]
+
+
+def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The slowest eigenvalues (i,) and vectors (n, i) of (2) by shift and inversion.
+
+    With q = (u, u'), A q = s B q and (A - z B)^-1 (a, b):  (K + z C + z^2 M) u = -(b + (C + z M) a),  u' = z u + a on the rows.
+    """
+    M, C, K, J, n = linear.mass, linear.damping, linear.stiffness, linear.rows, len(linear.x)
+    z = UPWARD * fastest(linear)
+    solved = saddle.constrained(K + z * C + z * z * M, J)
+    if solved is None:
+        raise InputError(say("complex_modes", "a mass or a stiffness in every direction", "one without both"))
+
+    def inverse(q: np.ndarray) -> np.ndarray:
+        a, b = q[:n], q[n:]
+        u = solved(-(b + C @ a + z * (M @ a)))
+        return np.append(u, z * u + a)
+
+    def product(q: np.ndarray) -> np.ndarray:
+        return inverse(np.append(q[:n], M @ q[n:]))
+
+    start, wanted = product(np.append(np.cos(np.arange(n)), np.zeros(n))), 2 * count + 2
+    try:
+        inverted, vectors = eigs(LinearOperator((2 * n, 2 * n), matvec=product, dtype=float), wanted, v0=start, tol=1e-13)
+    except ArpackNoConvergence as error:
+        inverted, vectors = error.eigenvalues, error.eigenvectors  # all of them, where free motions kept the iteration from ending
+        if len(inverted) == wanted:
+            return z + 1.0 / inverted, vectors[:n]
+        text = f"complex modes: {len(error.eigenvalues)} of {wanted} eigenvalues converged; ask for fewer modes"
+        raise SolverError(text, Reason.NOT_CONVERGED, 0.0, ()) from error
+    return z + 1.0 / inverted, vectors[:n]
+
+
+def largest_one(shapes: np.ndarray) -> np.ndarray:
+    """Shapes (n, i) with the largest entry 1."""
+    return np.asarray(shapes / shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])])
+
+
+def grows(omega: np.ndarray, growth: np.ndarray) -> np.ndarray:
+    """Which motions of eigenvalues growth + i omega [1/s] grow by more than round-off."""
+    return np.asarray(growth > GROWS * np.hypot(omega, growth).max(initial=0.0))
+
+
+def instability(path: Trajectory) -> str:
+    """What is said of the last state of a load path where it is unstable; nothing elsewhere, see `growth`."""
+    found, pivots = growth(path), 0.0 if path.negative is None else float(np.nan_to_num(path.negative[-1]))
+    if not found and path.system.size > LARGE and pivots:
+        return f"the equilibrium is unstable, its tangent has {pivots:.0f} negative pivots"
+    return f"the equilibrium is unstable, a small push grows by {found:.3g} 1/s" if found else ""
+
+
+def growth(path: Trajectory) -> float:
+    """Largest s = sqrt(-omega^2) [1/s] of the last state of a load path (`solve_statics`), 0 where it is stable.
+
+    Nothing is said of forces without a potential, such as follower forces and friction, and of more than `LARGE` unknowns.
+    """
+    if path.system.size > LARGE or path.system.size * path.multipliers.shape[1] > WIDE:
+        return 0.0
+    kept = None if path.memory is None else path.memory[-1]
+    linear = linearise(path.system, path.x[-1], path.multipliers[-1], float(path.times[-1]), kept)
+    if len(linear.x) <= len(linear.rows) or not is_symmetric(linear):
+        return 0.0
+    try:
+        least = float(real_modes(linear, FEW).squares.min())
+    except (InputError, np.linalg.LinAlgError, ArpackError):  # no modes, as without a mass: the equilibrium is one all the same
+        return 0.0
+    return float(np.sqrt(-least)) if least < -((STILL * fastest(linear)) ** 2) else 0.0

@@ -1,0 +1,457 @@
+r"""Sweeps: many members of a family computed by worker processes, which may fail, hang or die without hurting the others.
+
+    points (k, d) -> batches -> workers -> records, one a member, as they finish
+
+A task is prepared once in every worker and then runs members. Workers are processes of dask.distributed: a cluster of this machine
+that lives as long as the sweep, or one that is given by its address. Every worker has one batch at a time, long enough that sending
+it costs next to nothing. A worker that ends takes its batch with it: its members are tried again one by one, and the member with
+which a worker ends again is listed as killed. A member that takes longer than the time limit ends its worker by a timer outside of
+the interpreter (so that compiled code cannot hold it up) and is listed as timeout.
+
+On this machine scheduler and workers talk by TLS, with a key that is made for the sweep and lives in the memory of its processes:
+whoever may hand tasks to a worker runs code as its user, and other users of the machine reach its ports. A cluster that is given is
+secured by those who run it.
+
+M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduling, Proc. 14th Python in Science Conf. (2015)
+126-132, doi 10.25080/Majora-7b98e3ed-013.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+import re
+import signal
+import threading
+import time as clock
+import uuid
+import warnings
+from collections import Counter, deque
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor, as_completed
+from dataclasses import field, replace
+from multiprocessing import process
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core import extras
+from ..core.errors import InputError, SolverError, say
+from ..core.notices import Progress, notify
+from ..core.storage import endings
+from ..core.storage.records import dataclass
+from . import members
+from .members import Member, Record, Result, Status, Task, Work
+
+if TYPE_CHECKING:
+    from distributed import Client, Future, LocalCluster, Security
+
+__all__ = ["Task", "Work", "Member", "Result", "Record", "Status", "SweepOptions", "SweepOutcome", "run"]
+
+BATCH = 1.0  #: time that a batch should take [s]
+SHORTEST = 1e-4  #: time of a member, at least [s]
+CONNECT = 10.0  #: longest wait for a given cluster to answer [s]
+TICK = 0.5  #: longest time between two looks at the workers [s]
+GRACE = 2.0  #: after which a batch on a worker that the scheduler does not know is taken for lost [s]
+SETTLED = 0.3  #: after which a worker may end and be started again: one that ends while its nanny starts it is not [s]
+PATIENCE = 60.0  #: after which a sweep without any worker is given up [s]
+ATTEMPTS = 3  #: workers in a row that may end while they prepare
+ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+SETTINGS: dict[str, Any] = {  #: of dask, for processes of this machine
+    "distributed.scheduler.allowed-failures": 0,  # a batch whose worker ends comes back at once
+    "distributed.scheduler.worker-ttl": None,  # compiled code may leave no time for signs of life
+    "distributed.nanny.pre-spawn-environ": {**dict.fromkeys(ONE_THREAD, "1"), "PYTHONSAFEPATH": "1"},
+    "distributed.scheduler.http.routes": [],  # pages need no key
+    "distributed.worker.http.routes": [],
+}
+
+LISTED = 10  #: members that a notice lists
+NUMBER = re.compile(r"(?<![\w'])-?\d+(\.\d*)?(e[-+]?\d+)?")  #: in a notice; not in names
+
+Keep: TypeAlias = Callable[[Record], object]
+Heard: TypeAlias = dict[str, tuple[str, list[int]]]  #: notices without their numbers: the first, and members with other numbers
+
+
+@dataclass(frozen=True)
+class SweepOptions:
+    """Where a sweep runs and how long it waits."""
+
+    workers: int | None = None  #: processes on this machine; None for one a core
+    scheduler: str | None = None  #: address of a cluster, tcp://host:port, instead of processes on this machine
+    timeout: float | None = None  #: longest time of one member [s]
+    batch: float = BATCH  #: [s]
+    first_alone: bool = False  #: one worker prepares before the others, which find its compiled code
+    executor: Executor | None = None  #: of concurrent.futures, MPI, ..., instead of dask; a worker that ends ends the sweep
+
+    def __post_init__(self) -> None:
+        if self.workers is not None and (self.workers < 1 or self.scheduler):
+            expected = "none for a given cluster" if self.scheduler else "at least 1"
+            raise InputError(say("sweep: workers", expected, self.workers))
+        if self.executor is not None and (self.workers or self.scheduler or self.timeout):
+            remedy = "the executor has its own; a time limit would end its processes"
+            raise InputError(say("sweep: executor", "no workers, scheduler and timeout beside it", "one of them", remedy))
+        for name, value in (("timeout", self.timeout), ("batch", self.batch)):
+            if value is not None and not 0 < value < math.inf:
+                raise InputError(say(f"sweep: {name}", "a positive time [s]", value))
+
+
+@dataclass(frozen=True)
+class SweepOutcome:
+    """How a sweep went."""
+
+    counts: dict[Status, int]  #: members of this run
+    workers: int
+    start_s: float  #: wall time until the first member began [s]
+    wall_s: float  #: [s]
+    busy_s: float  #: wall time of all members [s]
+    cpu_s: float  #: CPU time of all members [s]
+    deaths: int  #: workers that ended before their batch
+
+    @property
+    def overhead(self) -> float:
+        """Part of the workers' time, after the start, that was spent on no member."""
+        there = self.workers * (self.wall_s - self.start_s)
+        return 1.0 - self.busy_s / there if there > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Members that go to a worker together, and how often they were with one that ended. A batch without members prepares."""
+
+    members: tuple[Member, ...] = ()
+    deaths: int = 0
+
+
+@dataclass(frozen=True)
+class Sent:
+    """A batch at a worker."""
+
+    batch: Batch
+    worker: str
+    since: float  #: [s]
+
+
+@dataclass
+class Desk:
+    """A sweep on its way."""
+
+    client: Client
+    task: Task
+    options: SweepOptions
+    queue: deque[Member]
+    keep: Keep
+    alone: deque[Batch] = field(default_factory=deque)  #: members of lost batches, one by one
+    token: str = field(default_factory=lambda: uuid.uuid4().hex)
+    busy: dict[Future, Sent] = field(default_factory=dict)
+    met: dict[str, float] = field(default_factory=dict)  #: when workers were first seen [s]
+    ready: set[str] = field(default_factory=set)  #: workers that have prepared the task
+    counts: Counter[Status] = field(default_factory=Counter)
+    heard: Heard = field(default_factory=dict)  #: notices of members
+    most: int = 0  #: workers at a time
+    deaths: int = 0
+    unprepared: int = 0  #: workers in a row that ended while they prepared
+    busy_s: float = 0.0
+    cpu_s: float = 0.0
+    began: float | None = None  #: when the first member was sent [s]
+    seen: float = field(default_factory=clock.monotonic)  #: when there was a worker [s]
+
+
+def run(
+    task: Task,
+    names: Sequence[str],
+    points: ArrayLike,
+    keep: Keep,
+    options: SweepOptions | None = None,
+    skip: Collection[int] = (),
+    progress: Progress | None = None,
+) -> SweepOutcome:
+    """Run the members at `points` (k, d), whose columns are `names`, except the numbers in `skip`; each record goes to `keep`.
+
+    Records come in any order. An error of `keep` (a full disk) ends the sweep, as does a task that cannot be prepared; whatever
+    happens to a member does not. Scripts that call this with processes of this machine need `if __name__ == "__main__":`.
+    """
+    options, table = options or SweepOptions(), np.asarray(points, dtype=float)
+    if table.ndim != 2 or table.shape[1] != len(names):
+        raise InputError(say("sweep: points", f"an array (k, {len(names)})", f"shape {table.shape}"))
+    todo = [Member(k, dict(zip(names, row.tolist(), strict=True))) for k, row in enumerate(table) if k not in set(skip)]
+    start = clock.monotonic()
+    if not todo:
+        return SweepOutcome({}, 0, 0.0, 0.0, 0.0, 0.0, 0)
+    if options.executor is not None:
+        return run_by_executor(options.executor, task, todo, keep, progress)
+    with interrupts() as asked, cluster(options, len(todo)) as client:
+        desk = Desk(client, task, options, deque(todo), keep)
+        try:
+            serve(desk, len(todo), asked, progress)
+        finally:
+            client.cancel(list(desk.busy))
+            show_others(desk.heard)
+    end = clock.monotonic()
+    begun = (desk.began or end) - start
+    return SweepOutcome(dict(desk.counts), desk.most, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
+
+
+def run_by_executor(executor: Executor, task: Task, todo: Sequence[Member], keep: Keep, progress: Progress | None) -> SweepOutcome:
+    """Members one by one on any executor; an executor that loses a worker ends the sweep, and the records so far are kept.
+
+    Notices of members are given when all are settled: threads of this process that catch theirs would catch these as well.
+    """
+    token, start, counts, told = uuid.uuid4().hex, clock.monotonic(), Counter[Status](), list[Record]()
+    busy = cpu = 0.0
+    waiting = [executor.submit(members.prepare_and_work, token, task, (member,)) for member in todo]
+    try:
+        with warnings.catch_warnings():  # as they were, whatever threads leave of theirs
+            for future in as_completed(waiting):
+                found = future.result()
+                if isinstance(found, tuple):
+                    kind, message, reason = found
+                    raise kind(message) if reason is None else SolverError(message, reason)
+                for record in found:
+                    keep(record)
+                    told.append(replace(record, result=None))
+                    counts[record.status] += 1
+                    busy, cpu = busy + record.wall_s, cpu + record.cpu_s
+                if progress:
+                    progress(sum(counts.values()) / len(todo))
+    except BrokenExecutor as error:
+        got, remedy = f"one that lost its workers ({error})", "the records so far are kept: go on with resume"
+        raise InputError(say("sweep: executor", "an executor that runs", got, remedy)) from error
+    finally:
+        for future in waiting:
+            future.cancel()
+        show(told)
+    return SweepOutcome(dict(counts), getattr(executor, "_max_workers", 1), 0.0, clock.monotonic() - start, busy, cpu, 0)
+
+
+class Stopped(KeyboardInterrupt):
+    """A signal ended a sweep; the records so far are kept."""
+
+    def __init__(self, number: int, settled: int) -> None:
+        super().__init__(f"{signal.Signals(number).name} after {settled} members")
+        self.number, self.settled = number, settled
+
+
+@contextlib.contextmanager
+def interrupts() -> Iterator[list[int]]:
+    """SIGINT, SIGTERM and SIGHUP go into a list for `serve`: raised inside of a callback, as dask has many, they would be lost."""
+    asked: list[int] = []
+    before: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        before = {number: signal.getsignal(number) for number in endings.STOPS}
+    for number, handler in before.items():
+        if handler not in (signal.SIG_IGN, None):
+            signal.signal(number, lambda number, frame: asked.append(number))
+    try:
+        yield asked
+    finally:
+        for number, handler in before.items():
+            if handler is not None:
+                signal.signal(number, handler)
+
+
+def serve(desk: Desk, total: int, asked: Sequence[int], progress: Progress | None) -> None:
+    """Send batches and take their records until all members are settled, or until someone asks for an end."""
+    from distributed import wait
+
+    while sum(desk.counts.values()) < total and not asked:
+        look(desk)
+        send(desk)
+        with contextlib.suppress(TimeoutError):
+            wait(list(desk.busy), timeout=TICK, return_when="FIRST_COMPLETED") if desk.busy else clock.sleep(0.05)
+        for future in [future for future in desk.busy if future.done()]:
+            settle(desk, future, desk.busy.pop(future))
+        if progress:
+            progress(sum(desk.counts.values()) / total)
+    if asked:
+        raise Stopped(asked[0], sum(desk.counts.values()))
+
+
+@contextlib.contextmanager
+def cluster(options: SweepOptions, members: int) -> Iterator[Client]:
+    """A client of the given cluster, or of processes of this machine."""
+    extras.need("cluster", "sweep")
+    import dask
+    from dask.system import CPU_COUNT
+    from distributed import Client, Security
+
+    if options.scheduler:
+        try:
+            client = Client(options.scheduler, timeout=CONNECT, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise InputError(say(f"scheduler {options.scheduler}", "the address of a running scheduler", error)) from error
+        with client, client.as_current():
+            yield client
+        return
+    secret = Security.temporary()
+    with (
+        dask.config.set(SETTINGS),
+        start_processes(min(options.workers or CPU_COUNT, members), secret) as local,
+        Client(local, security=secret, set_as_default=False) as client,
+        client.as_current(),
+    ):
+        yield client
+
+
+def start_processes(count: int, secret: Security) -> LocalCluster:
+    """Processes of this machine; InputError where they cannot start."""
+    from distributed import LocalCluster
+
+    unguarded = InputError(
+        say(
+            "sweep on processes of this machine",
+            'a script that does so below `if __name__ == "__main__":`',
+            "processes that cannot start, as where they would run the whole script again",
+            "put what the script does below that line",
+        )
+    )
+    if getattr(process.current_process(), "_inheriting", False):  # this is such a process, on its way through the script
+        raise unguarded
+    try:
+        return LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            protocol="tls://",
+            security=secret,
+            silence_logs=logging.CRITICAL,
+            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+        )
+    except RuntimeError as error:
+        raise unguarded from error
+
+
+def look(desk: Desk) -> None:
+    """Workers that came prepare the task; batches of workers that went are given up."""
+    now, there = clock.monotonic(), set(desk.client.nthreads())
+    desk.ready &= there
+    desk.met = {worker: desk.met.get(worker, now) for worker in there}
+    for future, sent in list(desk.busy.items()):
+        if sent.worker not in there and now - sent.since > GRACE and not future.done():
+            del desk.busy[future]
+            future.cancel()
+            bury(desk, sent)
+    occupied = {sent.worker for sent in desk.busy.values()}
+    settled = {worker for worker, met in desk.met.items() if now - met >= SETTLED}
+    new = sorted(settled - desk.ready - occupied)
+    if desk.options.first_alone and not desk.most:
+        new = new[: 0 if occupied else 1]
+    for worker in new:
+        post(desk, Batch(), worker)
+    desk.seen = now if there else desk.seen
+    if now - desk.seen > PATIENCE:
+        raise InputError(say("sweep", "a worker", f"none for {PATIENCE:g} s", "start workers; the records so far are kept"))
+
+
+def send(desk: Desk) -> None:
+    """A batch for every worker that is free."""
+    for worker in desk.ready - {sent.worker for sent in desk.busy.values()}:
+        if desk.alone:
+            post(desk, desk.alone.popleft(), worker)
+        elif desk.queue:
+            post(desk, Batch(tuple(desk.queue.popleft() for _ in range(choose_length(desk)))), worker)
+    desk.most = max(desk.most, len(desk.ready))
+
+
+def choose_length(desk: Desk) -> int:
+    """Members of the next batch: one at first, then as many as take the wanted time, fewer towards the end."""
+    settled = desk.counts[Status.OK] + desk.counts[Status.FAILED]
+    mean = max(desk.busy_s / settled, SHORTEST) if settled else math.inf
+    wanted = max(1, round(desk.options.batch / mean)) if settled else 1
+    return max(1, min(wanted, math.ceil(len(desk.queue) / (2 * len(desk.ready)))))
+
+
+def post(desk: Desk, batch: Batch, worker: str) -> None:
+    """Send a batch to a worker, and nowhere else."""
+    call: tuple[Any, ...] = (members.prepare, desk.token, desk.task)
+    if batch.members:
+        desk.began = desk.began or clock.monotonic()
+        call = (members.work, desk.token, batch.members, desk.options.timeout)
+    future = desk.client.submit(*call, workers=[worker], allow_other_workers=False, pure=False)
+    desk.busy[future] = Sent(batch, worker, clock.monotonic())
+
+
+def settle(desk: Desk, future: Future, sent: Sent) -> None:
+    """Take what a worker gives back."""
+    from distributed import CancelledError, KilledWorker
+
+    try:
+        found = future.result()
+    except (KilledWorker, CancelledError):
+        bury(desk, sent)
+        return
+    if sent.batch.members:
+        for record in found:
+            enter(desk, record)
+    elif found is None:
+        desk.ready.add(sent.worker)
+        desk.unprepared = 0
+    else:
+        kind, message, reason = found  # of a task that cannot be prepared
+        raise kind(message) if reason is None else SolverError(message, reason)
+
+
+def show(records: Iterable[Record]) -> None:
+    """Notices of members that are settled."""
+    heard: Heard = {}
+    for record in records:
+        hear(heard, record)
+    show_others(heard)
+
+
+def hear(heard: Heard, record: Record) -> None:
+    """Show notices of a member that are the first of their kind: those that differ in numbers alone are of one."""
+    for text in record.notices:
+        kind = NUMBER.sub("", text)
+        if kind not in heard:
+            heard[kind] = text, []
+            notify(text)
+        elif text != heard[kind][0]:
+            heard[kind][1].append(record.number)
+
+
+def show_others(heard: Heard) -> None:
+    """Say which members had a notice with other numbers, when all are settled."""
+    for text, others in heard.values():
+        if others:
+            some = ", ".join(map(str, sorted(others)[:LISTED])) + (", ..." if len(others) > LISTED else "")
+            notify(f"in {len(others)} more samples ({some}), with other numbers: {text}")
+
+
+def enter(desk: Desk, record: Record) -> None:
+    """A member is settled."""
+    hear(desk.heard, record)
+    desk.keep(record)
+    desk.counts[record.status] += 1
+    desk.busy_s += record.wall_s
+    desk.cpu_s += record.cpu_s
+
+
+def bury(desk: Desk, sent: Sent) -> None:
+    """A worker ended: its members are tried alone; one that was alone and has ended a worker before is listed."""
+    batch, took = sent.batch, clock.monotonic() - sent.since
+    desk.ready.discard(sent.worker)
+    if not batch.members:
+        desk.unprepared += 1
+        if desk.unprepared >= ATTEMPTS:
+            got = f"{ATTEMPTS} that ended while they prepared it"
+            raise InputError(say("sweep", "workers that can run the task", got, "run one sample with fmbs run to see why"))
+        return
+    desk.deaths += 1
+    single, limit = len(batch.members) == 1, desk.options.timeout
+    if single and limit is not None and took >= limit:
+        enter(desk, record_loss(batch.members[0], Status.TIMEOUT, f"took longer than {limit:g} s", took))
+    elif single and batch.deaths:
+        enter(
+            desk,
+            record_loss(batch.members[0], Status.KILLED, "its worker process ended twice: crash, kill or lack of memory", took),
+        )
+    else:
+        desk.alone.extend(Batch((member,), batch.deaths + 1) for member in batch.members)
+
+
+def record_loss(member: Member, status: Status, message: str, wall_s: float) -> Record:
+    """The record of a member whose worker ended."""
+    return Record(member.number, member.values, status, status.value, message, wall_s=wall_s)

@@ -1,0 +1,234 @@
+r"""What a training over parameters knows so far, and how it learns more.
+
+    extend(mu):    full run at mu -> factors -> bases and hyper-reduction of all runs so far -> reduced model
+    evaluate(mu):  reduced run at mu -> I(mu) = int |R(mu)|_g dt                                                          (49)
+    pairs (I, e):  the reduced model at the full runs, before and after each of them joined it -> predicted errors
+    checks:        further full runs, which never join the model: (I, e) of the last model at points that it has not seen
+
+At its own full runs a model errs less than between them, and indicators of earlier models are proportional to their errors by
+other factors, of up to a hundred: with checks, the calibration is that of the last model alone, where its own runs count as one.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, section 4, doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..core.errors import NoModel, SolverError
+from ..core.storage.records import dataclass
+from ..dynamics.trajectory import Trajectory
+from ..reduction import full_runs
+from ..reduction import parameters as boxes
+from ..reduction.accuracy import error_budget
+from ..reduction.accuracy.error_budget import BudgetChoice
+from ..reduction.full_runs import FullRun, TrainingTask, full_run
+from ..reduction.parameters import Search
+from ..reduction.reduced_models import ReducedModel, indicator, make_model, run_reduced
+from . import calibration, greedy
+from . import training_store as store
+from .calibration import Calibration
+from .training_store import Pair
+
+LOWER_EPS, LOWER_ETA = 1e-2, 0.3  #: factors where truncation and hyper-reduction are the limit
+LOWERINGS = 2
+LARGE = 0.75  #: unknowns of a reduced model over coordinates of the full one, whose matrices are sparse, from which it does not pay
+CHECK = -1  #: number of the run of a pair that is a check
+
+
+@dataclass
+class TrainingState:
+    """What a training knows so far."""
+
+    task: TrainingTask
+    fast: TrainingTask  #: the same, with full systems that are not assembled again
+    search: Search
+    folder: Path | None
+    tolerance: float | None
+    runs: list[FullRun] = field(default_factory=list)
+    points: list[int] = field(default_factory=list)
+    models: list[ReducedModel] = field(default_factory=list)
+    pairs: list[Pair] = field(default_factory=list)
+    choice: BudgetChoice | None = None
+    indicators: dict[int, float] = field(default_factory=dict)  #: of the present model by candidate
+    motions: dict[int, Trajectory] = field(default_factory=dict)  #: of the present model by candidate
+    checks: dict[int, FullRun] = field(default_factory=dict)  #: by candidate
+    present: list[Pair] = field(default_factory=list)  #: of the present model: one for its full runs, one at every check
+    lowered: int = 0
+    discarded: int = 0
+    stale: bool = False  #: whether the last model has to be made again
+    savable: bool = False  #: whether a file has to be able to hold the models
+
+
+def truncates(work: TrainingState) -> bool:
+    """Whether the bases leave out anything of the full runs; where they keep all, snapshots are the limit, and not eps.
+
+    A rigid component has the same modes in all runs and in the model.
+    """
+    for name, count in work.models[-1].modes.items():
+        known = [run.factors[name].modes.shape[1] for run in work.runs]
+        if count < sum(known) and set(known) != {count}:
+            return True
+    return False
+
+
+def pays(work: TrainingState) -> bool:
+    """Whether the present model has so few unknowns beside the coordinates of the full one that it can be faster."""
+    full = sum(len(factor.modes) for factor in work.runs[-1].factors.values())
+    return sum(work.models[-1].modes.values()) <= LARGE * full
+
+
+def known_pairs(work: TrainingState) -> list[Pair]:
+    """The pairs that calibrate: with checks those of the present model, without them those of all models."""
+    return work.present if work.checks else work.pairs
+
+
+def unseen(work: TrainingState) -> dict[int, FullRun]:
+    """The checks that have not joined the model, by candidate."""
+    return {point: run for point, run in work.checks.items() if point not in work.points}
+
+
+def calibrate(pairs: Sequence[Pair]) -> Calibration:
+    return calibration.fit([pair.indicator for pair in pairs], [pair.error for pair in pairs])
+
+
+def evaluate(work: TrainingState, point: int) -> float:
+    """The indicator at a candidate; infinite where the reduced run fails."""
+    if point not in work.indicators:
+        measure(work, point)
+        store.keep_indicators(work.folder, len(work.runs), work.indicators)
+    return work.indicators[point]
+
+
+def measure(work: TrainingState, point: int) -> Trajectory | None:
+    """Reduced run and indicator at a candidate with the present model; None where the run fails."""
+    values = values_at(work, point)
+    try:
+        motion = run_reduced(work.fast, work.models[-1].cases(values))
+    except SolverError:
+        work.indicators[point] = math.inf
+        return None
+    work.motions[point] = motion
+    work.indicators[point] = indicator(work.fast, motion, values)
+    return motion
+
+
+def values_at(work: TrainingState, point: int) -> dict[str, float]:
+    return boxes.named(work.task.parameters, work.search.candidates[point])
+
+
+def extend(work: TrainingState, point: int) -> None:
+    """The full run at a candidate, unless there is one, and the model of all runs up to it."""
+    values, known = values_at(work, point), point in work.points
+    number = work.points.index(point) if known else len(work.runs)
+    if number < len(work.models) and not work.stale:
+        return
+    run = work.runs[number] if known else work.checks.get(point) or full_run(work.task, values)
+    if not known:
+        work.runs, work.points = [*work.runs, run], [*work.points, point]
+        store.keep(store.file_of(work.folder, "run", number + 1), store.StoredRun(run, point))
+    before = pairs_at(work, [(number, point, run)]) if number == len(work.models) and work.models else []
+    if work.tolerance is not None and work.choice is None:
+        take_choice(work, error_budget.choose(work.fast, run, work.tolerance, full_runs.step_error(work.task, values, run)))
+    model = make_savable(work, work.runs)
+    work.models, work.indicators, work.motions, work.stale = [*work.models[:number], model], {}, {}, False
+    work.pairs = [*work.pairs, *before, *recalibrate(work)]
+    notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
+    store.keep_model(work.folder, number + 1, model, notes)
+    store.keep_indicators(work.folder, number + 1, work.indicators)
+
+
+def make_savable(work: TrainingState, runs: Sequence[FullRun]) -> ReducedModel:
+    """The model of some runs."""
+    model = make_model(work.fast, runs, work.models[-1].obstacle if work.models else "")
+    if work.savable and model.obstacle:
+        raise NoModel(f"no file can hold the reduced model, it is no polynomial of its parameters: {model.obstacle}")
+    return model
+
+
+def take_choice(work: TrainingState, choice: BudgetChoice) -> None:
+    """Go on with the tolerances of a choice."""
+    work.choice = choice
+    plan = error_budget.with_choice(work.task.plan, choice)
+    work.fast = replace(work.fast, plan=plan)
+    work.task = replace(work.task, plan=replace(plan, tolerance=min(plan.tolerance, work.task.plan.tolerance)))
+
+
+def lower(work: TrainingState, last: greedy.Iteration) -> bool:
+    """Lower eps and eta, as far as the factors of the runs allow it, and forget the last iteration; False where that is no way."""
+    plan, choice, old = work.fast.plan, work.choice, work.fast.plan.hyper.tolerance
+    eps = max(LOWER_EPS * plan.tolerance, error_budget.SMALLEST_EPS)
+    eta = None if old is None else max(LOWER_ETA * old, error_budget.SMALLEST_ETA)
+    if choice is None or work.lowered == LOWERINGS or (eps == plan.tolerance and eta == old):
+        return False
+    take_choice(work, replace(choice, eps=eps, eta=eta))
+    work.lowered, work.discarded, work.stale = work.lowered + 1, work.discarded + len(last.samples), True
+    store.forget(work.folder, last.number)
+    return True
+
+
+def pairs_at(work: TrainingState, runs: Iterable[tuple[int, int, FullRun]]) -> list[Pair]:
+    """Indicator and error of the present model at full runs, by number and candidate, where the reduced run succeeds."""
+    found = []
+    for number, point, run in runs:
+        motion = work.motions.get(point) or measure(work, point)
+        if motion is not None:
+            error = full_runs.wanted_error(work.fast, work.fast.family(run.values).system, run, motion)
+            found.append(Pair(number, len(work.models), work.indicators[point], error))
+    return found
+
+
+def unit_box(work: TrainingState) -> np.ndarray:
+    """The candidates (c, d) in the unit box."""
+    return boxes.to_box(work.task.parameters, work.search.candidates)
+
+
+def check(work: TrainingState, last: greedy.Iteration, count: int) -> None:
+    """Make checks at samples of the last iteration until there are so many that the model has not seen.
+
+    The first one is where the indicator is largest, others are as far as possible from all full runs; a point at which a run
+    fails is followed by the next one.
+    """
+    known, used = last.open, [*work.points, *work.checks]
+    choices = [k for k, value in known.items() if k not in used and math.isfinite(value)]
+    while choices and len(unseen(work)) < count:
+        point = greedy.farthest(unit_box(work), choices, used) if work.checks else max(choices, key=lambda k: known[k])
+        choices.remove(point)
+        used.append(point)
+        run = full_runs.try_run(work.task, functools.partial(run_check, work, point), values_at(work, point))
+        if isinstance(run, FullRun):
+            work.checks[point] = run
+    if work.checks:
+        recalibrate(work)
+
+
+def recalibrate(work: TrainingState) -> list[Pair]:
+    """The pairs of the present model, those at its own full runs as one, with the checks that it has not seen; all at its own."""
+    own = pairs_at(work, zip(range(len(work.runs)), work.points, work.runs, strict=True))
+    work.present = [*average_pairs(own), *pairs_at(work, ((CHECK, point, run) for point, run in unseen(work).items()))]
+    return own
+
+
+def average_pairs(pairs: Sequence[Pair]) -> list[Pair]:
+    """One pair in the middle of several, where they scatter no more than is expected of any.
+
+    At its own full runs a model errs alike, by what truncation leaves, which says little of the scatter elsewhere.
+    """
+    known = [pair for pair in pairs if math.isfinite(pair.indicator) and pair.indicator > 0.0 and pair.error > 0.0]
+    logarithms = np.log10([(pair.indicator, pair.error) for pair in known]).reshape(-1, 2)
+    if len(known) < 2 or np.std(logarithms[:, 1] - logarithms[:, 0]) > calibration.PRIOR:
+        return known
+    indicator, error = (float(10.0**value) for value in logarithms.mean(axis=0))
+    return [replace(known[0], indicator=indicator, error=error)]
+
+
+def run_check(work: TrainingState, point: int, values: Mapping[str, float]) -> FullRun:
+    """The full run of a check, kept in the folder."""
+    path = work.folder and work.folder / f"check-{point:05d}.h5"
+    return store.read_or_make(path, functools.partial(full_run, work.task, values))

@@ -1,0 +1,276 @@
+r"""Reduced parts: a body with few shape functions, which is a body again.
+
+    r(s) = sum_b N_b(s) c_b,   Y = [x, y, z rows of all c (n, d s)]:    S = [1, c0, left singular vectors of the rest of Y]     (1)
+    c = (S (x) I_d) z,    r(s) = sum_a Nbar_a(s) z_a,    Nbar = S^T N,    mass S^T M S
+
+The basis acts on every component alike: it holds all translations, and with a state every rotation of it, so that a part does not
+know in which direction it was trained. Joints are kept out of it: a part that was trained with one end pinned can be pinned at the
+other. Law, section and places are those of the full body, so that `systems.assemble` takes both alike.
+
+Positions at the places of a part are coordinates of their own, as far as they are independent (S -> [S B^+, S null(B)] with
+the rows B of the places): joints there leave out or share unknowns, and link no others.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import eigh, qr
+from scipy.sparse import csr_array, vstack
+
+from ..bodies import fields
+from ..bodies.body import Body, Cells, ShapePoints, locate, own, probe
+from ..core.algebra import ranks
+from ..core.algebra.linalg import alike, as_dense
+from ..core.errors import InputError, say
+from ..reduction.hyper import sampling
+from ..reduction.hyper.hyper_reduction import USUAL
+from ..reduction.hyper.sampling import Level, Measure
+from ..reduction.spaces import invariant, pod
+from ..shapes import line, surface
+from ..shapes.surface import Parent, Surface
+from ..systems import assemble, lengths
+from ..systems.compiled import compile_system, elastic_tangent
+from ..systems.system import Elastic
+from ..systems.terms import elastic as terms
+from ..systems.terms import shape_points
+from ..systems.terms.cells import gradient_rows
+from . import departures
+
+STATES = 20  #: states whose strains are found at a time
+MISSES = 1e-9  #: distance of the reference from the shape functions, over the size of the body, from which it is refused
+
+
+def metric(part: Body) -> csr_array:
+    """W (b, b) over the mass of the body, alike for every component: coordinates of massless axes count by the body's size."""
+    W = lengths.metric([part], alike(part.mass, part.dim)) / lengths.weight([part])
+    return csr_array(W[:: part.dim, :: part.dim])
+
+
+def shape_functions(
+    part: Body,
+    states: np.ndarray,
+    tolerance: float | None = 1e-12,
+    modes: int | None = None,
+    earlier: np.ndarray | None = None,
+) -> np.ndarray:
+    """S (b, m) of (1) from states (s, b, c) of a full body; eps = `tolerance` refers to the deviations from the field 1, or m.
+
+    Coordinates at the places of the body come first, the others are orthonormal in the mass over that of the body. Factors U_1 S_1
+    (b, k) of `earlier` states stand for them, by the left singular vectors of [U_1 S_1, Y].
+    """
+    columns = as_columns(states) if earlier is None else np.hstack([earlier, as_columns(states)])
+    keep = np.column_stack([part.constant, part.reference])
+    S = pod.of_vectors(columns, keep, None if modes else tolerance, modes, metric(part)).modes
+    return with_places(part, S)
+
+
+def as_columns(states: np.ndarray) -> np.ndarray:
+    """States (s, b, c) as columns (b, s c), one a component."""
+    return np.moveaxis(states, 0, 1).reshape(states.shape[1], -1)
+
+
+def with_places(part: Body, S: np.ndarray) -> np.ndarray:
+    """The space of S (b, m), its first coordinates the positions of independent places, where the others vanish: (b, m).
+
+    What has no mass, as the third axes of rims of a flat plate have none, is a coordinate of its own, the last ones.
+    """
+    names = [*part.places, *part.frames]
+    if names:
+        S = invariant.with_rows(S, csr_array(vstack([probe(part, locate(part, name)) for name in names])).toarray())
+    inertia, V = eigh(S.T @ (part.mass @ S), S.T @ (metric(part) @ S))
+    empty = V[:, inertia <= lengths.LIGHT * inertia[-1]]
+    if not empty.shape[1]:
+        return S
+    mixed = np.abs(empty).max(axis=1) > MISSES * np.abs(empty).max()
+    others = qr(empty[mixed])[0][:, empty.shape[1] :]
+    return np.hstack([S[:, ~mixed], S[:, mixed] @ others, S @ empty])
+
+
+def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Coordinates z (s, m, c) of the states (s, b, c) of a full body nearest in the mass."""
+    found = projected(part, S, as_columns(states))
+    return found.reshape(S.shape[1], len(states), -1).transpose(1, 0, 2)
+
+
+def projected(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Coordinates (m, j) of columns (b, j) of a component, (S^T W S)^-1 S^T W Y."""
+    W = metric(part)
+    return np.asarray(np.linalg.solve(S.T @ (W @ S), S.T @ (W @ columns)))
+
+
+def reduced_body(part: Body, S: np.ndarray) -> Body:
+    """The body with the shape functions Nbar = S^T N of S (b, m), its elastic energy at all quadrature points.
+
+    Of a body that is reduced already, fewer functions S over its own, its energy at the points that it has.
+    """
+    if part.cells is None:
+        raise InputError(say(f"body '{part.name}'", "an elastic body", "one without cells"))
+    if len(S) != len(part.reference):
+        raise InputError(say(f"body '{part.name}'", f"shape functions over its {len(part.reference)} functions", f"over {len(S)}"))
+    fields = np.column_stack([part.constant, part.reference])
+    found = coordinates(part, S, fields[None])[0]
+    if np.abs(S @ found - fields).max() > MISSES * np.abs(fields).max():
+        raise InputError(say(f"body '{part.name}'", "shape functions that hold the reference and the field 1", "others"))
+    spread = csr_array(S) if part.spread is None else csr_array(part.spread @ S)
+    if part.shapes is None:
+        points = shape_points.of_cells(part.cells, spread.toarray())
+        points = replace(points, positions=cell_centres(part)[points.cell])
+    else:
+        table, columns = np.ascontiguousarray(part.shapes.table @ S), slice(0, S.shape[1] * part.dim)
+        points = replace(part.shapes, table=table, columns=columns, missing=None)
+    first = sorted(part.frames.items(), key=lambda one: one[1])
+    axes = S[frame_functions(part)] if part.axes is None else part.axes @ S
+    return replace(
+        part,
+        reference=np.ascontiguousarray(found[:, 1:]),
+        constant=np.ascontiguousarray(found[:, 0]),
+        mass=symmetric(part.mass, S),
+        stiffness=None if part.stiffness is None else symmetric(part.stiffness, S),
+        cells=one_point(part.cells),
+        spread=spread,
+        frames={name: k * (1 + part.dim) for k, (name, _) in enumerate(first)},
+        axes=csr_array(axes) if first else None,
+        shapes=points,
+    )
+
+
+def frame_functions(part: Body) -> list[int]:
+    """Numbers of the functions of a full body that its frames count, frame by frame."""
+    return [at + k for at in sorted(part.frames.values()) for k in range(1 + part.dim)]
+
+
+def cell_centres(part: Body) -> np.ndarray:
+    """Positions of the centres of the cells of a line or surface in the reference (e, c) [m]."""
+    if isinstance(part.space, Surface):
+        xi = (0.5, 0.5) if part.space.parent is Parent.SQUARE else (1.0 / 3.0, 1.0 / 3.0)
+        rows = surface.sample(part.space, np.arange(len(part.space.nodes)), np.tile(xi, (len(part.space.nodes), 1)))
+    else:
+        assert part.space is not None
+        breaks = line.breaks(part.space)
+        rows = line.sample(part.space, 0.5 * (breaks[1:] + breaks[:-1]))
+    return np.asarray(own(part, rows) @ part.reference)
+
+
+def symmetric(A: csr_array, S: np.ndarray) -> csr_array:
+    """S^T A S (m, m)."""
+    product = S.T @ (A @ S)
+    product[np.abs(product) <= 1e-15 * np.abs(product).max()] = 0.0
+    return csr_array(0.5 * (product + product.T))
+
+
+def one_point(cells: Cells) -> Cells:
+    """One quadrature point of every cell, which says law and section to pictures."""
+    table, section = np.ascontiguousarray(cells.table[:, :1]), np.ascontiguousarray(cells.section[:, :1])
+    return Cells(cells.law, table, cells.nodes, cells.dim, section, cells.spread)
+
+
+def sampled(part: Body, states: np.ndarray, tolerance: float = USUAL) -> Body:
+    """A reduced body whose energy is that of few weighted points (ECSW), to the relative tolerance eta at its states (s, m, c).
+
+    Forces are measured by the energy of the displacements that they make, see `compliance`.
+    """
+    if part.shapes is None:
+        raise InputError(say(f"body '{part.name}'", "a reduced body", "a full one", "reduce it first: parts.reduced_body"))
+    member = Elastic(part.name, 0.0, terms.dense_rows(part.shapes))
+    sample, _, _ = sampling.solve([([member], states.reshape(len(states), -1))], 0, tolerance, Level.POINTS, compliance(part))
+    return ranged(replace(part, shapes=terms.choose_points(part.shapes, sample.indices, sample.weights)), states)
+
+
+def compliance(part: Body) -> Measure:
+    r"""States (s, n) of a reduced body -> C^(1/2) (s, n, n),   C = sum_i v_i v_i^T / (|l_i| + w^2),   K v_i = l_i W v_i.
+
+    K is the elastic tangent in a state, W the mass, w [rad/s] the lowest elastic frequency of the free body: what changes slowly
+    moves the body by K^-1 f. A beam that is sampled by its forces alone keeps its axial ones, which are large and move it little.
+    """
+    model = compile_system(assemble([part], pictures=False))
+    W = as_dense(model.system.metric)
+    rigid = part.dim * (part.dim + 1) // 2
+
+    def modes(state: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        found: tuple[np.ndarray, np.ndarray] = eigh(as_dense(elastic_tangent(model, state, 0.0)), W)
+        return found
+
+    square = np.sort(np.abs(modes(model.system.x0)[0]))
+    least = max(float(square[min(rigid, len(square) - 1)]), ranks.EXACT * float(square[-1]))
+
+    def measure(states: np.ndarray) -> np.ndarray:
+        pairs = [modes(state) for state in states]
+        return np.stack([(V / np.sqrt(np.abs(l) + least)).T for l, V in pairs])
+
+    return measure
+
+
+def ranged(part: Body, states: np.ndarray) -> Body:
+    """A reduced body that knows the strains of its training, those of the states (s, m, c)."""
+    assert part.shapes is not None
+    return replace(part, shapes=replace(part.shapes, trained=extremes(part.shapes, states)))
+
+
+def extremes(points: ShapePoints, states: np.ndarray) -> np.ndarray:
+    """Lowest and highest strains (2, j) of states (s, m, c)."""
+    found = departures.strains(points, states)
+    return np.stack([found.min(axis=(0, 1)), found.max(axis=(0, 1))])
+
+
+def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
+    """Largest strain of a fibre (s,) of a full body in states (s, b, c).
+
+    The outer fibres of lines are those of a round bar, h = 2 sqrt(EI / EA): the half diameter, 1.15 times half the height of a bar.
+    """
+    assert part.cells is not None
+    cells, found, rows, h = part.cells, [np.zeros(0)], rows_of(part), 0.5 * np.asarray(part.thickness)
+    if cells.law not in fields.COMPONENTS:
+        EA, EI = (np.sum(row * cells.section[-1]) for row in cells.section[:2])
+        h = np.asarray(2.0 * np.sqrt(EI / EA))
+    shape = (-1, *cells.section.shape[1:])
+    start = (rows @ part.reference.ravel()).reshape(*shape, 1)
+    for k in range(0, len(states), STATES):
+        block = states[k : k + STATES].reshape(-1, part.reference.size).T
+        u = np.asarray(rows @ block).reshape(*shape, block.shape[1])
+        found.append(fields.fibre_strains(cells.law, u, start, cells.section, h).max(axis=0))
+    return np.concatenate(found)
+
+
+def rows_of(part: Body) -> csr_array:
+    """Rows (k c p e, b c) of the gradients at the quadrature points of a full body on its coordinates."""
+    assert part.cells is not None
+    rows = gradient_rows(part.cells, part.shape_reference.size)
+    return rows if part.spread is None else csr_array(rows @ alike(part.spread, part.dim))
+
+
+def strain_errors(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """What S (b, m) misses of strains and curvatures (2,) in states (s, b, c) of a full body, over the largest ones."""
+    assert part.cells is not None
+    rows, section, found = rows_of(part), part.cells.section, np.zeros((2, 2))
+    flat = section.reshape(len(section), -1)
+    for k in range(0, len(states), STATES):
+        some = states[k : k + STATES]
+        own = np.einsum("bm,smc->sbc", S, coordinates(part, S, some))
+        u, v = (np.asarray(rows @ one.reshape(len(one), -1).T).reshape(-1, flat.shape[1], len(one)) for one in (some, own))
+        found = np.maximum(found, fields.strain_errors(part.cells.law, u, v, flat))
+    return relative(found)
+
+
+def relative(found: np.ndarray) -> np.ndarray:
+    """Errors (2,) over the largest values that stand over them, (2, 2); zero where there are none."""
+    return np.divide(found[1], found[0], out=np.zeros(2), where=found[0] > 0.0)
+
+
+def placed(part: Body, name: str, origin: np.ndarray | None = None, rotation: np.ndarray | None = None, check: bool = True) -> Body:
+    """A reduced body elsewhere under another name: x -> origin + rotation x, (c,) [m] and a proper rotation (c, c).
+
+    Without `check` what it takes part in is not held against the shapes that it lacks, see `parts.finer_parts`.
+    """
+    R = np.eye(part.dim) if rotation is None else np.asarray(rotation, dtype=float)
+    if R.shape != (part.dim, part.dim) or np.abs(R @ R.T - np.eye(part.dim)).max() > MISSES or np.linalg.det(R) < 0.0:
+        remedy = "a mirrored part is another part: train it from a mirrored mesh"
+        raise InputError(say(f"part '{name}'", f"a rotation ({part.dim}, {part.dim}) that mirrors nothing", R.tolist(), remedy))
+    shift = np.zeros(part.dim) if origin is None else np.asarray(origin, dtype=float)
+    points = part.shapes if part.shapes is None else replace(part.shapes, checked=check)
+    if points is not None and points.positions.size:
+        points = replace(points, positions=points.positions @ R.T + shift)
+    if points is not None and points.missing is not None:
+        points = replace(points, missing=replace(points.missing, positions=points.missing.positions @ R.T + shift))
+    return replace(part, name=name, shapes=points, reference=part.reference @ R.T + np.outer(part.constant, shift))

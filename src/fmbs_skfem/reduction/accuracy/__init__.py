@@ -1,0 +1,1 @@
+"""Errors of reduced models, what they cost, and how sharp they have to be."""

@@ -1,0 +1,148 @@
+r"""How sharp a reduced model has to be for a wanted error: eps of truncation and eta of hyper-reduction, tried on one full run.
+
+    e <= e(eps) + (e(eps, eta) - e(eps)),     e(eps) <= T tolerance,     e(eps, eta) <= (T + H) tolerance
+
+The rest of the tolerance is left for parameters between the full runs. Errors fall about as sqrt(eps), by a factor that
+differs from system to system: it is measured, and eps is tightened until the reduced model at the parameters of the run keeps its
+share. The error of the step belongs to full and reduced model alike and is stated beside the others.
+
+Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (14), (45), doi 10.1016/j.cma.2019.112690.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from ...core.errors import FmbsError, InputError, NoModel, say
+from ...core.storage.records import dataclass
+from ...dynamics.trajectory import Trajectory
+from .. import full_runs
+from ..full_runs import FullRun, OutputMeasure, TrainingTask
+from ..hyper.hyper_reduction import NONE
+from ..plan import Plan
+from ..reduced_models import reduced_case, run_reduced, train_reduction
+from . import output_errors
+
+TRUNCATION, HYPER = 0.1, 0.1  #: shares of the tolerance
+LARGEST_EPS, SMALLEST_EPS = 1e-6, 1e-24
+LARGEST_ETA, SMALLEST_ETA = 1e-2, 1e-6
+TRIALS = 8  #: of eps, and of eta
+UNSTABLE = 1e-3  #: factor to eps where the reduced run fails
+SAFE = 0.5  #: of the eps that just keeps its share
+NAMED = 3  #: outputs that are named where none is good enough
+
+
+@dataclass(frozen=True)
+class BudgetChoice:
+    """What was chosen for a tolerance, with the errors found at one full run."""
+
+    tolerance: float
+    eps: float
+    eta: float | None  #: None where nothing is sampled
+    truncation: float
+    hyper_reduction: float  #: what sampling adds
+    step: float | None  #: error of the full model's own step, None where it was not measured
+
+    @property
+    def statement(self) -> str:
+        """The error budget in words."""
+        sampled = f"eta = {self.eta:.1g}, " if self.eta is not None else ""
+        text = (
+            f"for an error of {self.tolerance:.1g}: eps = {self.eps:.1g}, {sampled}chosen at the first full run; there truncation "
+        )
+        text += f"makes {self.truncation:.1g}"
+        text += f" and hyper-reduction adds {self.hyper_reduction:.1g}" if self.eta is not None else ""
+        if self.step is None:
+            return text
+        text += f"; the time step itself makes {self.step:.1g} in full and reduced models alike"
+        return text + (", more than the tolerance: a smaller step comes first" if self.step > self.tolerance else "")
+
+
+def choose(task: TrainingTask, run: FullRun, tolerance: float, step: float | None = None) -> BudgetChoice:
+    """eps and eta with which the reduced model of one run keeps its shares of the tolerance at the parameters of that run.
+
+    `step` is the error of the full model's own step, where it is known.
+    """
+    if not 0.0 < tolerance <= 1.0:
+        raise InputError(say("tolerance", "an error between 0 and 1", tolerance, "1e-4 for instance"))
+    eps, truncation = choose_eps(task, run, tolerance)
+    eta, whole = choose_eta(task, run, tolerance, eps, truncation)
+    return BudgetChoice(tolerance, eps, eta, truncation, max(0.0, whole - truncation), step)
+
+
+def first_eps(tolerance: float) -> float:
+    """The eps tried first: the square of the share."""
+    return clip((TRUNCATION * tolerance) ** 2, SMALLEST_EPS, LARGEST_EPS)
+
+
+def choose_eps(task: TrainingTask, run: FullRun, tolerance: float) -> tuple[float, float]:
+    """The eps that keeps its share, and the error it makes without hyper-reduction."""
+    eps, share, hyper = first_eps(tolerance), TRUNCATION * tolerance, task.plan.hyper
+    plain = hyper if hyper.tolerance is None else NONE
+    found: dict[float, float] = {}
+    for _ in range(TRIALS):
+        found[eps] = error_at(task, run, replace(task.plan, tolerance=eps, modes=None, hyper=plain))
+        if found[eps] <= share or eps <= SMALLEST_EPS:
+            break
+        factor = SAFE * (share / found[eps]) ** 2 if math.isfinite(found[eps]) else UNSTABLE
+        eps = clip(eps * max(factor, UNSTABLE), SMALLEST_EPS, LARGEST_EPS)
+    best = min(found, key=lambda eps: found[eps])
+    if not found[best] <= tolerance:
+        worst = worst_outputs(task, run, replace(task.plan, tolerance=best, modes=None, hyper=plain), tolerance)
+        expected = f"at least {found[best]:.1g}, the best that the reduced model reaches{worst}"
+        remedy = "take snapshots more often, leave these outputs out, or lower the tolerance of Newton's method"
+        raise NoModel(say("tolerance", expected, tolerance, remedy))
+    return best, found[best]
+
+
+def choose_eta(task: TrainingTask, run: FullRun, tolerance: float, eps: float, truncation: float) -> tuple[float | None, float]:
+    """The largest eta whose whole error keeps the share of truncation and hyper-reduction, and that error."""
+    hyper, share = task.plan.hyper, HYPER * tolerance + truncation
+    if hyper.tolerance is None:
+        return None, truncation
+    eta = clip(hyper.tolerance, SMALLEST_ETA, LARGEST_ETA)
+    found: dict[float, float] = {}
+    for _ in range(TRIALS):
+        found[eta] = error_at(task, run, replace(task.plan, tolerance=eps, modes=None, hyper=replace(hyper, tolerance=eta)))
+        if found[eta] <= share or eta <= SMALLEST_ETA:
+            break
+        eta = clip(0.1 * eta, SMALLEST_ETA, LARGEST_ETA)
+    best = min(found, key=lambda eta: found[eta])
+    return best, found[best]
+
+
+def motion_at(task: TrainingTask, run: FullRun, plan: Plan) -> Trajectory:
+    """The motion of the reduced model of one run at its own parameters."""
+    with_plan = replace(task, plan=plan)
+    return run_reduced(with_plan, reduced_case(with_plan, train_reduction(with_plan, [run]), run.values))
+
+
+def error_at(task: TrainingTask, run: FullRun, plan: Plan) -> float:
+    """Error of the reduced model of one run at its own parameters; infinite where it fails."""
+    try:
+        return full_runs.wanted_error(task, task.family(run.values).system, run, motion_at(task, run, plan))
+    except FmbsError:
+        return math.inf
+
+
+def worst_outputs(task: TrainingTask, run: FullRun, plan: Plan, tolerance: float) -> str:
+    """The outputs whose error is beyond a tolerance, the worst first, in brackets; empty where none can be named."""
+    if not isinstance(task.measure, OutputMeasure):
+        return ""
+    try:
+        found = full_runs.errors_of_outputs(task.family(run.values).system, run, motion_at(task, run, plan))
+    except FmbsError:
+        return ""
+    parts = output_errors.parts(found, task.measure.tolerances)
+    beyond = sorted((column for column in parts if parts[column] > tolerance), key=lambda column: -parts[column])[:NAMED]
+    return f" ({', '.join(f'{column}: {parts[column]:.1g}' for column in beyond)})" if beyond else ""
+
+
+def clip(x: float, low: float, high: float) -> float:
+    return min(max(x, low), high)
+
+
+def with_choice(plan: Plan, choice: BudgetChoice) -> Plan:
+    """The plan with the chosen tolerances."""
+    return replace(plan, tolerance=choice.eps, modes=None, hyper=replace(plan.hyper, tolerance=choice.eta))

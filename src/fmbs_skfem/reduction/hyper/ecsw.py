@@ -1,0 +1,346 @@
+"""Energy-conserving sampling and weighting: few cells (or points) whose weighted forces stand for all.
+
+    G[(s,i), e] = (U_e^T F_e(q_s))_i,   b = G 1:   find w >= 0 with few non-zeros and ||G w - b|| <= eta ||b||
+
+Non-negative least squares by active sets, stopped as soon as the residual allows it. The columns P chosen so far are kept as a
+factor G_P = Q T; a column is appended by one triangular solve and removed by plane rotations. Two forms of the data serve:
+
+    Gram        A = G^T G (e,e), c = G^T b (e,), formed once; T is the Cholesky factor of A_PP and Q is not needed
+    compressed  R (k,e), y (k,) with ||R w - y|| = ||G w - b|| for all w, k <= e + 1, from a blockwise QR of [G b]
+
+The Gram form loses residuals below about 1e-7 ||b|| to round-off, the compressed form does not.
+Arrays: G (i,e) with one row a training snapshot and mode, b (i,), w (e,).
+
+Sources: C. Farhat, P. Avery, T. Chapman, J. Cortial, Int. J. Numer. Meth. Engng 98 (2014) 625-662, doi 10.1002/nme.4668;
+C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, chapter 23, doi 10.1137/1.9781611971217.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...core.compiling.jit import jit
+from ...core.errors import InputError, Reason, SolverError, say
+from ...core.storage.container import storable
+from ...core.storage.records import dataclass
+from ...core.values.arrays import finite
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Blocks = ArrayLike | Iterable[ArrayLike]  #: a matrix, or its rows in blocks
+
+GRAM_FLOOR = 1e-6  #: smallest tolerance for which the Gram form is used
+DEPENDENT = 1e-12  #: a column with less than this outside the span, relative (in the Gram form: of its square), is passed over
+
+
+@storable
+@dataclass(frozen=True)
+class Sample:
+    """The cells kept and their weights; all other weights are zero."""
+
+    indices: Indices  #: (j,), rising
+    weights: Array  #: (j,), positive
+    residual: float  #: ||G w - b|| / ||b||
+    iterations: int  #: columns appended
+
+
+@dataclass(frozen=True)
+class Gram:
+    """Normal equations of the training matrix."""
+
+    A: Array  #: (e,e) G^T G
+    c: Array  #: (e,) G^T b
+    bb: float  #: b^T b
+
+
+class NotReached(SolverError):
+    """No selection reaches the tolerance.
+
+    Attributes: `best`, the selection with the least residual, of the cells or points that were searched.
+    """
+
+    def __init__(self, where: str, tolerance: float, best: Sample) -> None:
+        remedy = (
+            "a larger tolerance; with b = G 1 only round-off is in the way, another b may be no non-negative combination of columns"
+        )
+        got = f"{best.residual:.3g} with {best.indices.size} columns, the least that was found"
+        super().__init__(say(where, f"a relative residual of {tolerance:.3g}", got, remedy), Reason.NOT_CONVERGED)
+        self.best = best
+
+
+def weights(G: ArrayLike, tolerance: float, b: ArrayLike | None = None) -> Sample:
+    """Sparse weights w >= 0 with ||G w - b|| <= tolerance ||b||; b is the sum of the columns of G unless given.
+
+    Below a tolerance of 1e-6 the search runs on the compressed form. A G that is stored in blocks is searched as
+    `weights_from_gram(gram(blocks), tolerance)` or, `R, y = compress(blocks)`, `weights(R, tolerance, b=y)`.
+    """
+    where = "ecsw.weights"
+    _check_tolerance(tolerance, where)
+    matrix = _checked(G, where)
+    target = matrix.sum(axis=1) if b is None else _target(b, matrix.shape[0], where)
+    if tolerance >= GRAM_FLOOR:
+        active, w, _, iterations = _search_gram(gram(matrix, target), tolerance)
+        achieved = _residual(matrix, target, active, w)
+        if achieved <= tolerance:
+            return _sample(active, w, achieved, iterations)
+    active, w, iterations = _search_columns(*compress(matrix, target), tolerance)
+    found = _sample(active, w, _residual(matrix, target, active, w), iterations)
+    if not found.residual <= tolerance:
+        raise NotReached(where, tolerance, found)
+    return found
+
+
+def weights_from_gram(normal: Gram, tolerance: float) -> Sample:
+    """The same from the Gram form alone; `residual` then carries its round-off, about 1e-8."""
+    where = "ecsw.weights_from_gram"
+    _check_tolerance(tolerance, where)
+    if tolerance < GRAM_FLOOR:
+        remedy = "below it search the compressed form: R, y = compress(blocks); weights(R, tolerance, b=y)"
+        raise InputError(say(where, f"a tolerance of at least {GRAM_FLOOR}", tolerance, remedy))
+    found = _sample(*_search_gram(normal, tolerance))
+    if not found.residual <= tolerance:
+        raise NotReached(where, tolerance, found)
+    return found
+
+
+def gram(blocks: Blocks, b: ArrayLike | None = None) -> Gram:
+    """A = G^T G, c = G^T b, b^T b of a training matrix that comes whole or in blocks of rows; b (i,) is G 1 unless given."""
+    A, c, bb = np.zeros((0, 0)), np.zeros(0), 0.0
+    for number, (block, part) in enumerate(_blocks(blocks, b, "ecsw.gram")):
+        if number == 0:
+            A, c = np.zeros((block.shape[1], block.shape[1])), np.zeros(block.shape[1])
+        A += block.T @ block
+        c += block.T @ part
+        bb += float(part @ part)
+    return Gram(A, c, bb)
+
+
+def compress(blocks: Blocks, b: ArrayLike | None = None) -> tuple[Array, Array]:
+    """R (k,e) and y (k,), k <= e + 1, with ||R w - y|| = ||G w - b|| for every w: the triangle of a blockwise QR of [G b]."""
+    triangle = np.zeros((0, 0))
+    for number, (block, part) in enumerate(_blocks(blocks, b, "ecsw.compress")):
+        rows = np.column_stack([block, part])
+        triangle = np.asarray(np.linalg.qr(rows if number == 0 else np.vstack([triangle, rows]), mode="r"))
+    return np.ascontiguousarray(triangle[:, :-1]), np.ascontiguousarray(triangle[:, -1])
+
+
+def _blocks(blocks: Blocks, b: ArrayLike | None, where: str) -> Iterator[tuple[Array, Array]]:
+    """Checked pairs (block of G, block of b)."""
+    start, columns, total = 0, -1, None if b is None else np.asarray(b, dtype=np.float64)
+    for item in [blocks] if isinstance(blocks, np.ndarray) and blocks.ndim == 2 else blocks:  # type: ignore[union-attr]
+        block = _checked(item, where)
+        if columns not in (-1, block.shape[1]):
+            raise InputError(say(where, f"blocks of {columns} columns", f"{block.shape[1]} columns"))
+        columns, stop = block.shape[1], start + block.shape[0]
+        yield block, block.sum(axis=1) if total is None else _target(total[start:stop], block.shape[0], where)
+        start = stop
+    if columns == -1 or (total is not None and total.size != start):
+        got = "no block" if columns == -1 or total is None else f"{start} rows of G and {total.size} entries of b"
+        raise InputError(say(where, "at least one block of G and as many rows as b has entries", got))
+
+
+def _search_gram(normal: Gram, tolerance: float) -> tuple[Indices, Array, float, int]:
+    """Active columns, their weights, the relative residual and the iterations, from the Gram form."""
+    _check_target(normal.bb)
+    empty = np.zeros((0, normal.c.size))
+    active, w, squared, iterations = _search(normal.A, normal.c, normal.bb, empty, np.zeros(0), tolerance)
+    return active, w, float(np.sqrt(squared / normal.bb)), iterations
+
+
+def _search_columns(R: Array, y: Array, tolerance: float) -> tuple[Indices, Array, int]:
+    """Active columns, their weights and the iterations, from the compressed form."""
+    bb = float(y @ y)
+    _check_target(bb)
+    active, w, _, iterations = _search(np.ascontiguousarray(R.T), np.zeros(R.shape[1]), bb, R, y, tolerance)
+    return active, w, iterations
+
+
+@jit
+def _search(rows: Array, c: Array, bb: float, R: Array, y: Array, tolerance: float) -> tuple[Indices, Array, float, int]:
+    """Active-set search; Gram form: rows = A, R empty; compressed form: rows = R^T, c unused."""
+    e, orthogonal = c.size, y.size > 0
+    active, free, passed = np.empty(e, np.intp), np.ones(e, np.bool_), np.zeros(e, np.bool_)
+    T, z, Q, w, trial = np.empty((e, e)), np.empty(e), np.empty((e, y.size)), np.zeros(e), np.empty(e)
+    count, iterations, squared = 0, 0, bb
+    while iterations < 3 * e:
+        if orthogonal:
+            squared, slope = _slope_columns(rows, R, y, active, w, count)
+        else:
+            squared, slope = _slope_gram(rows, c, bb, active, w, count)
+        if squared <= tolerance * tolerance * bb:
+            break
+        chosen = -1
+        for candidate in range(e):
+            eligible = free[candidate] and not passed[candidate] and slope[candidate] > 0.0
+            if eligible and (chosen < 0 or slope[candidate] > slope[chosen]):
+                chosen = candidate
+        if chosen < 0:
+            break
+        if orthogonal:
+            accepted = _append_column(rows[chosen], y, T, z, Q, count)
+        else:
+            accepted = _append_gram(rows[chosen], c[chosen], chosen, active, T, z, count)
+        if not accepted:
+            passed[chosen] = True
+            continue
+        active[count], w[count], free[chosen] = chosen, 0.0, False
+        passed[:] = False
+        count = _descend(T, z, Q, w, trial, active, free, count + 1)
+        iterations += 1
+    return active[:count].copy(), w[:count].copy(), squared, iterations
+
+
+@jit
+def _slope_gram(A: Array, c: Array, bb: float, active: Indices, w: Array, count: int) -> tuple[float, Array]:
+    """||G w - b||^2 = b.b - w.(c + slope) and slope = c - A w."""
+    slope, product = c.copy(), 0.0
+    for j in range(count):
+        row = A[active[j]]
+        for i in range(slope.size):
+            slope[i] -= row[i] * w[j]
+    for j in range(count):
+        product += w[j] * (c[active[j]] + slope[active[j]])
+    return max(bb - product, 0.0), slope
+
+
+@jit
+def _slope_columns(columns: Array, R: Array, y: Array, active: Indices, w: Array, count: int) -> tuple[float, Array]:
+    """||y - R w||^2 and slope = R^T (y - R w)."""
+    gap, slope, squared = y.copy(), np.zeros(R.shape[1]), 0.0
+    for j in range(count):
+        column = columns[active[j]]
+        for i in range(gap.size):
+            gap[i] -= column[i] * w[j]
+    for i in range(gap.size):
+        squared += gap[i] * gap[i]
+        for j in range(slope.size):
+            slope[j] += R[i, j] * gap[i]
+    return squared, slope
+
+
+@jit
+def _append_gram(row: Array, c: float, chosen: int, active: Indices, T: Array, z: Array, count: int) -> bool:
+    """Next column of the Cholesky factor T of A_PP and entry of z = T^-T c_P; False where the column cannot help."""
+    column, left, gain = np.empty(count), row[chosen], c
+    for i in range(count):
+        column[i] = row[active[i]]
+    for i in range(count):
+        part = column[i] / T[i, i]
+        for j in range(i + 1, count):
+            column[j] -= T[i, j] * part
+        left -= part * part
+        gain -= part * z[i]
+        T[i, count] = part
+    if left <= DEPENDENT * row[chosen] or gain <= 0.0:
+        return False
+    T[count, count] = np.sqrt(left)
+    z[count] = gain / T[count, count]
+    return True
+
+
+@jit
+def _append_column(column: Array, y: Array, T: Array, z: Array, Q: Array, count: int) -> bool:
+    """Next column of T and row of Q (orthonormal columns as rows) and entry of z = Q^T y; False where the column cannot help."""
+    rest, whole, left, gain = column.copy(), 0.0, 0.0, 0.0
+    for i in range(rest.size):
+        whole += rest[i] * rest[i]
+    for i in range(count):
+        T[i, count] = 0.0
+    for _ in range(2):
+        for i in range(count):
+            part = 0.0
+            for k in range(rest.size):
+                part += Q[i, k] * rest[k]
+            for k in range(rest.size):
+                rest[k] -= Q[i, k] * part
+            T[i, count] += part
+    for k in range(rest.size):
+        left += rest[k] * rest[k]
+        gain += rest[k] * y[k]
+    if left <= DEPENDENT * DEPENDENT * whole or gain <= 0.0:
+        return False
+    T[count, count] = np.sqrt(left)
+    for k in range(rest.size):
+        Q[count, k] = rest[k] / T[count, count]
+    z[count] = gain / T[count, count]
+    return True
+
+
+@jit
+def _descend(T: Array, z: Array, Q: Array, w: Array, trial: Array, active: Indices, free: NDArray[np.bool_], count: int) -> int:
+    """Least squares over the active columns; those whose weight would not be positive leave. Returns how many stay."""
+    while count > 0:
+        for i in range(count - 1, -1, -1):
+            trial[i] = z[i]
+            for j in range(i + 1, count):
+                trial[i] -= T[i, j] * trial[j]
+            trial[i] /= T[i, i]
+        share, worst = 1.0, -1
+        for i in range(count):
+            if trial[i] <= 0.0:
+                fraction = w[i] / (w[i] - trial[i]) if w[i] > 0.0 else 0.0
+                if worst < 0 or fraction < share:
+                    share, worst = fraction, i
+        for i in range(count):
+            w[i] = trial[i] if worst < 0 else w[i] + share * (trial[i] - w[i])
+        if worst < 0:
+            break
+        w[worst] = 0.0
+        for i in range(count - 1, -1, -1):
+            if w[i] <= 0.0 and trial[i] <= 0.0:
+                free[active[i]] = True
+                _remove(T, z, Q, w, active, count, i)
+                count -= 1
+    return count
+
+
+@jit
+def _remove(T: Array, z: Array, Q: Array, w: Array, active: Indices, count: int, at: int) -> None:
+    """Take column `at` out of the factor; plane rotations make T triangular again."""
+    for j in range(at, count - 1):
+        active[j], w[j] = active[j + 1], w[j + 1]
+        for i in range(j + 2):
+            T[i, j] = T[i, j + 1]
+    for i in range(at, count - 1):
+        length = np.hypot(T[i, i], T[i + 1, i])
+        cosine, sine = T[i, i] / length, T[i + 1, i] / length
+        for j in range(i, count - 1):
+            upper, lower = T[i, j], T[i + 1, j]
+            T[i, j], T[i + 1, j] = cosine * upper + sine * lower, cosine * lower - sine * upper
+        upper, lower = z[i], z[i + 1]
+        z[i], z[i + 1] = cosine * upper + sine * lower, cosine * lower - sine * upper
+        for k in range(Q.shape[1]):
+            upper, lower = Q[i, k], Q[i + 1, k]
+            Q[i, k], Q[i + 1, k] = cosine * upper + sine * lower, cosine * lower - sine * upper
+
+
+def _sample(active: Indices, w: Array, residual: float, iterations: int) -> Sample:
+    order = np.argsort(active)
+    return Sample(active[order], w[order], residual, int(iterations))
+
+
+def _residual(G: Array, b: Array, active: Indices, w: Array) -> float:
+    return float(np.linalg.norm(G[:, active] @ w - b) / np.linalg.norm(b))
+
+
+def _check_tolerance(tolerance: float, where: str) -> None:
+    if not 0.0 < tolerance < 1.0:
+        raise InputError(say(where, "0 < tolerance < 1", tolerance, "1e-3 keeps the error of most reduced models"))
+
+
+def _check_target(bb: float) -> None:
+    if not bb > 0.0:
+        remedy = "the training snapshots carry no force: add some that deform the body"
+        raise InputError(say("ecsw", "a right-hand side that is not zero", "all zero", remedy))
+
+
+def _checked(G: ArrayLike, where: str) -> Array:
+    wanted = "finite training forces as a matrix (snapshots times modes, cells)"
+    return np.ascontiguousarray(finite(G, where, wanted, None, None, remedy="leave out the snapshots of a failed run"))
+
+
+def _target(b: ArrayLike, rows: int, where: str) -> Array:
+    return finite(b, where, f"b as {rows} finite numbers, one a row of G", rows)

@@ -1,0 +1,1 @@
+"""Reduced spaces: modes of a component, what they keep of constraints, Galerkin projection."""

@@ -1,0 +1,119 @@
+"""Components, one body or several that share a basis: their coordinates, mass, and the linear constraints inside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ...core.algebra import ranks
+from ...core.algebra.linalg import distinct
+from ...core.errors import InputError, say
+from ...core.notices import notify
+from ...systems.system import System, linear_part, project
+from . import pod
+
+REST = 1e-11  #: displacement, over the size of the mechanism, up to which it is at rest: snapshots are known to 1e-12 and better
+
+
+def system_level(system: System) -> dict[str, tuple[str, ...]]:
+    """One component, `system`, that holds all bodies: {component: names of bodies}."""
+    return {"system": tuple(name for name, _, _ in system.coordinates)}
+
+
+def body_level(system: System) -> dict[str, tuple[str, ...]]:
+    """Every body a component of its own: {component: names of bodies}."""
+    return {name: (name,) for name, _, _ in system.coordinates}
+
+
+def rows_of(system: System, bodies: Sequence[str]) -> np.ndarray:
+    """Numbers (n,) in q of the coordinates of some bodies; InputError for none and for bodies that are not there."""
+    spans = {name: np.arange(first, last) for name, first, last in system.coordinates}
+    missing = [name for name in bodies if name not in spans]
+    if missing or not bodies:
+        raise InputError(say("reduction.components", f"bodies among {', '.join(spans)}", missing or "none"))
+    return np.concatenate([spans[name] for name in bodies])
+
+
+def check_components(system: System, components: Mapping[str, Sequence[str]]) -> None:
+    """Every body belongs to exactly one component."""
+    members = [name for part in components.values() for name in part]
+    known = [name for name, _, _ in system.coordinates]
+    if sorted(members) != sorted(known):
+        raise InputError(say("reduction.components", f"every body of {', '.join(known)} in exactly one", f"{', '.join(members)}"))
+
+
+def is_rigid(system: System, members: Sequence[str]) -> bool:
+    """Whether none of these bodies deforms."""
+    return not {elastic.name for elastic in system.elastic} & set(members)
+
+
+def metric_of(system: System, rows: np.ndarray) -> csr_array:
+    """The mass of some coordinates over that of all bodies (n, n): modes are orthonormal in it, singular values lengths."""
+    return csr_array(csr_array(system.metric)[rows][:, rows] / system.weight)
+
+
+def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Linear constraints A q + a = 0 that touch the given coordinates only: A (m, rows), a (m,)."""
+    _, A, a = linear_part(system)
+    mine = np.setdiff1d(np.arange(A.shape[0]), touched_outside(A, rows))
+    return A[mine][:, rows].toarray(), a[mine]
+
+
+def touched_outside(A: object, rows: np.ndarray) -> np.ndarray:
+    """Numbers (k,) of the rows of A (m, n) with entries outside the given coordinates (j,)."""
+    entries = A.tocoo()  # type: ignore[attr-defined]
+    return distinct(entries.row[~np.isin(entries.col, rows)])
+
+
+def is_resting(system: System, displacement: float) -> bool:
+    """Whether a displacement [m] is one of Newton's tolerance alone."""
+    return displacement <= REST * system.scale
+
+
+def any_motion(A: np.ndarray) -> np.ndarray:
+    """A displacement (n, 1) that keeps A q = 0, A (m, n), of which bases of components at rest are made: they need a direction."""
+    return satisfy(np.random.default_rng(0).normal(size=(1, A.shape[1])), A, np.zeros(len(A))).T
+
+
+def refuse_rest(system: System, components: Mapping[str, Sequence[str]], displacements: Mapping[str, float]) -> None:
+    """InputError where nothing moves, by the largest displacements [m] of components; a notice of flexible ones that do not.
+
+    Rigid ones have all directions in their bases, and may move where they did not.
+    """
+    resting = [name for name, size in displacements.items() if is_resting(system, size)]
+    flexible = [name for name in resting if not is_rigid(system, components[name])]
+    if flexible and len(resting) == len(displacements):
+        remedy = "give it loads or an initial motion, or a longer duration"
+        raise InputError(say("training", "a motion", "none: nothing moves in the training run", remedy))
+    if flexible:
+        listed = " and ".join(f"'{name}' (moves by {displacements[name]:.1g} m)" for name in flexible)
+        notify(f"at rest in the training, and in the reduced model: {listed}; give it loads there if it is to move")
+
+
+def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """The states (s, n) nearest to q with A q + a = 0."""
+    return q - (q @ A.T + a) @ np.linalg.pinv(A).T if len(a) else q
+
+
+def all_directions(W: csr_array, A: np.ndarray) -> np.ndarray:
+    """Modes (n, r) of all q with A q = 0, A (m, n), orthonormal in the metric W (n, n)."""
+    return np.ascontiguousarray(pod.left_singular(W, ranks.null_space(A))[0])
+
+
+def rigid_directions(system: System, rows: np.ndarray, A: np.ndarray) -> np.ndarray:
+    """Directions (n, k) of the rigid bodies alone, among coordinates (n,), that keep A q = 0, A (m, n)."""
+    deforming = {elastic.name for elastic in system.elastic}
+    spans = [np.arange(first, last) for name, first, last in system.coordinates if name not in deforming]
+    mine = np.flatnonzero(np.isin(rows, np.concatenate([np.zeros(0, np.int64), *spans])))
+    own = A[np.abs(A[:, mine]).any(axis=1)][:, mine]
+    free = ranks.null_space(own) if len(own) else np.eye(len(mine))
+    found = np.zeros((len(rows), free.shape[1]))
+    found[mine] = free
+    return found
+
+
+def projected(system: System, q: np.ndarray) -> np.ndarray:
+    """Unknowns x (s, n) of a reduced system with the least |V x + qbar - q| for body coordinates (s, q)."""
+    return np.ascontiguousarray(project(system.lift.matrix, (q - system.lift.offset).T).T)

@@ -1,0 +1,139 @@
+"""Motions by time integration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+import numpy as np
+
+from ... import dynamics
+from ...core.errors import InputError, say
+from ...core.notices import Progress
+from ...core.storage.records import dataclass
+from ...core.values.fields import Time, quantity
+from ...core.values.problems import Found, Keys, Problem
+from ...dynamics import GeneralizedAlpha, Newton, Trajectory, rest
+from ...dynamics.scheme import Start
+from .. import fields, times
+from ..fields import Spans
+from ..yamlfile import Oddity
+from . import statics
+from .analysis import Form, History, Work, refuse_unsupported
+
+if TYPE_CHECKING:
+    from ...dynamics.checkpoint import Record, Resumed
+    from ...systems import System
+    from ..schema import Scene
+
+ITERATIONS, FACTORED = 2.5, 0.2  #: of a time step, usually
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dynamic(History):
+    """Time integration by generalized-alpha; every `every`-th step is kept, or states every so many seconds, span by span.
+
+    The motion starts as the scene is drawn, or in the equilibrium of its loads at t = 0, with the initial motion put on top of it.
+
+    Without `constraints`, linear ones are eliminated, except where plates are large: sparse factors need them as multipliers.
+    `solver` is that of large models: this package's, or PARDISO (the extra `pardiso`).
+
+    {type: dynamic, duration: 2 s, step: 1 ms}
+    """
+
+    constraints: Form = None
+    duration: Time
+    step: Time
+    rho_inf: Annotated[
+        float,
+        quantity("", ">= 0", "<= 1"),
+        "spectral radius at infinite frequency, from 0 (damps most) to 1 (damps nothing)",
+    ] = 0.8
+    every: fields.Every = 1
+    start: Start = "reference"
+    tolerance: fields.NewtonTolerance = 2e-12
+    solver: Literal["own", "pardiso"] = "own"
+    moves: ClassVar[bool] = True
+    label: ClassVar[str] = "integrating"
+
+    @property
+    def drawn(self) -> bool:
+        return self.start == "reference"
+
+    @property
+    def scheme(self) -> GeneralizedAlpha:
+        return GeneralizedAlpha(self.step, self.rho_inf, self.start)
+
+    @property
+    def newton(self) -> Newton:
+        """How every step is iterated."""
+        return Newton(tolerance=self.tolerance, solver=self.solver)
+
+    @property
+    def kept(self) -> int | np.ndarray:
+        """What `dynamics.integrate` takes as `every`: states to be kept."""
+        return times.kept(self.every, self.step, self.duration)
+
+    def instants(self) -> np.ndarray:
+        if self.duration > times.STEPS * self.step:
+            got = f"{self.duration:g} s in steps of {self.step:g} s"
+            raise InputError(say("duration", f"at most {times.STEPS} steps", got, "shorten it, or lengthen the step"))
+        return np.minimum(np.arange(int(np.ceil(self.duration / self.step)) + 1) * self.step, self.duration)
+
+    def work(self) -> Work:
+        steps, kept = round(self.duration / self.step), self.kept
+        stored = len(kept) if isinstance(kept, np.ndarray) else steps // kept + 1
+        counts = {"steps": steps, "stored_states": stored}
+        forces, factors, before = ITERATIONS + 4 * FACTORED, FACTORED, 0.0 if self.drawn else rest.LOAD_STEPS * statics.ITERATIONS
+        totals = steps * forces + 4 * before, steps * factors + before, steps * ITERATIONS, steps * ITERATIONS
+        return Work(*totals, counts, steps, stored)
+
+    def solve(
+        self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
+    ) -> Trajectory:
+        return dynamics.integrate(system, self.scheme, self.duration, self.newton, self.kept, advance, watch, resume)
+
+    def examine(self, scene: Scene, raw: System) -> None:
+        if not self.drawn:
+            refuse_unsupported(scene, raw, f"\n{rest.FREE}")
+
+    def problems_in(self, scene: Scene) -> Iterator[Found]:
+        """Steps that fit into the duration, and spans of time that fit to the steps."""
+        key = ("analysis", "step")
+        if self.step > self.duration:
+            yield key, Problem(f"a step of at most the duration {self.duration:g} s", f"{self.step:g} s")
+        if self.duration > times.STEPS * self.step:
+            got = f"{self.step:g} s for {self.duration:g} s"
+            yield key, Problem(f"at most {times.STEPS} steps", got, "shorten the duration, or lengthen the step")
+        yield from self.uneven(("analysis", "every"), self.every)
+        if scene.reduction is not None:
+            yield from self.uneven(("reduction", "snapshots"), scene.reduction.snapshots)
+
+    def uneven(self, key: Keys, spans: float | Spans) -> Iterator[Found]:
+        """Times that are no whole numbers of steps."""
+        counted: list[tuple[Keys, float | None]] = [(key, spans)] if isinstance(spans, float) else []
+        for i, span in enumerate(spans if isinstance(spans, tuple) else ()):
+            counted += [((*key, i, "every"), span.every), ((*key, i, "until"), span.until)]
+        for place, time in counted:
+            if time is not None and times.count_steps(time, self.step) is None:
+                yield place, Problem(f"a multiple of the step {self.step:g} s", f"{time:g} s")
+
+    def idle(self, scene: Scene) -> Iterator[Oddity]:
+        key = ("reduction", "snapshots")
+        yield from self.ends(("analysis", "every"), self.every)
+        for name, controller in scene.controllers.items():
+            if controller.sample > self.duration * (1.0 + times.NEAR):
+                text = f"is longer than the motion of {self.duration:g} s, in which the controller holds its first sample"
+                yield ("controllers", name, "sample"), text
+        if scene.reduction is None:
+            return
+        interval = scene.reduction.snapshots
+        yield from self.ends(key, interval)
+        if isinstance(interval, float) and interval > self.duration * (1.0 + times.NEAR):
+            yield key, f"{interval:g} s leave no snapshot but the start of a motion of {self.duration:g} s"
+
+    def ends(self, key: Keys, spans: float | Spans) -> Iterator[Oddity]:
+        """The last span lasts to the end of the motion."""
+        last = spans[-1].until if isinstance(spans, tuple) else None
+        if last is not None and last < self.duration:
+            yield key, f"'until: {last:g} s' of the last span does nothing, it lasts to the end at {self.duration:g} s"

@@ -1,0 +1,139 @@
+"""What is found about one state of a scene, such as vibration modes and buckling loads, as a table, a report and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...core.errors import FmbsError, InputError, MissingFeature, say
+from ...dynamics.near_state.shapes import say_shares, shares
+from ...results import mode_shapes, response_plots, segments, series
+from ...results.plots import PANELS
+from ...results.sweep_files import add_unit
+from .. import job as jobs
+from .. import reports
+from ..job import Job
+from ..result import Figures, ReportTable, conclude, describe_error, list_files
+from . import recording
+from .outcome import Run
+from .solving import heading, sizes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ...dynamics import Shapes, StateSpace
+    from ...scenes import Scene
+    from ...scenes.analyses.analysis import States, StateTable
+
+SLOW, DRAWN, SAMPLES = 1e-7, 16, 600  #: least rate drawn over the largest, states up to whose rate is drawn, frequencies
+PICTURE, ANIMATION, SERIES = "modes.png", "mode_{}.gif", "modes"
+
+Draw = Callable[["Shapes", Path], Sequence[Callable[[], Path]]]  #: as in `solving`
+
+
+def solve_states(
+    job: Job, scene: Scene, analysis: States, draw: Draw | None = None, names: Sequence[str] = (), plots: bool = True
+) -> Run:
+    """What the analysis of a scene finds, also in its file of columns, and what is drawn of its shapes."""
+    mark = reports.fingerprint(scene)
+    with recording.place(job, (analysis.table, *analysis.files, reports.REPORT, *names), mark) as out:
+        with jobs.keep_results():
+            found = analysis.find(scene, job.allow_outside)
+        error: FmbsError | None = jobs.refused(job)
+        if draw and found.shapes is None:
+            raise InputError(say("analysis.type", "one that finds shapes, such as modes", analysis.word, "use fmbs run"))
+        moves = motions(found)
+        columns: dict[str, Any] = {**found.columns} | {f"share_{name}": values for name, values in moves.get("shares", {}).items()}
+        unit_texts = [head.partition("[")[2].rstrip("]") for head in found.heads]  # `Hz` of `frequency [Hz]`
+        report: dict[str, Any] = {
+            **describe_error(error),
+            **heading(scene),
+            **sizes(found.raw, found.reduced),
+            "fingerprint": mark,
+            "provenance": reports.provenance(scene),
+            **found.facts,
+            **moves,
+            "units": dict.fromkeys(columns, "") | dict(zip(found.columns, unit_texts, strict=True)),
+            "notices": job.notices,
+        }
+        figures = figures_of(found, jobs.title(scene))
+        if out is not None:
+            with segments.room(out):
+                reports.write_csv(out / analysis.table, columns)
+                spaces = [found.linear.save(out / name) for name in analysis.files] if found.linear else []
+                report["files"] = [out / analysis.table, *spaces, out / reports.REPORT, *(figures.save(out) if plots else [])]
+                reports.write_report(out, report)
+                try:
+                    for order in draw(found.shapes, out) if draw and found.shapes else ():
+                        report["files"] = [*report["files"], order()]
+                except MissingFeature as problem:
+                    error, report = problem, report | describe_error(problem)
+                reports.write_report(out, report)
+    heads, rows = [*found.heads], [[*row] for row in zip(*(values.tolist() for values in found.columns.values()), strict=True)]
+    if found.shapes is not None:
+        heads, rows = [*heads, "what moves"], [[*row, text] for row, text in zip(rows, moves["moves"], strict=True)]
+    table = ReportTable(f"{report['scene']}: {found.title}", tuple(heads), rows)
+    view: list[ReportTable | str] = [table, *list_files(report)]
+    about = f"{report['scene']}: {found.about}"
+    made = Run(about=about, report=report, lines=view, figures=figures, error=error)
+    more = {name: np.asarray(values) for name, values in columns.items()}
+    return conclude(replace(made, outputs=more, frequencies=found.frequencies, shapes=found.shapes, linear=found.linear))
+
+
+def motions(found: StateTable) -> dict[str, Any]:
+    """What moves in every row: shares of bodies, and a sentence."""
+    if found.shapes is None:
+        return {}
+    parts = shares(found.shapes)
+    free = found.moves or [""] * len(found.shapes.captions)
+    return {"shares": parts, "moves": [name or say_shares(parts, k) for k, name in enumerate(free)]}
+
+
+def figures_of(found: StateTable, title: str) -> Figures:
+    """The transfer functions of a linear system, or a Campbell diagram."""
+    if found.linear is not None:
+        return Figures({"transfer": partial(transfer, found.linear, title)})
+    if found.diagram is None:
+        return Figures()
+    one, label = found.diagram, add_unit(found.facts["parameter"], found.facts["unit"])
+    orders = max((crossing["order"] for crossing in found.facts["crossings"]), default=0)
+    hertz = one.omega / (2.0 * np.pi)
+    return Figures({"campbell": partial(response_plots.campbell, one.values, hertz, one.unstable, label, orders, title)})
+
+
+def transfer(linear: StateSpace, title: str) -> Figure:
+    """Magnitudes of the transfer functions of at most PANELS outputs, over the frequencies of the slowest motions."""
+    rates = np.sort(np.abs(np.linalg.eigvals(linear.A)))
+    rates = rates[rates > SLOW * rates[-1]]
+    omega = np.geomspace(rates[0] / 5.0, 2.0 * rates[min(len(rates), DRAWN) - 1], SAMPLES)
+    found = linear.transfer(omega)
+    curves = {
+        add_unit(name, linear.units.get(name, "")): {
+            f"per {add_unit(one, linear.units[one])}": found[:, i, j] for j, one in enumerate(linear.inputs)
+        }
+        for i, name in enumerate(linear.outputs[:PANELS])
+    }
+    return response_plots.magnitudes(omega / (2.0 * np.pi), curves, title)
+
+
+def pictures(title: str, frames: int, ending: str, shapes: Shapes, out: Path) -> list[Callable[[], Path]]:
+    """All motions in one picture, and an animation of each with at most `frames` instants of a period (none for 0)."""
+    found: list[Callable[[], Path]] = [partial(mode_shapes.picture, shapes, out / PICTURE, title)]
+    numbers = range(len(shapes.captions)) if frames else ()
+    return [
+        *found,
+        *(
+            partial(mode_shapes.animate, shapes, k, (out / ANIMATION.format(k + 1)).with_suffix(ending), title, frames)
+            for k in numbers
+        ),
+    ]
+
+
+def write_series(shapes: Shapes, out: Path) -> list[Callable[[], Path]]:
+    """The state with every motion as a field."""
+    return [partial(series.write, mode_shapes.fields(shapes), out, SERIES)]

@@ -1,0 +1,133 @@
+"""Run a scene or a saved reduced model, with pictures or a VTK series where they are wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...core.errors import InputError, say
+from ...dynamics import Trajectory
+from ...results import frames as frames_
+from ...results import motion, series, temporal
+from ...results.rendering import painter
+from ...scenes import build
+from ...scenes.analyses.analysis import Analysis, History, States
+from .. import job as jobs
+from .. import reports
+from ..job import Job
+from ..result import conclude
+from . import judging
+from .outcome import SERIES, Run
+from .solving import RunTask, heading, sizes, solve
+
+if TYPE_CHECKING:
+    from ...scenes import Scene
+
+
+def run_source(
+    job: Job, duration: float | None, step: float | None, plots: bool, picture: bool, checkpoint: float | None, time_limit: float
+) -> Run:
+    """A scene or a saved model, as its file says; options that are not for it are refused."""
+    from .. import models
+
+    limits = {"--checkpoint": checkpoint is not None, "--time-limit": isfinite(time_limit)}
+    given = " and ".join(name for name, used in limits.items() if used)
+    if models.is_model(job):
+        if given:
+            raise InputError(say(given, "a scene", f"{job.path}", "a reduced model runs anew in seconds"))
+        return models.run_saved(job, duration, step, plots, picture)
+    if picture:
+        raise InputError(say("--picture", "a saved reduced model (.h5)", f"{job.path}", "draw a scene with fmbs render"))
+    if step is not None:
+        raise InputError(say("--step", "a saved reduced model (.h5)", f"{job.path}", "a scene has its own step: analysis.step"))
+    scene = jobs.read_scene(job, duration)
+    if given and not scene.analysis.moves:
+        raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
+    if given and job.out is None:
+        raise InputError(say(given, "a folder for the results", "none", "give one: out"))
+    if isinstance(scene.analysis, States):
+        from . import near_states
+
+        return near_states.solve_states(job, scene, scene.analysis, plots=plots)
+    make = partial(scene_task, job, scene, duration, checkpoint)
+    return conclude(solve(job, reports.fingerprint(scene), make, plots, limit=time_limit))
+
+
+def render_scene(job: Job, duration: float | None, frames: int, ending: str, scale: float) -> Run:
+    """A scene, with its picture and its animation of `frames` instants (none for 0), `.gif` or `.mp4`."""
+    from . import pictures
+
+    scene = jobs.read_scene(job, duration)
+    if isinstance(scene.analysis, States):
+        from . import near_states
+
+        if scale != 1.0:
+            raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
+        draw = partial(near_states.pictures, jobs.title(scene), frames, ending)
+        with painter.at_hand(job.out is not None):
+            return near_states.solve_states(job, scene, scene.analysis, draw, [near_states.PICTURE])
+    names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
+    make = partial(scene_task, job, scene, duration)
+    draw = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
+    with painter.at_hand(job.out is not None):
+        return conclude(solve(job, reports.fingerprint(scene), make, True, draw, names))
+
+
+def export_scene(job: Job, duration: float | None, frames: int) -> Run:
+    """A scene, with its VTK series."""
+
+    def draw(trajectory: Trajectory, out: Path) -> Sequence[Callable[[], Path]]:
+        rows = frames_.spread(trajectory.times, frames)
+        one = out / f"{SERIES}{temporal.SUFFIX}"
+        return [
+            partial(series.write_each, motion.pieces(trajectory, rows), out, SERIES),
+            partial(temporal.write, motion.pieces(trajectory, rows), one),
+        ]
+
+    scene = jobs.read_scene(job, duration)
+    if isinstance(scene.analysis, States):
+        from . import near_states
+
+        return near_states.solve_states(job, scene, scene.analysis, near_states.write_series, [f"{near_states.SERIES}.pvd"])
+    make = partial(scene_task, job, scene, duration)
+    return conclude(solve(job, reports.fingerprint(scene), make, True, draw, [f"{SERIES}.pvd", f"{SERIES}{temporal.SUFFIX}"]))
+
+
+def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint: float | None = None) -> RunTask:
+    """The full model of a scene, over time or at rest."""
+    analysis = scene.analysis
+    if not isinstance(analysis, History):
+        known = " or ".join(sorted(word for word, kind in Analysis.known.items() if issubclass(kind, History)))
+        raise InputError(say("analysis.type", known, analysis.word, f"use fmbs run for {analysis.word}"))
+    raw = build.system(scene, allow_outside=job.allow_outside)
+    analysis.require(scene, raw)
+    reduced = build.chosen_form(scene, raw)
+    mark, origin = reports.fingerprint(scene), reports.provenance(scene)
+    facts = {**heading(scene), **sizes(raw, reduced)}
+    words = f"{facts['scene']}: {facts['dofs']} dofs, {facts['constraints']} constraints ({facts['unknowns']} unknowns, "
+    request = {
+        "scene": str(job.path.absolute()),
+        "changes": dict(job.changes),
+        "duration": duration,
+        "allow_outside": job.allow_outside,
+        "repair": job.repair,
+        "checkpoint": checkpoint,
+        "fingerprint": mark,
+        "provenance": reports.plain(origin),
+    }
+    return RunTask(
+        jobs.title(scene),
+        mark,
+        origin,
+        facts,
+        f"{words}{facts['multipliers']} multipliers)",
+        reduced,
+        partial(analysis.solve, reduced),
+        partial(judging.balances, analysis.scheme),
+        analysis.scheme,
+        request if analysis.moves and job.scene is None else None,
+        analysis.label,
+    )

@@ -1,0 +1,304 @@
+r"""Constraint functions of joints: positions, and vectors that bodies carry along, as polynomials in probe rows.
+
+    r_a - r_b = 0            u_a . w_b = 0            n_b . (r_a - r_b) = s
+
+A place carries a vector u as the combination of its own vectors v_k that equals u in the reference: axes e_k of a frame or rigid
+body, the slope t of a line (in the plane also its normal), tangents of a surface. The ground carries every vector.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from typing import Any, TypeAlias
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ...bodies.body import extent, positions
+from ...core.algebra import ranks
+from ...core.declared import Declared
+from ...core.errors import InputError, say
+from ...core.notices import notify
+from ...core.values.problems import Problem
+from ..places import QUARTER, At, Coordinates, Draft, Ground, vector
+
+AXES = "xyz"
+Vector: TypeAlias = int | np.ndarray  #: first of c probe rows, or a fixed vector (c,)
+Term: TypeAlias = tuple[float, int, int, int]  #: coefficient, signal, i, j
+End: TypeAlias = At | Ground | None  #: None and fixed points belong to the ground
+ALONG = 1e-9  #: sine of an angle that counts as zero
+CLOSE, FINE = 1e-6, 1e-9  #: gaps, relative to the size of the bodies, that joints close: with a notice, without one
+LINKS = ("spring", "line", "outline", "plane")  #: markers that are drawn from one place to the other, or to all others
+#: markers that are a place, but for gravity, and a direction, of pressures two tangents
+ARROWS = ("force", "moment", "gravity", "axis", "pressure")
+ROUND = 64 * float(np.finfo(np.float64).eps)  #: of the coordinates, in gaps
+
+
+class Joint(Declared, ABC):
+    """A joint: a frozen dataclass with a name, see `core.declared`."""
+
+    name: str
+
+    @abstractmethod
+    def constrain(self, draft: Draft) -> None:
+        """Add the joint's probe rows and constraint terms to the draft."""
+
+
+def needs_axis(axis: Ground | None, dim: int) -> Iterator[tuple[str, Problem]]:
+    """What turns in space turns about an axis."""
+    if dim == 3 and axis is None:
+        yield "axis", Problem("the axis of rotation in space", "nothing", "write for instance [0, 0, 1]")
+
+
+def needs_other_side(to: At | Ground | None) -> Iterator[tuple[str, Problem]]:
+    """What keeps a distance has another side."""
+    if to is None:
+        yield "to", Problem("a place or the coordinates of a fixed point", "ground", "write for instance [0, 0, 1]")
+
+
+def where(joint: Any) -> str:
+    return f"joint '{joint.name}'"
+
+
+def mark(joint: Any, draft: Draft, kind: str, *ends: End) -> None:
+    """Let pictures show the joint at the given points."""
+    rows: list[int] = []
+    for end in ends:
+        if isinstance(end, At):
+            first = draft.sensors.add(draft.layout.read(where(joint), end))
+        elif end is not None and kind in LINKS:
+            first = draft.sensors.add(csr_array((draft.layout.dim, draft.layout.size)), np.asarray(end, float))
+        else:
+            continue
+        rows += range(first, first + draft.layout.dim)
+    draft.markers.append((joint.name, kind, tuple(rows)))
+
+
+def point(name: str, draft: Draft, kind: str, at: At | None, direction: np.ndarray, *carriers: End) -> None:
+    """Let pictures show a direction (c,) at a place: as the first of the carriers that can takes it along, or fixed without any.
+
+    It may have any length, 0 included, and be a force or a moment itself, (M, 0) in the plane: the rows of a family of systems are
+    polynomials of a force then, wherever it points.
+    """
+    layout, first = draft.layout, []
+    if at is not None:
+        first.append(draft.sensors.add(layout.read(name, at)))
+    taken = next((end for end in carriers if not isinstance(end, At) or carries(name, layout, end, direction)), None)
+    if isinstance(taken, At):
+        first.append(draft.sensors.add(rows_of(name, layout, taken, direction)))
+    else:
+        first.append(draft.sensors.add(csr_array((layout.dim, layout.size)), direction))
+    draft.markers.append((name, kind, tuple(row + c for row in first for c in range(layout.dim))))
+
+
+def fixed(joint: Any, draft: Draft, at: At, target: np.ndarray) -> None:
+    """Rows r - target = 0."""
+    first = draft.probes.add(draft.layout.read(where(joint), at))
+    for c in range(draft.layout.dim):
+        draft.constraints.row(joint.name, AXES[c], (1.0, -1, first + c, -1), (-float(target[c]), -1, -1, -1))
+
+
+def joined(joint: Any, draft: Draft, at: At, to: At) -> None:
+    """Rows r_a - r_b = 0."""
+    layout = draft.layout
+    first = draft.probes.add(layout.read(where(joint), at) - layout.read(where(joint), to))
+    for c in range(layout.dim):
+        draft.constraints.row(joint.name, AXES[c], (1.0, -1, first + c, -1))
+
+
+def coincide(joint: Any, draft: Draft, at: At, to: End) -> None:
+    """Equal positions; to None: the position in the reference."""
+    reference = draft.layout.reference(where(joint), at)
+    target = reference if to is None else draft.layout.reference(where(joint), to)
+    check_meeting(joint, draft.layout, at, to, np.stack([reference, target]))
+    if isinstance(to, At):
+        return joined(joint, draft, at, to)
+    fixed(joint, draft, at, target)
+
+
+def check_meeting(joint: Any, layout: Coordinates, at: At, to: End, points: np.ndarray) -> None:
+    """Places that a joint puts together, points (2, c), are at one point in the reference.
+
+    A gap above CLOSE of the size of the bodies is refused, one that rounded coordinates leave is closed with a notice.
+    """
+    apart = float(np.linalg.norm(points[1] - points[0]))
+    size = size_of(layout, {end.body for end in (at, to) if isinstance(end, At)})
+    points = points + layout.origin
+    exact = ROUND * float(np.abs(points).max())
+    other = str(to) if isinstance(to, At) else f"the fixed point ({', '.join(f'{x:g}' for x in points[1])})"
+    if apart > CLOSE * size + exact:
+        remedy = "move a body, or use a distance" if isinstance(to, At) else "move the body or the point, or leave 'to' out"
+        raise InputError(say(where(joint), f"{at} and {other} at one point", f"a gap of {apart:.6g} m", remedy))
+    if apart > FINE * size + exact:
+        notify(f"{where(joint)} closes a gap of {apart:.3g} m between {at} and {other}: give their coordinates more digits")
+
+
+def size_of(layout: Coordinates, names: set[str]) -> float:
+    """Size of the largest of some bodies, or of all where those are points [m]."""
+    own = max(extent(layout.bodies[name]) for name in names)
+    if own:
+        return own
+    points = np.concatenate([positions(part) for part in layout.bodies.values()])
+    return max(*map(extent, layout.bodies.values()), float(np.linalg.norm(np.ptp(points, axis=0))))
+
+
+def unit(place: str, values: object, size: int) -> np.ndarray:
+    """A direction of length 1."""
+    direction = vector(place, values, size)
+    length = float(np.linalg.norm(direction))
+    if not length > 0:
+        raise InputError(say(place, "a non-zero vector", values))
+    return direction / length
+
+
+def normals(direction: np.ndarray) -> np.ndarray:
+    """Unit vectors normal to a direction, (c - 1, c); in the plane the direction turned by 90 degrees."""
+    if len(direction) == 2:
+        return (QUARTER @ direction)[None, :]
+    return np.asarray(np.linalg.svd(direction[None, :])[2][1:])
+
+
+def basis(name: str, layout: Coordinates, end: At) -> tuple[list[csr_array], np.ndarray]:
+    """Vectors that a place carries: rows (c, q) of each, and their reference values (k, c)."""
+    rows, first, part = layout.vectors(name, end), layout.first[end.body], layout.bodies[end.body]
+    own = [row[:, first : first + part.reference.size] @ part.reference.ravel() for row in rows]
+    return rows, np.array(own).reshape(len(rows), layout.dim)
+
+
+def carries(name: str, layout: Coordinates, end: End, direction: np.ndarray) -> bool:
+    """Whether a place carries a vector."""
+    if not isinstance(end, At):
+        return True
+    own = basis(name, layout, end)[1]
+    rest = direction - own.T @ np.linalg.lstsq(own.T, direction)[0] if len(own) else direction
+    return bool(np.linalg.norm(rest) <= ALONG * np.linalg.norm(direction))
+
+
+def rows_of(name: str, layout: Coordinates, end: At, direction: np.ndarray) -> csr_array:
+    """Rows (c, q) of a vector that a place carries."""
+    rows, own = basis(name, layout, end)
+    if not carries(name, layout, end, direction):
+        kind = ("a mere point", "a slope", "two tangents", "three axes")[len(own)]
+        remedy = "name a rigid frame"
+        raise InputError(say(name, f"a place that carries the direction {np.round(direction, 6)}", f"{end} with {kind}", remedy))
+    parts = zip(np.linalg.lstsq(own.T, direction)[0], rows, strict=True)
+    return csr_array(sum((float(factor) * row for factor, row in parts if abs(factor) > 1e-14), csr_array(rows[0].shape)))
+
+
+def carried(joint: Any, draft: Draft, end: End, direction: np.ndarray) -> Vector:
+    """Probe rows of a vector that is carried along; on the ground the vector itself."""
+    if not isinstance(end, At):
+        return direction
+    return draft.probes.add(rows_of(where(joint), draft.layout, end, direction))
+
+
+def dot(u: Vector, w: Vector, dim: int, factor: float = 1.0, signal: int = -1) -> list[Term]:
+    """Terms of factor s(t) u . w."""
+    if isinstance(u, np.ndarray):
+        if isinstance(w, np.ndarray):
+            return [(factor * float(u @ w), signal, -1, -1)]
+        return [(factor * float(u[c]), signal, w + c, -1) for c in range(dim)]
+    if isinstance(w, np.ndarray):
+        return [(factor * float(w[c]), signal, u + c, -1) for c in range(dim)]
+    return [(factor, signal, u + c, w + c) for c in range(dim)]
+
+
+def far(first: int, dim: int, length: float) -> list[Term]:
+    """Terms of (|u|^2 - l^2) / (2 l) [m] of the probe rows from `first` on: its reaction is the force along u [N]."""
+    return [(0.5 / length, -1, first + c, first + c) for c in range(dim)] + [(-0.5 * length, -1, -1, -1)]
+
+
+def sorted_ends(joint: Any, draft: Draft, at: At, to: End) -> tuple[End, End]:
+    """The end that carries every vector, and the other one."""
+    name, layout = where(joint), draft.layout
+    for full, other in ((to, at), (at, to)):
+        if not isinstance(full, At) or ranks.rank(basis(name, layout, full)[1]) == layout.dim:
+            return full, other
+    raise InputError(say(name, "a rigid frame or the ground at one end", f"{at} and {to}", "name a frame"))
+
+
+def pushed(at: At, full: End, u: np.ndarray, n: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vectors (c,) whose product is the axis of the moment on `at` of a row u . n = 0, where the end `full` carries n."""
+    return (n, u) if full is at else (u, n)
+
+
+def parallel(joint: Any, draft: Draft, at: At, to: End, axis: np.ndarray) -> None:
+    """The axis as one end carries it stays parallel to that of the other; a slope normal to the axis stays normal to it."""
+    name, layout = where(joint), draft.layout
+    full, other = sorted_ends(joint, draft, at, to)
+    if not carries(name, layout, other, axis):
+        own = basis(name, layout, other)[1] if isinstance(other, At) else np.eye(layout.dim)
+        if len(own) == 1 and abs(float(own[0] @ axis)) < ALONG:
+            terms = dot(carried(joint, draft, other, own[0]), carried(joint, draft, full, axis), layout.dim)
+            return draft.constraints.row(joint.name, "axis 1", *terms, about=pushed(at, full, own[0], axis))
+    u = carried(joint, draft, other, axis)
+    for k, normal in enumerate(normals(axis)):
+        terms = dot(u, carried(joint, draft, full, normal), layout.dim)
+        draft.constraints.row(joint.name, f"axis {k + 1}", *terms, about=pushed(at, full, axis, normal))
+
+
+def locked(joint: Any, draft: Draft, at: At, to: End) -> None:
+    """No relative rotation: u . n_i = 0 for a direction u of one end and its normals on the other, and n_1 . n_2 = 0 in space.
+
+    The slope of a line is held in direction only: its stretch is free, and it carries no torsion.
+    """
+    name, layout = where(joint), draft.layout
+    full, other = sorted_ends(joint, draft, at, to)
+    own = basis(name, layout, other)[1] if isinstance(other, At) else np.eye(layout.dim)
+    if not len(own):
+        raise InputError(say(name, "a place with a direction", f"{other}, a mere point", "use a pin"))
+    first = own[0] / np.linalg.norm(own[0])
+    u = carried(joint, draft, other, first)
+    if layout.dim == 2:
+        normal = np.array([-first[1], first[0]])
+        terms = dot(u, carried(joint, draft, full, normal), 2)
+        return draft.constraints.row(joint.name, "angle", *terms, about=pushed(at, full, first, normal))
+    second = normals(first)[0] if len(own) == 1 else own[1] - first * float(first @ own[1])
+    second = second / np.linalg.norm(second)
+    both = (second, np.cross(first, second))
+    across = [carried(joint, draft, full, n) for n in both]
+    for k, n in enumerate(across):
+        draft.constraints.row(joint.name, f"angle {k + 1}", *dot(u, n, 3), about=pushed(at, full, first, both[k]))
+    if len(own) > 1:
+        terms = dot(carried(joint, draft, other, second), across[1], 3)
+        draft.constraints.row(joint.name, "angle 3", *terms, about=pushed(at, full, second, both[1]))
+
+
+def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarray) -> None:
+    """n_i . (r_a - r_b) keeps its reference value for the normals n_i of a direction, which move with the end `to`."""
+    name, layout = where(joint), draft.layout
+    rows, apart = layout.read(name, at), layout.reference(name, at)
+    if to is not None:
+        rows, apart = rows - layout.read(name, to), apart - layout.reference(name, to)
+    first = draft.probes.add(csr_array(rows))
+    for k, normal in enumerate(normals(direction)):
+        terms = dot(first, carried(joint, draft, to, normal), layout.dim)
+        draft.constraints.row(joint.name, f"normal {k + 1}", *terms, (-float(normal @ apart), -1, -1, -1), along=normal)
+
+
+def arm(
+    name: str, layout: Coordinates, at: At, axis: Ground | None, wanted: np.ndarray | None = None
+) -> tuple[csr_array, np.ndarray, np.ndarray]:
+    """Rows (2, q) whose argument is the angle turned about an axis of the ground, a direction u normal to it, and axis x u.
+
+    In the plane the axis is z; in space u is the first direction normal to the axis that the place carries, or the wanted one (3,)
+    of a frame.
+    """
+    own = basis(name, layout, at)[1]
+    if not len(own):
+        raise InputError(say(name, "a place with a direction", f"{at}, a mere point", "name a rigid frame"))
+    if layout.dim == 2:
+        u = own[0] / np.linalg.norm(own[0])
+        normal = np.array([-u[1], u[0]])
+    else:
+        a = unit(f"{name}, axis", (0.0, 0.0, 0.0) if axis is None else axis, 3)
+        if len(own) == 1:
+            u = own[0]
+        else:
+            u = normals(own @ a)[0] @ own if wanted is None or len(own) < 3 else wanted
+        u = u / np.linalg.norm(u)
+        if abs(float(u @ a)) > ALONG:
+            raise InputError(say(name, "a place with a direction normal to the axis", at, "name a rigid frame"))
+        normal = np.cross(a, u)
+    return csr_array(csr_array(np.stack([u, normal])) @ rows_of(name, layout, at, u)), u, normal

@@ -1,0 +1,129 @@
+r"""Linear constraints solved for some of their unknowns: A x + a = 0 becomes x_d = S x_rest + s.
+
+Rows that share no unknown are solved apart: an edge of a plate has as many small systems as it has nodes. Each one is eliminated by
+Gauss and Jordan with full pivoting, which finds the same pivots as the elimination of all rows together would. Entries count as
+zero relative to r_i c_j, the largest entries of their row and, of rows divided by r_i, of their column: slopes of cells of a
+nanometre and positions in kilometres have equal rights. What is ROUND_OFF of its row in units of the unknowns, changes u_j that
+count alike, is zero before: a column of nothing else would make a constraint of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array, vstack
+from scipy.sparse.csgraph import connected_components
+
+from ...core.algebra import ranks
+from ...core.storage.records import dataclass
+
+ROUND_OFF = 1e-14  #: of the largest |a_ij| u_j of a row: shape functions at a place that is a node to the last digit
+
+
+@dataclass(frozen=True)
+class Echelon:
+    """x[dependent] = solution @ x + fixed; `solution` has no entries in the columns of dependent unknowns."""
+
+    dependent: np.ndarray  #: (i,) unknowns
+    solution: csr_array  #: (i, n)
+    fixed: np.ndarray  #: (i,)
+    left: np.ndarray  #: (k,) rows that are combinations of the others
+    gap: np.ndarray  #: (k,) what those rows miss: zero, or they contradict the others
+
+
+def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np.ndarray | None = None) -> Echelon:
+    """Echelon form of A x + a = 0; pivots are larger than `tolerance` times r_i c_j, entries of S than that times c_j / c_i.
+
+    `units` (n,) are changes of the unknowns that count alike, 1 without them.
+    """
+    u = np.ones(A.shape[1]) if units is None else units
+    A = without_round_off(A, u)
+    labels = connected_components(csr_array(abs(A) @ abs(A).T), directed=False)[1]
+    alone = (np.bincount(labels)[labels] == 1) & (np.diff(A.indptr) == 1)
+    order = np.flatnonzero(~alone)
+    order = order[np.argsort(labels[order], kind="stable")]
+    blocks = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1) if len(order) else []
+    parts = [solve_alone(A, a, np.flatnonzero(alone)), *(solve_block(A, a, rows, tolerance, u) for rows in blocks)]
+    return Echelon(
+        np.concatenate([part.dependent for part in parts]),
+        csr_array(vstack([part.solution for part in parts])),
+        np.concatenate([part.fixed for part in parts]),
+        np.concatenate([part.left for part in parts]),
+        np.concatenate([part.gap for part in parts]),
+    )
+
+
+def solve_alone(A: csr_array, a: np.ndarray, rows: np.ndarray) -> Echelon:
+    """Rows that fix one unknown each, which no other row reads: edges that are held, thousands of them."""
+    at = A.indptr[rows]
+    entry, unknown = A.data[at], A.indices[at].astype(np.int64)
+    good = entry != 0.0
+    left, solution = rows[~good], csr_array((int(good.sum()), A.shape[1]))
+    return Echelon(unknown[good], solution, -a[rows[good]] / entry[good], left, -a[left])
+
+
+def without_round_off(A: csr_array, units: np.ndarray) -> csr_array:
+    """A (m, n) without what is ROUND_OFF of its row in `units` (n,)."""
+    size = abs(A).multiply(units).tocsr()
+    largest = size.max(axis=1).toarray().ravel()
+    kept = size.data > ROUND_OFF * np.repeat(largest, np.diff(size.indptr))
+    row = np.repeat(np.arange(A.shape[0]), np.diff(A.indptr))
+    return csr_array((A.data[kept], (row[kept], A.indices[kept])), shape=A.shape)
+
+
+def solve_block(A: csr_array, a: np.ndarray, rows: np.ndarray, tolerance: float, units: np.ndarray) -> Echelon:
+    """Echelon form of some rows that share no unknown with the others."""
+    used, work = dense(A, rows)
+    columns = sizes(work)[1]
+    pivots, left, right = eliminated(work, -a[rows], tolerance, units[used])
+    first, mine = np.array(pivots, dtype=np.int64).reshape(-1, 2).T
+    others = np.setdiff1d(np.arange(len(used)), mine)
+    S = -work[np.ix_(first, others)]
+    S[np.abs(S) * columns[mine, None] <= tolerance * columns[others]] = 0.0
+    i, j = np.nonzero(S)
+    solution = csr_array((S[i, j], (i, used[others[j]])), shape=(len(mine), A.shape[1]))
+    return Echelon(used[mine], solution, right[first], rows[left], right[left])
+
+
+def dense(A: csr_array, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The columns that some rows use, and the block of those rows and columns."""
+    spans = [slice(A.indptr[row], A.indptr[row + 1]) for row in rows]
+    used = np.unique(np.concatenate([A.indices[span] for span in spans]))
+    block = np.zeros((len(rows), len(used)))
+    for k, span in enumerate(spans):
+        np.add.at(block[k], np.searchsorted(used, A.indices[span]), A.data[span])
+    return used, block
+
+
+def sizes(work: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """r (m,), the largest entry of every row, and c (n,), of every column of the rows divided by them; 1 for zeros."""
+    rows = np.abs(work).max(axis=1, initial=0.0)
+    rows[rows == 0.0] = 1.0
+    columns = np.abs(work / rows[:, None]).max(axis=0, initial=0.0)
+    columns[columns == 0.0] = 1.0
+    return rows, columns
+
+
+def eliminated(
+    work: np.ndarray, right: np.ndarray, tolerance: float, units: np.ndarray
+) -> tuple[list[tuple[int, int]], list[int], np.ndarray]:
+    """Gauss and Jordan's elimination with full pivoting in place: pivots (row, column), rows without one, right-hand side."""
+    pivots: list[tuple[int, int]] = []
+    round_off = ROUND_OFF * np.outer((np.abs(work) * units).max(axis=1, initial=0.0), 1.0 / units)
+    left, weights = [*range(len(work))], np.maximum(np.outer(*sizes(work)), round_off / tolerance)
+    while left and work.size:
+        entries, shape = np.abs(work[left]), (len(left), work.shape[1])
+        i, j = np.unravel_index(np.argmax(entries), shape)
+        if entries[i, j] <= tolerance * weights[left[i], j]:
+            i, j = np.unravel_index(np.argmax(entries / weights[left]), shape)
+        row = left[i]
+        if entries[i, j] <= tolerance * weights[row, j]:
+            break
+        left.remove(row)
+        pivots.append((row, int(j)))
+        right[row] /= work[row, j]
+        work[row] /= work[row, j]
+        hit = np.flatnonzero(work[:, j])
+        hit = hit[hit != row]
+        right[hit] -= work[hit, j] * right[row]
+        work[hit] -= np.outer(work[hit, j], work[row])
+    return pivots, left, right

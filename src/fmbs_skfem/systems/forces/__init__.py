@@ -1,0 +1,1 @@
+"""Forces on probe rows: laws, expressions, springs, loads."""

@@ -1,0 +1,135 @@
+"""Forces by a law: F(y, y', numbers, histories, memory) of a few probe rows.
+
+Laws of this package are in `built_in_forces`; a user's own, and expressions of the state, are written in symbols (`force_symbols`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Annotated, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import IntegerMatrix, Matrix, Routine, address_of, opener, packed
+from ...core.storage.container import storable
+from ...core.storage.records import dataclass
+from ...core.storage.validation import Attributes
+from .. import row_laws
+from ..evaluation import space_of
+from ..kernels import remainder
+from ..row_laws import Groups, RowLaw, group
+from . import on_rows as forces
+from .on_rows import Force, ForceRoutines, Place
+
+IMPACT = 2  #: numbers that a law keeps of accepted states that judges impacts
+
+
+@dataclass(frozen=True)
+class ForceLaw(RowLaw):
+    """A force on the rows that it reads; pairs are of a force and a row."""
+
+    memory: int  #: angles whose turns it counts
+    damped: bool  #: whether it reads the rates y'
+    force: Routine
+    slopes: Routine | None = None
+    accept: Routine | None = None
+    energy: Routine | None = None
+    judge: Routine | None = None  #: of impacts, for which it keeps its last force, and 1 where there was none, behind these angles
+    kept: int = 0  #: values of accepted states that it keeps behind these angles
+    tables: tuple[str, ...] = ()  #: curves that it reads, behind which it keeps how far it has been beyond their ends
+    smooth: bool = False  #: whether its derivatives jump nowhere
+    kind: ClassVar[str] = "force law"
+    loops: ClassVar[str] = ".forces.built_in_forces"
+
+
+@storable
+@dataclass(frozen=True)
+class LawForces(Groups):
+    """Forces of t groups of probe rows by one law."""
+
+    law: Annotated[ForceLaw, Attributes("r=rows p=numbers h=histories")]
+
+
+def one(law: str | ForceLaw, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()) -> LawForces:
+    """One force by a law or its name, of probe rows (r,), numbers (p,) and histories (h,)."""
+    return LawForces(*group(ForceLaw, law, rows, numbers, signals))
+
+
+def dead(rows: np.ndarray, coefficients: ArrayLike, signals: np.ndarray) -> LawForces:
+    """Forces coefficient s(t) on probe rows (t,) [N per unit of the row], whatever the state is, by histories (t,) or -1."""
+    return LawForces(ForceLaw.find("dead"), rows[:, None], np.array(coefficients, dtype=float)[:, None], signals[:, None])
+
+
+class ForceRecord(NamedTuple):
+    """Forces for compiled code."""
+
+    rows: IntegerMatrix
+    numbers: Matrix
+    signals: IntegerMatrix
+    pair: int  #: first place in H
+    memory: int  #: first place in the memory
+
+
+opened = opener(ForceRecord)
+
+
+@jit
+def continued(value: float, last: float) -> float:
+    """An angle known but for whole turns, nearest to its last value."""
+    return last + remainder(value - last, 2.0 * np.pi)
+
+
+def memory_of(law: ForceLaw) -> int:
+    """Numbers that a force keeps of accepted states."""
+    return law.memory + (IMPACT if law.judge else 0) + law.kept + len(law.tables)
+
+
+@forces.compile_force.register
+def _(found: LawForces, place: Place) -> Force:
+    law, count = found.law, len(found)
+    rows, numbers, signals = (np.ascontiguousarray(part) for part in (found.rows, found.numbers, found.signals))
+    local = np.array(law.pairs, dtype=np.int64).reshape(-1, 2)
+    pairs, size = found.rows[:, local].reshape(-1, 2), memory_of(law)
+    routines = ForceRoutines(law.force, law.slopes if len(local) else None, law.accept, law.energy, law.judge)
+    name = law.name.partition("|")[0].replace("_", " ")
+    return Force(
+        ForceRecord(rows, numbers, signals, place.pair, place.memory),
+        routines,
+        name,
+        pairs,
+        np.zeros(count * size),
+        np.tile(np.arange(size) < law.memory, count),
+        law.damped,
+        smooth=law.smooth,
+    )
+
+
+def evaluate(law: ForceLaw, y: np.ndarray, rates: np.ndarray, numbers: np.ndarray, histories: np.ndarray) -> np.ndarray:
+    """F (s, r) on its rows at s states: y, y' (s, r), numbers (s, p), histories (s, h); angles count no turns."""
+    count, rows, signals = len(y), np.arange(y.size).reshape(y.shape), np.arange(histories.size).reshape(histories.shape)
+    memory = np.zeros(count * memory_of(law))
+    parts = {"y": y.ravel(), "rates": rates.ravel(), "signals": histories.ravel(), "memory": memory, "g": np.zeros(y.size)}
+    record = ForceRecord(rows, np.ascontiguousarray(numbers), signals, 0, 0)
+    integers = packed(record)
+    law.force(found := space_of(**parts), address_of(integers))
+    return found.g.reshape(count, -1)
+
+
+@forces.histories.register
+def _(found: LawForces) -> Sequence[tuple[int, int]]:
+    return [
+        (int(k), int(rows[0])) for rows, own in zip(found.rows, found.signals, strict=True) for k in own if k >= 0 and len(rows)
+    ]
+
+
+@forces.grow.register
+def _(found: LawForces, signal: int) -> LawForces:
+    return replace(found, signals=np.where(found.signals < 0, signal, found.signals))
+
+
+@forces.join.register
+def _(found: LawForces, others: Sequence[LawForces]) -> Sequence[LawForces]:
+    return row_laws.join((found, *others))

@@ -1,0 +1,1 @@
+"""Outputs: what is read of a system in a state."""

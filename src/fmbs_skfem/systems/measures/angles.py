@@ -1,0 +1,31 @@
+"""Angles that count their turns: arguments of plane vectors on a motion, and the turns made between its stored states."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...core.notices import notify
+
+DOUBT = 1.5  #: change of an angle from one stored state to the next beside the expected one, above which a turn may be lost [rad]
+
+
+def angle_and_rates(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Argument of plane vectors y (s, 2), in (-pi, pi], and its first and second derivative, (s,) each."""
+    square, along = np.sum(y * y, axis=1), np.sum(y * rate, axis=1)
+    speed = (y[:, 0] * rate[:, 1] - y[:, 1] * rate[:, 0]) / square
+    return np.arctan2(y[:, 1], y[:, 0]), speed, (y[:, 0] * change[:, 1] - y[:, 1] * change[:, 0] - 2.0 * along * speed) / square
+
+
+def continuous(name: str, times: np.ndarray, angle: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+    """An angle (s,) known but for whole turns, with the turns that its angular velocity makes between the stored states.
+
+    h / 2 (w0 + w1) + h^2 / 12 (w0' - w1') is its change up to h^5 w'''' / 720, so that states may be far apart. A notice where
+    that leaves a doubt.
+    """
+    h = np.diff(times)
+    expected = 0.5 * h * (speed[1:] + speed[:-1]) + h * h / 12.0 * (acceleration[:-1] - acceleration[1:])
+    turns = np.round((expected - np.diff(angle)) / (2 * np.pi))
+    found = angle + 2 * np.pi * np.append(0.0, np.cumsum(turns))
+    if np.abs(np.diff(found) - expected).max(initial=0.0) > DOUBT:
+        notify(f"{name}: stored states are too far apart to count the turns of the angle for certain; store more of them")
+    return found

@@ -1,0 +1,209 @@
+r"""Strains, stresses and section forces at a place, as outputs, with axes that move with the body.
+
+    surfaces    E(z) = E + z k,  S(z) = N/t + 12 z M/t^3 at z = -t/2, 0, t/2 along n; N = A C:E, M = B C:k (`bodies.fields`)
+    principal   s1, s2 = (s11 + s22)/2 +- sqrt((s11 - s22)^2/4 + s12^2),   angle of direction 1:  tan 2a = 2 s12 / (s11 - s22)
+    cables      N along the line and M, which balance the loads on either side                                  (`cable_sections`)
+
+Components 1 and 2 refer to two orthonormal tangents of the reference shape, which the body carries along: axis 1 is the x axis of
+the scene as far as the surface allows (where it is nearly normal to x, the y axis), axis 2 = normal x axis 1. Stresses and forces
+of surfaces are those of Piola and Kirchhoff, which are the true ones where strains are small. A positive M of a surface stretches
+the face z = t/2; that of a cable in the plane turns it counter-clockwise along its length, in space M is about the binormal.
+"""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Sequence
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+
+from ...bodies.body import Body, locate
+from ...bodies.fields import principal
+from ...core.notices import notify, remark
+from ...core.storage.records import dataclass
+from ...shapes import line
+from ...shapes.surface import Surface
+from .. import fields
+from ..places import At, Draft
+from ..system import Output
+from . import cable_sections
+from .probes import Probe, Sensed, Sizes
+from .surface_points import counts, recovered, surface_point
+
+FACES = ("bottom", "middle", "top")
+Face = Annotated[Literal["top", "middle", "bottom"], "on the face at t/2 along the normal, in the middle surface, or at -t/2"]
+NEAR = 1e-9  #: part of a line by which two places on it may be apart that are one
+STRAINS = ("axial or membrane strain", "curvature")
+COMPONENTS = ("11", "22", "12")
+TENSOR = (*COMPONENTS, "1", "2", "angle")
+CABLE_PLANE, CABLE_SPACE = ("N", "M"), ("N", "M", "Mx", "My", "Mz")
+RESULTANTS = ("N11", "N22", "N12", "N1", "N2", "M11", "M22", "M12", "M1", "M2")
+MEMBRANE = RESULTANTS[:5]
+
+
+def principal_axes(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Principal values s1 >= s2 (...) and the angle of direction 1 from axis 1 [rad] of tensors 11, 22, 12 (3, ...)."""
+    return *principal(tensor), 0.5 * np.arctan2(tensor[2], 0.5 * (tensor[0] - tensor[1]))
+
+
+def axes_text(axes: np.ndarray) -> str:
+    """Axes 1 and 2 of the reference, rows of (2, c), in words."""
+    shown = [", ".join(f"{value + 0.0:.4g}" for value in np.round(axis, 6)) for axis in axes]
+    return f"axis 1 ({shown[0]}), axis 2 ({shown[1]}) of the reference"
+
+
+class Tensor(Probe, ABC):
+    """A symmetric tensor at a named point of a plate or shell."""
+
+    at: fields.OnSurface
+    face: Face
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        where = f"output '{name}'"
+        tell_coarse(where, draft.layout.body(where, self.at))
+        point = surface_point(where, draft, self.at)
+        text = axes_text(point.axes)
+        turn = f"angle from axis 1 to the first principal direction, {text}"
+        labels = (*(f"{part}, {text}" for part in COMPONENTS), "first principal value", "second principal value", turn)
+        parameters = (float(FACES.index(self.face)), *point.parameters)
+        columns = tuple(f"{name}_{part}" for part in TENSOR)
+        facts = {**point.facts(self.at.body), "parameters": parameters}
+        return self.output(draft, columns, [point.rows], labels=labels, **facts)
+
+    @classmethod
+    def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        return (*(cls.unit,) * 5, "rad")
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        rows, parameters = counts(output.parameters[1], dim)
+        return rows, len(TENSOR), 1 + parameters
+
+
+def tell_coarse(where: str, part: Body) -> None:
+    """A remark of what the shape functions of a part leave out of strains, of a line also of forces, in its training."""
+    if part.shapes is None or part.cells is None or not (errors := part.shapes.strain_errors).size:
+        return
+    largest = np.abs(part.shapes.trained).max(axis=0)
+    if isinstance(part.space, Surface):
+        known = [f"{errors[0] * largest.max():.2g} of membrane strain"]
+    else:
+        strain, curvature = errors * largest
+        EA, EI = part.cells.section[:2].max(axis=(1, 2))
+        known = [
+            f"{strain:.2g} of axial strain (N: {strain * EA:.2g} N)",
+            f"{curvature:.2g} 1/m of curvature (M: {curvature * EI:.2g} N m)",
+        ]
+    shares = [f"{value:.2g} of the largest {kind}" for kind, value in zip(STRAINS, errors, strict=False)]
+    what = f"the shape functions of part '{part.name}' leave out {' and '.join(known)} in its training, {' and '.join(shares)}"
+    remark(f"{where}: {what}; forces and stresses at points err by as much, however small they are: train with a smaller tolerance")
+
+
+@dataclass(frozen=True)
+class StressTensor(Tensor):
+    """Stress [Pa] at a named point of a plate or shell: 11, 22, 12, principal values 1 and 2, angle [rad] of the first to axis 1.
+
+    Axis 1 is the x axis of the scene as far as the surface allows, axis 2 normal to it in the surface; both move with the body.
+    It is the second stress of Piola and Kirchhoff, the true one where strains are small.
+
+    {type: stress_tensor, at: plate.corner, face: bottom}
+    """
+
+    at: fields.OnSurface
+    face: Face = "top"
+    unit: ClassVar[str] = "Pa"
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        stress = recovered(output.parameters[1:], sensed.values).stress[int(output.parameters[0])]
+        return [*stress, *principal_axes(stress)]
+
+
+@dataclass(frozen=True)
+class StrainTensor(Tensor):
+    """Green's strain [-] at a named point of a plate or shell: 11, 22, 12, principal values 1 and 2, angle [rad] of the first.
+
+    Axes as those of `stress_tensor`; 12 is half of the angle of shear.
+
+    {type: strain_tensor, at: plate.corner, face: middle}
+    """
+
+    at: fields.OnSurface
+    face: Face = "top"
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        found = recovered(output.parameters[1:], sensed.values)
+        strain = found.strain + (0.5 * output.parameters[0] - 0.5) * output.parameters[2] * found.curvature
+        return [*strain, *principal_axes(strain)]
+
+
+@dataclass(frozen=True)
+class SectionForces(Probe):
+    """Forces and moments of the section at a place of a cable, or at a named point of a plate or shell.
+
+    Cables have the axial force N [N] and the bending moment M [N m], in the plane with its sign (counter-clockwise along the line),
+    in space with its vector Mx, My, Mz: what balances the loads beyond the place, without damping. N does so on coarse meshes too,
+    some cells away from forces inside the line; M has the error of the curvature. Plates and shells have membrane forces N11, N22,
+    N12 [N/m] and moments M11, M22, M12 [N] a length, positive where they stretch the face at t/2, with principal values N1, N2, M1,
+    M2; stresses and axes are those of `stress_tensor`, lengths those of the reference.
+
+    {type: section_forces, at: beam.left}
+    """
+
+    at: fields.Place
+    unit: ClassVar[str] = "N"
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        where = f"output '{name}'"
+        part = draft.layout.body(where, self.at)
+        tell_coarse(where, part)
+        if isinstance(part.space, Surface):
+            point = surface_point(where, draft, self.at)
+            words = RESULTANTS if part.dim == 3 else MEMBRANE
+            text = axes_text(point.axes)
+            labels = tuple(f"{word}, {text}" if len(word) == 3 else "principal value" for word in words)
+            columns = tuple(f"{name}_{word}" for word in words)
+            return self.output(draft, columns, [point.rows], labels=labels, **point.facts(self.at.body))
+        rows, parameters = cable_sections.cable_point(where, part, self.at)
+        warn_of_jump(where, draft, part, self.at)
+        columns = tuple(f"{name}_{word}" for word in (CABLE_PLANE if part.dim == 2 else CABLE_SPACE))
+        wide = draft.layout.spread(part, rows)
+        return self.output(draft, columns, [wide], parameters=parameters)
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        if cable_sections.reads_cable(output.parameters):
+            return cable_sections.cable_forces(output.parameters, sensed.dim, sensed.values)
+        found = recovered(output.parameters, sensed.values)
+        t, (below, middle, above) = output.parameters[1], found.stress
+        N, M = t * middle, t**2 * (above - below) / 12.0
+        columns = [*N, *principal(N)[:2], *M, *principal(M)[:2]]
+        return columns[: len(output.columns)]
+
+    @classmethod
+    def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        if cable_sections.reads_cable(output.parameters):
+            return ("N", *("N m",) * (len(output.columns) - 1))
+        return ("N/m",) * 5 + ("N",) * (len(output.columns) - 5)
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        if cable_sections.reads_cable(output.parameters):
+            rows, parameters = cable_sections.counts(output.parameters, dim)
+            return rows, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), parameters
+        rows, parameters = counts(output.parameters[0], dim)
+        return rows, len(RESULTANTS if dim == 3 else MEMBRANE), parameters
+
+
+def warn_of_jump(where: str, draft: Draft, part: Body, at: At) -> None:
+    """A notice of a place inside a line on which joints or loads act: slopes are continuous there, and axial forces are not."""
+    ends = line.breaks(part.space)[[0, -1]]
+    here, near = float(locate(part, at.place)), NEAR * float(np.ptp(ends))  # type: ignore[arg-type]
+    if np.abs(ends - here).min() < near:
+        return
+    others = [(what, locate(part, end.place)) for what, end in draft.acting if end.body == at.body]
+    if meeting := [what for what, there in others if abs(here - float(there)) < near]:  # type: ignore[arg-type]
+        text = f"{', '.join(dict.fromkeys(meeting))} act at this place, where internal forces may jump"
+        notify(f"{where}: {text}: the value shown is right on neither side; read it some cells away")

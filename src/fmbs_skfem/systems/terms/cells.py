@@ -1,0 +1,330 @@
+"""Cells of full bodies as terms: gather from the coordinates p of the cells, law at the points, scatter.
+
+    u = B p[nodes],    p = S (lift x),    f = lift^T S^T B^T phi(u),    W += lift^T S^T B^T phi' B S lift
+
+p are the coordinates of the bodies, or their images S q where a body slaves functions to a frame.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ...bodies import laws
+from ...bodies.body import Cells
+from ...core.algebra.linalg import distinct, is_sparse, support
+from ...core.compiling.entries import view
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import Cube, IntegerMatrix, Integers, Tensor, opener
+from ..kernels import clear, clear_rows
+from . import elastic as terms
+from .elastic import Lifts, Setting, Targets, Term
+from .points import Sampled
+
+if TYPE_CHECKING:
+    from ..layouts import Layout
+    from ..system import Affine, Matrix
+
+FEW = 2  #: modes per function of a cell below which gradients are multiplied out, the cost of tangents with it
+BLOCK = 64  #: cells that a kernel handles at once, so that their gradients stay in the cache
+
+
+class CellsRecord(NamedTuple):
+    """A block of cells for compiled code."""
+
+    calls: Integers  #: addresses of the law's functions, see `laws.addresses`
+    beta: float  #: stiffness-proportional damping time [s]
+    nodes: IntegerMatrix  #: (b, e)
+    table: Tensor  #: (k, p, b, e)
+    section: Cube  #: (i, p, e)
+    targets: Targets
+    kept: int  #: first place in the gradients of a space, where it is damped
+
+
+opened = opener(CellsRecord)
+
+
+@jit
+def gather_cells(nodes: np.ndarray, table: np.ndarray, q: np.ndarray, local: np.ndarray, u: np.ndarray) -> None:
+    """u[(k, c), p, e] = sum_b table[k, p, b, e] q[nodes[b, e] + c]."""
+    derivatives, points, basis, cells = table.shape
+    dim = u.shape[0] // derivatives
+    for b in range(basis):
+        for c in range(dim):
+            for e in range(cells):
+                local[b, c, e] = q[nodes[b, e] + c]
+    full = basis // 4 * 4
+    for k in range(derivatives):
+        for c in range(dim):
+            for p in range(points):
+                target = u[k * dim + c, p]
+                if full == 0:
+                    clear(target)
+                for b in range(0, full, 4):
+                    N0, N1, N2, N3 = table[k, p, b], table[k, p, b + 1], table[k, p, b + 2], table[k, p, b + 3]
+                    q0, q1, q2, q3 = local[b, c], local[b + 1, c], local[b + 2, c], local[b + 3, c]
+                    if b == 0:
+                        for e in range(cells):
+                            target[e] = N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
+                    else:
+                        for e in range(cells):
+                            target[e] += N0[e] * q0[e] + N1[e] * q1[e] + N2[e] * q2[e] + N3[e] * q3[e]
+                for b in range(full, basis):
+                    N0, q0 = table[k, p, b], local[b, c]
+                    for e in range(cells):
+                        target[e] += N0[e] * q0[e]
+
+
+@jit
+def scatter_cells(nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np.ndarray, f: np.ndarray) -> None:
+    """f[nodes[b, e] + c] += sum_kp table[k, p, b, e] S[(k, c), p, e]."""
+    derivatives, points, basis, cells = table.shape
+    dim = S.shape[0] // derivatives
+    for b in range(basis):
+        for c in range(dim):
+            for e in range(cells):
+                local[b, c, e] = 0.0
+            target = local[b, c]
+            for p in range(points):
+                if derivatives == 2:
+                    N0, N1, S0, S1 = table[0, p, b], table[1, p, b], S[c, p], S[dim + c, p]
+                    for e in range(cells):
+                        target[e] += N0[e] * S0[e] + N1[e] * S1[e]
+                else:
+                    for k in range(derivatives):
+                        N0, S0 = table[k, p, b], S[k * dim + c, p]
+                        for e in range(cells):
+                            target[e] += N0[e] * S0[e]
+    for e in range(cells):
+        for b in range(basis):
+            for c in range(dim):
+                f[nodes[b, e] + c] += local[b, c, e]
+
+
+@jit
+def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
+    """Lower triangles of all cell matrices, work[l (l+1)/2 + m, e] with l = (b, c), from the moduli D (k c, k c, p, e)."""
+    vectors, points, basis, cells = table.shape
+    dim = len(D) // vectors
+    size = basis * dim
+    count = size * (size + 1) // 2
+    matrices, DB = view(work, 0, (count, cells)), view(work, count * cells, (vectors, cells))
+    clear_rows(matrices)
+    for p in range(points):
+        for m in range(size):
+            b, c = m // dim, m % dim
+            for ci in range(dim):
+                modulus_times_basis(D, table, p, b, c, ci, DB)
+                for bi in range(b, basis):
+                    line = bi * dim + ci
+                    if line >= m:
+                        target = matrices[line * (line + 1) // 2 + m]
+                        N0, N1, first, second = table[0, p, bi], table[1, p, bi], DB[0], DB[1]
+                        for e in range(cells):
+                            target[e] += N0[e] * first[e] + N1[e] * second[e]
+                        for k in range(2, vectors):
+                            N0, first = table[k, p, bi], DB[k]
+                            for e in range(cells):
+                                target[e] += N0[e] * first[e]
+
+
+@jit
+def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int, ci: int, DB: np.ndarray) -> None:
+    """DB[k, e] = sum_l D[(k, ci), (l, c), p, e] table[l, p, b, e]; two terms at once: every law reads at least two vectors."""
+    vectors, dim, cells = len(DB), len(D) // len(DB), DB.shape[1]
+    for k in range(vectors):
+        target, row = DB[k], k * dim + ci
+        first, second, N0, N1 = D[row, c, p], D[row, dim + c, p], table[0, p, b], table[1, p, b]
+        for e in range(cells):
+            target[e] = first[e] * N0[e] + second[e] * N1[e]
+        for l in range(2, vectors):
+            first, N0 = D[row, l * dim + c, p], table[l, p, b]
+            for e in range(cells):
+                target[e] += first[e] * N0[e]
+
+
+@jit
+def place(C: Any, target: np.ndarray, at: int) -> np.ndarray:
+    """An array (k c, p, e) from a place of `target` on."""
+    vectors, points, _, cells = C.table.shape
+    return view(target, at, (vectors * laws.components(C.calls), points, cells))
+
+
+@jit
+def read(s: Any, C: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
+    """Gradients (k c, p, e) from the coordinates of the cells, or their rates."""
+    u, (_, _, basis, cells) = place(C, target, at), C.table.shape
+    local = view(s.work[0], u.size, (basis, laws.components(C.calls), cells))
+    gather_cells(C.nodes, C.table, s.body[order], local, u)
+    return u
+
+
+@jit
+def scatter(s: Any, C: Any, S: np.ndarray) -> None:
+    """Forces on the coordinates of the cells += B^T S."""
+    basis, cells = C.nodes.shape
+    scatter_cells(C.nodes, C.table, S, view(s.work[0], 0, (basis, laws.components(C.calls), cells)), s.body[2])
+
+
+@jit
+def add_tangent(s: Any, C: Any, D: np.ndarray) -> None:
+    """W += B^T D B in the places of `targets`."""
+    cell_matrices(C.table, D, s.work[2])
+    put(C.targets, s.work[2], s.entries)
+
+
+@jit
+def put(T: Targets, entries: np.ndarray, W: np.ndarray) -> None:
+    """W += the entries of the cell matrices, each in its place."""
+    if len(T.source) == 0:
+        for k in range(len(T.target)):
+            if T.target[k] >= 0:
+                W[T.target[k]] += entries[k]
+    else:
+        for k in range(len(T.source)):
+            W[T.target[k]] += T.factor[k] * entries[T.source[k]]
+
+
+ROUTINES = terms.at_points(__name__, opened, place, read, scatter, add_tangent)
+
+
+@terms.carry.register(Cells)
+def carry(cells: Cells, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Cells | Sampled:
+    """Cells stay in body coordinates; where few modes move them, multiplied out they cost less.
+
+    A force costs r g numbers multiplied out to g gradients, and r p + b g by way of p coordinates and b functions a cell.
+    """
+    if is_sparse(lift.matrix):
+        return cells
+    vectors, points, functions, count = cells.shape
+    used = distinct(cells.nodes) if cells.spread is None else distinct(csr_array(cells.spread[distinct(cells.nodes)]).indices)
+    modes, gradients = support(lift.matrix[used]), vectors * cells.dim * points * count
+    few = (modes.stop - modes.start) * (gradients - cells.dim * len(used)) < FEW * functions * gradients
+    return multiply_out(cells, lift) if few else cells
+
+
+@terms.multiply_out.register(Cells)
+def multiply_out(cells: Cells, lift: Affine) -> Cells | Sampled:
+    """Points with rows (derivative, component, point) by modes, of a reduced body; a full one keeps its cells."""
+    if is_sparse(lift.matrix):
+        return cells
+    rows = gradient_rows(cells, len(lift.offset))
+    gradients = np.asarray(rows @ lift.matrix)
+    columns = support(gradients)
+    section = cells.section.reshape(len(cells.section), 1, -1)
+    return Sampled(
+        cells.law, np.ascontiguousarray(gradients[:, columns]), rows @ lift.offset, section, columns, cells_of_points(cells)
+    )
+
+
+@terms.split.register(Cells)
+def split(cells: Cells, lifts: Lifts) -> list[Cells]:
+    """Blocks of about BLOCK cells, all in one where they are few."""
+    start, count = lifts.place(cells.spread), cells.nodes.shape[1]
+    parts = max(1, round(count / BLOCK)) if count > 4 * BLOCK else 1
+    return [
+        replace(cells, table=cells.table[..., k], nodes=cells.nodes[:, k] + start, section=cells.section[..., k], spread=None)
+        for k in np.array_split(np.arange(count), parts)
+    ]
+
+
+@terms.couplings.register(Cells)
+def couplings(cells: Cells) -> np.ndarray:
+    """Coordinates of every cell, (b c, e)."""
+    return (cells.nodes[:, None, :] + np.arange(cells.dim)[None, :, None]).reshape(-1, cells.nodes.shape[1])
+
+
+@terms.compile_term.register(Cells)
+def compile_term(cells: Cells, setting: Setting) -> Term:
+    """Its numbers behind each other, and the places of its matrices."""
+    (basis, count), dim, vectors = cells.nodes.shape, setting.dim, cells.law.vectors
+    size, gradients, points = basis * dim, vectors * dim, cells.section.shape[1]
+    work = max(gradients**2 * points * count, gradients * points * count + size * count, (size * (size + 1) // 2 + vectors) * count)
+    calls = laws.addresses(cells.law, dim, setting.beta > 0.0)
+    nodes, table, section = (np.ascontiguousarray(part) for part in (cells.nodes, cells.table, cells.section))
+    record = CellsRecord(calls, setting.beta, nodes, table, section, setting.targets(couplings(cells)), setting.kept)
+    damped = setting.beta > 0.0
+    return Term(record, ROUTINES, work, damped, 2 * gradients * points * count if damped else 0)
+
+
+@terms.position_gradients.register(Cells)
+def position_gradients(cells: Cells, x: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Of all cells, (k c, p, e)."""
+    return np.asarray(gradient_rows(cells, len(q)) @ q).reshape(-1, *cells.section.shape[1:])
+
+
+@terms.rotation_weights.register(Cells)
+def rotation_weights(cells: Cells, q: np.ndarray) -> np.ndarray:
+    """By tables of cells."""
+    dim, p = cells.dim, q if cells.spread is None else cells.spread @ q
+    nodes, G = cells.nodes // dim, np.zeros((len(p) // dim, dim))
+    for N in cells.table[:2]:
+        tangent = np.einsum("pbe,bec->cpe", N, p.reshape(-1, dim)[nodes])
+        np.add.at(G, nodes, np.einsum("pbe,pe,cpe->bec", N, cells.section[-1], tangent, optimize=True))
+    return G if cells.spread is None else np.asarray(csr_array(cells.spread)[::dim, ::dim].T @ G)
+
+
+@terms.functions_read.register(Cells)
+def functions_read(cells: Cells, size: int) -> csr_array:
+    """The functions of every cell, or those that they are slaved to."""
+    functions, spread, dim = cells.nodes.T // cells.dim, cells.spread, cells.dim
+    indptr, width = np.arange(len(functions) + 1) * functions.shape[1], size if spread is None else spread.shape[0] // dim
+    reads = csr_array((np.ones(functions.size, np.float32), functions.ravel(), indptr), shape=(len(functions), width))
+    return reads if spread is None else csr_array(reads @ abs(csr_array(spread)[::dim, ::dim].astype(np.float32)))
+
+
+@terms.cells_of_points.register(Cells)
+def cells_of_points(cells: Cells) -> np.ndarray:
+    """Of all points."""
+    return np.tile(np.arange(cells.section.shape[2]), cells.section.shape[1])
+
+
+@terms.numbers_read.register(Cells)
+def numbers_read(cells: Cells) -> float:
+    """Of all cells."""
+    return float(math.prod(cells.shape) * cells.dim**2)
+
+
+def gradient_rows(cells: Cells, size: int) -> csr_array:
+    """Gather of cells as a sparse array: rows (k, c, p, e), columns q."""
+    K, P, B, E = cells.table.shape
+    dim = cells.dim
+    values = np.broadcast_to(cells.table[:, None, :, :, :], (K, dim, P, B, E)).transpose(0, 1, 2, 4, 3)
+    columns = np.broadcast_to(cells.nodes.T[None, None, None] + np.arange(dim)[None, :, None, None, None], (K, dim, P, E, B))
+    indptr = np.arange(K * dim * P * E + 1) * B
+    width = size if cells.spread is None else cells.spread.shape[0]
+    rows = csr_array((values.ravel(), columns.ravel(), indptr), shape=(K * dim * P * E, width))
+    return rows if cells.spread is None else csr_array(rows @ cells.spread)
+
+
+def targets(local: np.ndarray, T: csr_array, layout: Layout) -> Targets:
+    """Where entries of the lower triangles of cells go in the flat storage of a matrix, W += T^T K_e T with p = T x."""
+    (size, count), place, dense = local.shape, layout.place, layout.dense
+    deep = int(np.diff(T.indptr).max(initial=1))
+    target, factor = np.full((T.shape[0], deep), -1), np.zeros((T.shape[0], deep))
+    for k in range(deep):
+        has = np.diff(T.indptr) > k
+        target[has, k], factor[has, k] = place[T.indices[T.indptr[:-1][has] + k]], T.data[T.indptr[:-1][has] + k]
+    low, column = np.tril_indices(size)
+    sources, targets, factors = [], [], []
+    for k in range(deep):
+        for m in range(deep):
+            i, j = target[local[low], k], target[local[column], m]
+            value = factor[local[low], k] * factor[local[column], m]
+            source = (low * (low + 1) // 2 + column)[:, None] * count + np.arange(count)[None, :]
+            for a, b, on in ((i, j, np.ones(len(low), bool)), (j, i, low != column)):
+                valid = (i >= 0) & (j >= 0) & on[:, None] & (dense | (a >= b))
+                sources.append(source[valid])
+                targets.append(layout.flat(a[valid], b[valid]))
+                factors.append(value[valid])
+    source, flat, value = np.concatenate(sources), np.concatenate(targets), np.concatenate(factors)
+    if deep == 1 and not dense and (value == 1.0).all():
+        places = np.full(len(low) * count, -1, np.int32)
+        places[source] = flat
+        return Targets(np.zeros(0, np.int32), places, np.zeros(0))
+    order = np.argsort(source, kind="stable")
+    return Targets(source[order].astype(np.int32), flat[order].astype(np.int32), value[order])

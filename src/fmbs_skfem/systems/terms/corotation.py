@@ -1,0 +1,116 @@
+r"""Reduced elastic tangents of planar bodies that turn, without assembly.
+
+    K(theta) = c^2 K_a + s^2 K_b + c s K_c,     c = cos theta, s = sin theta
+
+For an elastic law that no rotation changes, this is the exact tangent at the reference shape turned by theta, as R D R^T is
+quadratic in c and s. K_a and K_b are the tangents at 0 and 90 degrees, K_c follows from 45 degrees. The turn of a body is that of
+the best fit of its coordinates to the reference shape; translations drop out. Bodies that deform little need no other tangent;
+where the Newton iteration contracts slowly with it, the exact one takes its place.
+
+Only for planar systems in dense coordinates whose space holds the turned reference shapes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...core.algebra.linalg import as_dense, support
+from ...core.compiling.entries import view
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import Cube, IntegerMatrix, Matrix, Vector
+
+if TYPE_CHECKING:
+    from ..system import System
+
+ALIKE = 0.05  #: largest relative difference from the exact tangent at a fifth angle
+REACH = 1e-2  #: largest part of the turned reference shape that the space may miss
+PROOF = 2.0  #: that angle [rad]
+
+
+class CorotationalTangent(NamedTuple):
+    """Tangents of all groups, flattened; no rows where they do not apply."""
+
+    table: IntegerMatrix  #: (t, 3) first unknown, number of unknowns, place of K_a, K_b, K_c in `numbers`
+    rows: Cube  #: (t, 2, n) with offset (t, 2): multiples of c and s
+    offset: Matrix
+    beta: Vector  #: (t,) stiffness-proportional damping times [s]
+    numbers: Vector
+
+
+def nothing(size: int) -> CorotationalTangent:
+    """No body turns."""
+    return CorotationalTangent(np.zeros((0, 3), np.int64), np.zeros((0, 2, size)), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
+
+
+def corotational_tangent(system: System, tangent: Callable[[int], Callable[[np.ndarray], np.ndarray]]) -> CorotationalTangent:
+    """The tangents of all elastic parts of a reduced system from `tangent` (number of the part) (x) (n, n), or `nothing`."""
+    none = nothing(system.size)
+    if system.dim != 2 or not isinstance(system.lift.matrix, np.ndarray) or not system.elastic:
+        return none
+    spans = {name: slice(first, last) for name, first, last in system.coordinates}
+    table, rows, offsets, numbers, first = [], [], [], [], 0
+    for number, elastic in enumerate(system.elastic):
+        if elastic.name not in spans:
+            return none
+        row, offset, place, miss = fit(system, spans[elastic.name])
+        if miss > REACH:
+            return none
+        at = tangent(number)
+        Ka, Kb, half, proof = (at(place(theta)) for theta in (0.0, 0.5 * np.pi, 0.25 * np.pi, PROOF))
+        Kc, c, s = 2.0 * half - Ka - Kb, np.cos(PROOF), np.sin(PROOF)
+        if np.linalg.norm(c * c * Ka + s * s * Kb + c * s * Kc - proof) > ALIKE * np.linalg.norm(proof):
+            return none
+        on = support(as_dense(system.lift.matrix[spans[elastic.name]]))
+        count = on.stop - on.start
+        table.append((on.start, count, first))
+        numbers += [K[on, on].ravel() for K in (Ka, Kb, Kc)]
+        rows.append(row)
+        offsets.append(offset)
+        first += 3 * count * count
+    beta = np.array([elastic.beta for elastic in system.elastic])
+    return CorotationalTangent(np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), beta, np.concatenate(numbers))
+
+
+def fit(system: System, span: slice) -> tuple[np.ndarray, np.ndarray, Callable[[float], np.ndarray], float]:
+    """Rows (2, n) and offset (2,) that show the turn of a body, the unknowns that turn it by an angle, and what they miss of it."""
+    V, offset = np.asarray(system.lift.matrix[span]), system.lift.offset[span]
+    unit = system.unit[span.start // 2 : span.stop // 2]
+    q = (V @ system.x0 + offset).reshape(-1, 2)
+    q = q - np.outer(unit, unit @ q) / (unit @ unit)
+    shapes = np.stack([q.ravel(), np.stack([-q[:, 1], q[:, 0]], axis=1).ravel()])
+    moves = np.stack([np.stack([unit, 0.0 * unit], axis=1).ravel(), np.stack([0.0 * unit, unit], axis=1).ravel()])
+    A = np.concatenate([V, moves.T], axis=1)
+    inverse = np.linalg.pinv(A.T @ A, rcond=1e-12, hermitian=True) @ A.T
+    found = inverse @ shapes.T
+    miss = float(np.linalg.norm(A @ found - shapes.T) / np.linalg.norm(shapes))
+    images, start = found[: V.shape[1]], (inverse @ offset)[: V.shape[1]]
+
+    def place(theta: float) -> np.ndarray:
+        return np.asarray(images @ np.array([np.cos(theta), np.sin(theta)]) - start)
+
+    return shapes @ V, shapes @ offset, place, miss
+
+
+@jit
+def add_rotated_tangent(T: CorotationalTangent, x: np.ndarray, gh: float, W: np.ndarray) -> None:
+    """W (n, n) += (1 + gh beta) K(theta) of all bodies."""
+    for t in range(len(T.table)):
+        c, s = T.offset[t, 0], T.offset[t, 1]
+        for i in range(len(x)):
+            c += T.rows[t, 0, i] * x[i]
+            s += T.rows[t, 1, i] * x[i]
+        size = (1.0 + gh * T.beta[t]) / (c * c + s * s)
+        first, count, at = T.table[t]
+        Ka, Kb, Kc = (
+            view(T.numbers, at, (count, count)),
+            view(T.numbers, at + count * count, (count, count)),
+            view(T.numbers, at + 2 * count * count, (count, count)),
+        )
+        a, b, d = size * c * c, size * s * s, size * c * s
+        for i in range(count):
+            target, row_a, row_b, row_c = W[first + i, first : first + count], Ka[i], Kb[i], Kc[i]
+            for j in range(count):
+                target[j] += a * row_a[j] + b * row_b[j] + d * row_c[j]

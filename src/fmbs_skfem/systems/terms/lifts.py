@@ -1,0 +1,205 @@
+r"""Coordinates p of the cells from the unknowns, as a term around the terms that read them.
+
+    p = V x + d,    u = B p,    f = V^T B^T phi(u),    W += V^T K V,    K = sum_e B_e^T phi' B_e
+
+Of full systems V is sparse, and cells put their tangents into W at once. Of reduced ones it is dense, and both factors of the
+gather are kept: B V has a row for every gradient at every point, V one for every coordinate, several times fewer, of plates some
+twenty times. The lower triangle of K is sparse then; with half of its diagonal it is A, K = A + A^T, and V^T K V = Z + Z^T with
+Z = V^T (A V).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...core.algebra.linalg import support
+from ...core.compiling.entries import view
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import IntegerMatrix, Integers, Routine, Vector, opener, routine
+from ..evaluation import LiftTerm, evaluation
+from ..kernels import Csr, add_combination, add_product, add_sums, add_transposed, affine, clear
+from .elastic import Piece
+from .sparse import Pattern
+
+
+class LiftRoutines(NamedTuple):
+    """What a lift does around the terms of cells."""
+
+    place: Routine  #: coordinates of the cells and, where a term reads them, their rates; no forces yet
+    scatter: Routine  #: f += V^T of the forces on these coordinates
+    tangent: Routine  #: W += V^T K V, where cells have not put K into W
+    force_products: tuple[Routine, ...] = ()  #: as in `terms.TermRoutines`
+    tangent_products: tuple[Routine, ...] = ()
+
+
+class SparseLift(NamedTuple):
+    """V of a full system, in the order of the band."""
+
+    matrix: Csr
+    offset: Vector
+
+
+class DenseLift(NamedTuple):
+    """V of a reduced system in blocks, one a body, and the pattern of K."""
+
+    blocks: IntegerMatrix  #: (b, 5) first coordinate and their number, first unknown and their number, place in the numbers
+    rows: Vector  #: (p, r) of all blocks
+    transposed: Vector  #: (r, p) of all blocks
+    offset: Vector  #: d (p,)
+    indptr: Integers  #: of the lower triangle of K, columns in order
+    indices: Integers
+
+
+sparse_lift = opener(SparseLift)
+dense_lift = opener(DenseLift)
+
+
+@routine
+def place_sparse(table: Any, record: Any) -> int:
+    """p = V x + d, and V v."""
+    E, L = evaluation(table), sparse_lift(record)
+    s = E.space
+    affine(L.matrix, L.offset, s.x, s.body[0])
+    clear(s.body[2])
+    if E.arrays.elastic.damped:
+        clear(s.body[1])
+        add_product(L.matrix, 1.0, s.v, s.body[1])
+    return 0
+
+
+@routine
+def scatter_sparse(table: Any, record: Any) -> int:
+    """f += V^T times the forces on p."""
+    s = evaluation(table).space
+    add_transposed(sparse_lift(record).matrix, 1.0, s.body[2], s.f)
+    return 0
+
+
+@routine
+def no_tangent(table: Any, record: Any) -> int:
+    """Cells have put it where it belongs."""
+    return 0
+
+
+@routine
+def place_dense(table: Any, record: Any) -> int:
+    """p = V x + d, and V v."""
+    E, L = evaluation(table), dense_lift(record)
+    s = E.space
+    combine(L, 1.0, s.x, s.body[0])
+    clear(s.body[2])
+    if E.arrays.elastic.damped:
+        combine(L, 0.0, s.v, s.body[1])
+    return 0
+
+
+@jit
+def combine(L: Any, fixed: float, x: np.ndarray, p: np.ndarray) -> None:
+    """p = V x + fixed d."""
+    for i in range(len(p)):
+        p[i] = fixed * L.offset[i]
+    for k in range(len(L.blocks)):
+        first, count, start, modes, at = L.blocks[k]
+        add_combination(view(L.transposed, at, (modes, count)), view(x, start, (modes,)), view(p, first, (count,)))
+
+
+@routine
+def scatter_dense(table: Any, record: Any) -> int:
+    """f += V^T times the forces on p."""
+    s, L = evaluation(table).space, dense_lift(record)
+    for k in range(len(L.blocks)):
+        first, count, start, modes, at = L.blocks[k]
+        add_sums(view(L.transposed, at, (modes, count)), view(s.body[2], first, (count,)), view(s.f, start, (modes,)))
+    return 0
+
+
+@routine
+def tangent_dense(table: Any, record: Any) -> int:
+    """W += V^T K V from the entries of K, which are zero afterwards."""
+    s, L = evaluation(table).space, dense_lift(record)
+    for i in range(len(L.indptr) - 1):
+        if L.indptr[i + 1] > L.indptr[i]:
+            s.entries[L.indptr[i + 1] - 1] *= 0.5
+    for k in range(len(L.blocks)):
+        first, count, start, modes, at = L.blocks[k]
+        AV = view(s.work[2], 0, (count, modes))
+        for i in range(count):
+            multiply_row(L, s.entries, first + i, first, view(L.rows, at, (count, modes)), AV[i])
+        Z = np.dot(view(L.transposed, at, (modes, count)), AV)
+        for i in range(modes):
+            for j in range(modes):
+                s.W[start + i, start + j] += Z[i, j] + Z[j, i]
+    clear(s.entries)
+    return 0
+
+
+@jit
+def multiply_row(L: Any, entries: np.ndarray, i: int, first: int, V: np.ndarray, target: np.ndarray) -> None:
+    """target (r,) = row i of A V; four rows of V at a time."""
+    clear(target)
+    start, stop = L.indptr[i], L.indptr[i + 1]
+    full = start + (stop - start) // 4 * 4
+    for k in range(start, full, 4):
+        a, b, c, d = entries[k], entries[k + 1], entries[k + 2], entries[k + 3]
+        row_a, row_b = V[L.indices[k] - first], V[L.indices[k + 1] - first]
+        row_c, row_d = V[L.indices[k + 2] - first], V[L.indices[k + 3] - first]
+        for r in range(len(target)):
+            target[r] += a * row_a[r] + b * row_b[r] + c * row_c[r] + d * row_d[r]
+    for k in range(full, stop):
+        a, row_a = entries[k], V[L.indices[k] - first]
+        for r in range(len(target)):
+            target[r] += a * row_a[r]
+
+
+SPARSE = LiftRoutines(place_sparse, scatter_sparse, no_tangent)
+DENSE = LiftRoutines(place_dense, scatter_dense, tangent_dense, (place_dense, scatter_dense), (tangent_dense,))
+
+
+def piece(V: Csr | np.ndarray, offset: np.ndarray, locals_: Sequence[np.ndarray], pattern: Pattern | None) -> Piece | None:
+    """The lift V (p, n) of a system with the coordinates (l, e) of the cells of each storage, and the pattern of K of a dense one.
+
+    None where nothing reads p.
+    """
+    if not len(offset):
+        return None
+    if isinstance(V, Csr):
+        return Piece(SparseLift(V, offset), SPARSE)
+    assert pattern is not None
+    table, rows, turned, at = list[tuple[int, ...]](), list[np.ndarray](), list[np.ndarray](), 0
+    for first, last in spans(locals_):
+        columns = support(V[first:last])
+        block = V[first:last, columns]
+        table.append((first, last - first, columns.start, block.shape[1], at))
+        rows.append(block.ravel())
+        turned.append(block.T.ravel())
+        at += block.size
+    blocks = np.array(table, dtype=np.int64)
+    return Piece(DenseLift(blocks, np.concatenate(rows), np.concatenate(turned), offset, pattern.indptr, pattern.indices), DENSE)
+
+
+def spans(locals_: Sequence[np.ndarray]) -> list[tuple[int, int]]:
+    """Ranges of coordinates that cells read, those that overlap as one."""
+    found: list[tuple[int, int]] = []
+    for first, last in sorted((int(local.min()), int(local.max()) + 1) for local in locals_ if local.size):
+        if found and first < found[-1][1]:
+            first, last = found[-1][0], max(last, found.pop()[1])
+        found.append((first, last))
+    return found
+
+
+def addressed(lift: Piece | None) -> LiftTerm:
+    """A lift by address; the caller keeps it."""
+    if lift is None:
+        return LiftTerm(0, 0, 0, 0)
+    return LiftTerm(lift.routines.place.address, lift.routines.scatter.address, lift.routines.tangent.address, lift.address)
+
+
+def needs(lift: Piece | None) -> tuple[int, int | None, int]:
+    """Coordinates of the cells, entries of K where W does not hold them, and numbers of a work vector."""
+    if lift is None or isinstance(lift.record, SparseLift):
+        return len(lift.record.offset) if lift else 0, None, 0
+    L: DenseLift = lift.record
+    return len(L.offset), len(L.indices), int((L.blocks[:, 1] * L.blocks[:, 3]).max())

@@ -1,0 +1,235 @@
+"""Sampled points of reduced bodies as terms: gather and modes multiplied out to one dense array.
+
+u = L x[columns] + offset,    f = L^T phi(u),    W += L^T phi' L
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import numpy as np
+
+from ...bodies import laws
+from ...bodies.laws import Law
+from ...core.algebra.linalg import as_dense, support
+from ...core.compiling.entries import view
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import Cube, Integers, Vector, opener, routine
+from ...core.compiling.structs import Matrix as Rows
+from ...core.storage.container import storable
+from ...core.storage.records import dataclass
+from ...core.storage.validation import Attributes, Indices, Range, Reals
+from ..evaluation import evaluation
+from ..kernels import add_combination, add_sums
+from . import elastic as terms
+from .elastic import Lifts, Setting, Term
+
+if TYPE_CHECKING:
+    from ..system import Affine, Matrix
+
+ROOM = 20_000  #: numbers of gradients that stay in the cache from gather to scatter
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Gather multiplied out at chosen points: gradients (k c, p) = L @ x[columns] + offset."""
+
+    law: Annotated[Law, Attributes("k=vectors i=rows")]
+    rows: Annotated[np.ndarray, Reals("kcp r")]  #: L
+    offset: Annotated[np.ndarray, Reals("kcp")]
+    section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
+    columns: Annotated[slice, Range("r", end="n")]
+    cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
+
+
+storable(Sampled, rows=lambda values: values.pop("jets"))  #: their name in earlier files
+
+
+class PointsRecord(NamedTuple):
+    """A block of points for compiled code."""
+
+    calls: Integers  #: addresses of the law's functions, see `laws.addresses`
+    beta: float  #: stiffness-proportional damping time [s]
+    first: int  #: of the unknowns
+    rows: Rows  #: (k c p, r)
+    transposed: Rows  #: (r, k c p): forces read these alone, so that they stay in the cache from gather to scatter
+    offset: Vector  #: (k c p,)
+    section: Cube  #: (i, 1, p)
+    kept: int  #: first place in the gradients of a space, where it is damped
+
+
+opened = opener(PointsRecord)
+
+
+@jit
+def place(P: Any, target: np.ndarray, at: int) -> np.ndarray:
+    """An array (k c, 1, p) from a place of `target` on."""
+    points = P.section.shape[2]
+    return view(target, at, (P.transposed.shape[1] // points, 1, points))
+
+
+@jit
+def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
+    """Gradients (k c, 1, p) from the unknowns with the offset, or from their rates without."""
+    modes, size = P.transposed.shape
+    flat = view(target, at, (size,))
+    for i in range(size):
+        flat[i] = P.offset[i] if order == 0 else 0.0
+    add_combination(P.transposed, view(s.x if order == 0 else s.v, P.first, (modes,)), flat)
+    return place(P, target, at)
+
+
+@jit
+def scatter(s: Any, P: Any, S: np.ndarray) -> None:
+    """f += L^T S."""
+    add_sums(P.transposed, view(S, 0, (S.size,)), view(s.f, P.first, (len(P.transposed),)))
+
+
+@jit
+def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
+    """W[columns, columns] += L^T D L."""
+    add_product(P, s.work, s.W)
+
+
+@jit
+def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
+    """W[columns, columns] += L^T D L with D in the second row of `work`."""
+    (modes, size), points = P.transposed.shape, P.section.shape[2]
+    rows = size // points
+    D, stress = view(work[1], 0, (rows, rows, points)), view(work[2], 0, (rows, points, modes))
+    modulus_times_rows(D, P.rows.reshape(rows, points, modes), stress)
+    product = np.dot(P.rows.T, view(work[2], 0, (size, modes)))
+    for i in range(modes):
+        for j in range(modes):
+            W[P.first + i, P.first + j] += product[i, j]
+
+
+@routine
+def gather_alone(table: Any, record: Any) -> int:
+    """The gradients, for reports of time."""
+    s = evaluation(table).space
+    read(s, opened(record), 0, s.work[0], 0)
+    return 0
+
+
+@routine
+def scatter_alone(table: Any, record: Any) -> int:
+    """The scatter, of gradients that are there in place of stresses, for reports of time."""
+    s = evaluation(table).space
+    P = opened(record)
+    scatter(s, P, place(P, s.work[0], 0))
+    return 0
+
+
+@routine
+def product_alone(table: Any, record: Any) -> int:
+    """The product of a tangent with a modulus that is there, for reports of time."""
+    s = evaluation(table).space
+    add_product(opened(record), s.work, s.W)
+    return 0
+
+
+@jit
+def modulus_times_rows(D: np.ndarray, gradients: np.ndarray, stress: np.ndarray) -> None:
+    """stress[i, p, r] = sum_j D[i, j, p] gradients[j, p, r]; four terms, then two at a time: every law has at least four rows."""
+    rows, points, modes = gradients.shape
+    for i in range(rows):
+        for p in range(points):
+            target = stress[i, p]
+            a, b, c, d = D[i, 0, p], D[i, 1, p], D[i, 2, p], D[i, 3, p]
+            row_a, row_b, row_c, row_d = gradients[0, p], gradients[1, p], gradients[2, p], gradients[3, p]
+            for r in range(modes):
+                target[r] = a * row_a[r] + b * row_b[r] + c * row_c[r] + d * row_d[r]
+            for j in range(4, rows - 1, 2):
+                a, b, row_a, row_b = D[i, j, p], D[i, j + 1, p], gradients[j, p], gradients[j + 1, p]
+                for r in range(modes):
+                    target[r] += a * row_a[r] + b * row_b[r]
+            if rows % 2 == 1:
+                a, row_a = D[i, rows - 1, p], gradients[rows - 1, p]
+                for r in range(modes):
+                    target[r] += a * row_a[r]
+
+
+PRODUCTS = {"force_products": (gather_alone, scatter_alone), "tangent_products": (product_alone,)}
+ROUTINES = terms.at_points(__name__, opened, place, read, scatter, add_tangent, **PRODUCTS)
+
+
+@terms.carry.register(Sampled)
+def carry(points: Sampled, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Sampled:
+    """Rows times modes; columns that are zero are left out."""
+    part = as_dense(V)[points.columns]
+    columns = support(part)
+    offset = points.offset + points.rows @ d[points.columns]
+    return replace(points, rows=points.rows @ part[:, columns], offset=offset, columns=columns)
+
+
+@terms.split.register(Sampled)
+def split(points: Sampled, lifts: Lifts) -> list[Sampled]:
+    """Blocks of about ROOM gradients, all in one where they are few."""
+    count, modes = points.section.shape[2], points.rows.shape[1]
+    gradients, offset = points.rows.reshape(-1, count, modes), points.offset.reshape(-1, count)
+    parts = max(1, round(points.rows.size / ROOM))
+    return [
+        replace(
+            points,
+            rows=np.ascontiguousarray(gradients[:, k]).reshape(-1, modes),
+            offset=np.ascontiguousarray(offset[:, k]).ravel(),
+            section=np.ascontiguousarray(points.section[..., k]),
+            cell=points.cell[k],
+        )
+        for k in np.array_split(np.arange(count), parts)
+    ]
+
+
+@terms.compile_term.register(Sampled)
+def compile_term(points: Sampled, setting: Setting) -> Term:
+    """Its numbers behind each other, by rows and by columns."""
+    calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
+    gradients, offset, section = (np.ascontiguousarray(part) for part in (points.rows, points.offset, points.section))
+    record = PointsRecord(
+        calls, setting.beta, points.columns.start, gradients, np.ascontiguousarray(gradients.T), offset, section, setting.kept
+    )
+    rows, damped = points.law.vectors * setting.dim, setting.beta > 0.0
+    return Term(record, ROUTINES, max(rows**2 * section.shape[2], gradients.size, 1), damped, 2 * len(gradients) if damped else 0)
+
+
+@terms.position_gradients.register(Sampled)
+def position_gradients(points: Sampled, x: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Of all points, (k c, 1, p)."""
+    u = np.asarray(points.rows @ x[points.columns] + points.offset)
+    return u.reshape(-1, *points.section.shape[1:])
+
+
+@terms.cells_of_points.register(Sampled)
+def cells_of_points(points: Sampled) -> np.ndarray:
+    """Of all points."""
+    return points.cell
+
+
+@terms.dense_rows.register(Sampled)
+def dense_rows(points: Sampled) -> Sampled:
+    """They are."""
+    return points
+
+
+@terms.unknowns.register(Sampled)
+def unknowns(points: Sampled) -> slice:
+    """Its columns."""
+    return points.columns
+
+
+@terms.choose_points.register(Sampled)
+def choose_points(points: Sampled, kept: np.ndarray, factors: np.ndarray) -> Sampled:
+    """Rows, offset and section of these points."""
+    count = len(points.cell)
+    rows, offset = points.rows.reshape(-1, count, points.rows.shape[1])[:, kept], points.offset.reshape(-1, count)[:, kept]
+    rows, offset = np.ascontiguousarray(rows).reshape(-1, points.rows.shape[1]), np.ascontiguousarray(offset).ravel()
+    return replace(points, rows=rows, offset=offset, section=weigh(points.section, kept, factors), cell=points.cell[kept])
+
+
+def weigh(section: np.ndarray, kept: np.ndarray, factors: np.ndarray) -> np.ndarray:
+    """Rows of a section (i, 1, p) at some points, the last one, the weight, times factors."""
+    few = np.ascontiguousarray(section[:, :, kept])
+    few[-1] *= factors
+    return few

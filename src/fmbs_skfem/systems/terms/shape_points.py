@@ -1,0 +1,289 @@
+"""Points of reduced bodies as terms, in Kronecker form: shape functions N (b) act on every component of vectors alike.
+
+    u[(k, c), p] = sum_b N[k, p, b] z[b, c],     z = (lift x)[columns] or A x + a,     f = A^T N^T phi(u)
+    W[(b, c), (d, g)] += sum_p,k,l N[k, p, b] phi'[(k, c), (l, g), p] N[l, p, d]
+
+A reduced body of m functions has m c unknowns. Gather and scatter cost c times less, the tangent more than twice less, than rows of
+as many dense modes: only the lower half of the (c, g) is there, and each product is one of m columns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ...bodies import laws
+from ...bodies.body import Cells, ShapePoints
+from ...bodies.laws import Law
+from ...core.algebra.linalg import as_dense, is_sparse, support
+from ...core.compiling.entries import view
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import Cube, Integers, opener, routine
+from ...core.compiling.structs import Matrix as Rows
+from ..evaluation import evaluation
+from ..kernels import add_combination, add_sums, clear
+from . import elastic as terms
+from . import turned_tangents
+from .cells import put
+from .elastic import Lifts, Setting, Targets, Term
+from .points import Sampled, weigh
+
+if TYPE_CHECKING:
+    from ..system import Affine, Matrix
+
+
+class ShapePointsRecord(NamedTuple):
+    """Points of a body for compiled code."""
+
+    calls: Integers  #: addresses of the law's functions, see `laws.addresses`
+    beta: float  #: stiffness-proportional damping time [s]
+    first: int  #: of the coordinates
+    table: Rows  #: (k p, b)
+    transposed: Rows  #: (b, k p)
+    section: Cube  #: (i, 1, p)
+    targets: Targets
+    kept: int  #: first place in the gradients of a space, where it is damped
+    gram: Rows  #: (b, b) of first derivatives where its tangent turns with the body, else (0, 0)
+    turned: int  #: first place in what a space keeps of turned tangents
+
+
+opened = opener(ShapePointsRecord)
+
+
+@jit
+def place(P: Any, target: np.ndarray, at: int) -> np.ndarray:
+    """An array (k c, 1, p) from a place of `target` on."""
+    points = P.section.shape[2]
+    return view(target, at, (P.transposed.shape[1] // points * laws.components(P.calls), 1, points))
+
+
+@jit
+def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
+    """Gradients (k c, 1, p) from the coordinates of all cells, or their rates."""
+    (functions, size), points, dim, q = P.transposed.shape, P.section.shape[2], laws.components(P.calls), s.body[order]
+    vectors, u = size // points, place(P, target, at)
+    part, values = view(s.work[0], u.size, (size,)), view(s.work[0], u.size + size, (functions,))
+    for c in range(dim):
+        clear(part)
+        for b in range(functions):
+            values[b] = q[P.first + b * dim + c]
+        add_combination(P.transposed, values, part)
+        for k in range(vectors):
+            for p in range(points):
+                u[k * dim + c, 0, p] = part[k * points + p]
+    return u
+
+
+@jit
+def scatter(s: Any, P: Any, S: np.ndarray) -> None:
+    """Forces f[b, c] on the coordinates of the cells += sum_kp N[k, p, b] S[(k, c), p]."""
+    (functions, size), points, dim, f = P.transposed.shape, S.shape[2], laws.components(P.calls), s.body[2]
+    part, values = view(s.work[0], 0, (size,)), view(s.work[0], size, (functions,))
+    for c in range(dim):
+        for k in range(size // points):
+            for p in range(points):
+                part[k * points + p] = S[k * dim + c, 0, p]
+        clear(values)
+        add_sums(P.transposed, part, values)
+        for b in range(functions):
+            f[P.first + b * dim + c] += values[b]
+
+
+@jit
+def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
+    """W += N^T D N in the places of `targets`."""
+    dim, (functions, size), (rows, _, _, points) = laws.components(P.calls), P.transposed.shape, D.shape
+    DN = view(s.work[2], 0, (size, dim * (dim + 1) // 2, functions))
+    modulus_times_functions(view(D, 0, (rows, rows, points)), P.table.reshape(size // points, points, functions), dim, DN)
+    product = np.dot(P.transposed, view(s.work[2], 0, (size, DN.shape[1] * functions)))
+    entries = packed(product, functions, dim, s.work[0])
+    if len(P.gram) > 0:
+        turned_tangents.keep(s, P, entries)
+    put(P.targets, entries, s.entries)
+
+
+@jit
+def modulus_times_functions(D: np.ndarray, table: np.ndarray, dim: int, DN: np.ndarray) -> None:
+    """DN[(k, p), (c, g), d] = sum_l D[(k, c), (l, g), p] table[l, p, d] for g <= c."""
+    vectors, points, functions = table.shape
+    for k in range(vectors):
+        for p in range(points):
+            at = 0
+            for c in range(dim):
+                for g in range(c + 1):
+                    target, a, b = DN[k * points + p, at], D[k * dim + c, g, p], D[k * dim + c, dim + g, p]
+                    first, second = table[0, p], table[1, p]
+                    for d in range(functions):
+                        target[d] = a * first[d] + b * second[d]
+                    for l in range(2, vectors):
+                        a, first = D[k * dim + c, l * dim + g, p], table[l, p]
+                        for d in range(functions):
+                            target[d] += a * first[d]
+                    at += 1
+
+
+@jit
+def packed(product: np.ndarray, functions: int, dim: int, room: np.ndarray) -> np.ndarray:
+    """Lower triangle of the matrix (b c, b c) in the front of `room`, row by row, from its blocks product[b, (c, g), d], g <= c."""
+    at = 0
+    for b in range(functions):
+        for c in range(dim):
+            for d in range(b + 1):
+                for g in range(c + 1 if d == b else dim):
+                    if g <= c:
+                        room[at] = product[b, (c * (c + 1) // 2 + g) * functions + d]
+                    else:
+                        room[at] = product[d, (g * (g + 1) // 2 + c) * functions + b]
+                    at += 1
+    return room
+
+
+ASSEMBLED = terms.at_points(__name__, opened, place, read, scatter, add_tangent)
+assemble_tangent: Any = ASSEMBLED.tangent
+
+
+@routine
+def tangent(table: Any, record: Any) -> int:
+    """W += N^T phi' N, or what was kept of it when it was assembled last, turned with the body."""
+    s, P = evaluation(table).space, opened(record)
+    if len(P.gram) > 0 and s.turning[0] == 1:
+        put(P.targets, turned_tangents.turned(s, P), s.entries)
+        return 0
+    return assemble_tangent(table, record)
+
+
+ROUTINES = ASSEMBLED._replace(tangent=tangent)
+
+
+@terms.carry.register(ShapePoints)
+def carry(points: ShapePoints, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> ShapePoints | Sampled:
+    """Sparse V leaves points in coordinates of the body; dense V multiplies them out to rows by modes."""
+    if points.matrix is None:
+        return points if is_sparse(V) else rows_by_modes(points, lift.matrix[points.columns], lift.offset[points.columns])
+    matrix, offset = points.matrix @ V, points.offset + points.matrix @ d
+    return replace(points, matrix=csr_array(matrix), offset=offset) if is_sparse(V) else rows_by_modes(points, matrix, offset)
+
+
+def rows_by_modes(points: ShapePoints, matrix: Matrix, offset: np.ndarray) -> Sampled:
+    """Rows (derivative, component, point) by modes, for coordinates matrix (b c, n) @ x + offset of the body."""
+    rows = component_rows(points)
+    columns = support(as_dense(matrix))
+    gradients = np.ascontiguousarray(rows @ as_dense(matrix[:, columns]))
+    return Sampled(points.law, gradients, rows @ offset, points.section, columns, points.cell)
+
+
+def component_rows(points: ShapePoints) -> np.ndarray:
+    """Rows (k c p, b c) of the gradients on all coordinates of the body."""
+    K, P, B = points.table.shape
+    rows = np.einsum("kpb,cg->kcpbg", points.table, np.eye(points.dim))
+    return np.asarray(rows.reshape(K * points.dim * P, B * points.dim))
+
+
+@terms.dense_rows.register(ShapePoints)
+def dense_rows(points: ShapePoints) -> Sampled:
+    """On the unknowns, or on the coordinates of the body where those of all bodies are the unknowns."""
+    n = points.table.shape[2] * points.dim
+    if points.matrix is None:
+        return replace(rows_by_modes(points, np.eye(n), np.zeros(n)), columns=points.columns)
+    return rows_by_modes(points, points.matrix, points.offset)
+
+
+@terms.unknowns.register(ShapePoints)
+def unknowns(points: ShapePoints) -> slice:
+    """Those of its matrix."""
+    return points.columns if points.matrix is None else support(as_dense(points.matrix))
+
+
+@terms.choose_points.register(ShapePoints)
+def choose_points(points: ShapePoints, kept: np.ndarray, factors: np.ndarray) -> ShapePoints:
+    """Table and section of these points."""
+    table, section = np.ascontiguousarray(points.table[:, kept]), weigh(points.section, kept, factors)
+    positions = points.positions[kept] if points.positions.size else points.positions
+    return replace(points, table=table, section=section, cell=points.cell[kept], positions=positions)
+
+
+def of_cells(cells: Cells, functions: np.ndarray) -> ShapePoints:
+    """All quadrature points of cells, for shape functions (b, m) over those that the cells read."""
+    K, P, _, E = cells.table.shape
+    table = np.einsum("kpbe,bea->kpea", cells.table, functions[cells.nodes // cells.dim], optimize=True)
+    return ShapePoints(
+        cells.law,
+        np.ascontiguousarray(table.reshape(K, P * E, -1)),
+        slice(0, functions.shape[1] * cells.dim),
+        cells.dim,
+        cells.section.reshape(len(cells.section), 1, P * E),
+        np.tile(np.arange(E), P),
+    )
+
+
+@terms.split.register(ShapePoints)
+def split(points: ShapePoints, lifts: Lifts) -> list[ShapePoints]:
+    """One piece."""
+    if points.matrix is None:
+        start = lifts.place(None) + points.columns.start
+    else:
+        start = lifts.add(points.matrix, points.offset)
+    return [replace(points, columns=slice(start, start + points.columns.stop - points.columns.start))]
+
+
+@terms.couplings.register(ShapePoints)
+def couplings(points: ShapePoints) -> np.ndarray:
+    """All coordinates of the body, (b c, 1)."""
+    return np.arange(points.columns.start, points.columns.stop)[:, None]
+
+
+@terms.compile_term.register(ShapePoints)
+def compile_term(points: ShapePoints, setting: Setting) -> Term:
+    """Its numbers by rows and by columns, and the places of its matrix."""
+    calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
+    K, P, B = points.table.shape
+    table, section = np.ascontiguousarray(points.table.reshape(K * P, B)), np.ascontiguousarray(points.section)
+    targets, dim, damped = setting.targets(couplings(points)), setting.dim, setting.beta > 0.0
+    numbers = (table, np.ascontiguousarray(table.T), section)
+    turns = points.law is Law.SHELL
+    gram = gram_of(points) if turns else np.zeros((0, 0))
+    places = (setting.kept, gram, setting.turned)
+    record = ShapePointsRecord(calls, setting.beta, points.columns.start, *numbers, targets, *places)
+    work = max((K * dim) ** 2 * P, K * dim * P + K * P + B, K * P * B * dim * (dim + 1) // 2, B * dim * (B * dim + 1) // 2)
+    kept = turned_tangents.room(B) if turns else 0
+    return Term(record, ROUTINES, work, damped, 2 * K * P * dim if damped else 0, turned=kept)
+
+
+def gram_of(points: ShapePoints) -> np.ndarray:
+    """G (b, b) = sum_p w (N,1 N,1^T + N,2 N,2^T), so that the turn of a body shows in z'^T G z."""
+    weight = points.section[-1, 0]
+    return np.ascontiguousarray(sum(N.T @ (weight[:, None] * N) for N in points.table[:2]))
+
+
+@terms.rotation_weights.register(ShapePoints)
+def rotation_weights(points: ShapePoints, q: np.ndarray) -> np.ndarray:
+    """By tables of the body; zeros for others."""
+    G = np.zeros(len(q))
+    G[points.columns] = (gram_of(points) @ q[points.columns].reshape(-1, points.dim)).ravel()
+    return G.reshape(-1, points.dim)
+
+
+@terms.functions_read.register(ShapePoints)
+def functions_read(points: ShapePoints, size: int) -> csr_array:
+    """All functions of the body, in one row; no rows where it reads the unknowns of a reduced model."""
+    if points.matrix is not None:
+        return csr_array((0, size), dtype=np.float32)
+    first, last = points.columns.start // points.dim, points.columns.stop // points.dim
+    return csr_array((np.ones(last - first, np.float32), np.arange(first, last), [0, last - first]), shape=(1, size))
+
+
+@terms.cells_of_points.register(ShapePoints)
+def cells_of_points(points: ShapePoints) -> np.ndarray:
+    """Of all points."""
+    return points.cell
+
+
+@terms.position_gradients.register(ShapePoints)
+def position_gradients(points: ShapePoints, x: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Of all points, (k c, 1, p)."""
+    z = q[points.columns] if points.matrix is None else points.matrix @ x + points.offset
+    u = np.einsum("kpb,bc->kcp", points.table, z.reshape(-1, points.dim))
+    return u.reshape(-1, *points.section.shape[1:])

@@ -1,0 +1,66 @@
+r"""Assembly of large iteration matrices: the pattern and the place of every cell entry are found once.
+
+    K_p = sum_e B_e^T D_e B_e,    K = T^T K_p T,    p = T x + d
+
+K_p is kept as the lower triangle of a sparse matrix in the coordinates p of the cells; T (elimination, frames) is applied to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array
+
+from ...core.algebra.linalg import distinct, is_identity, mirrored
+from ...core.storage.records import dataclass
+from ..system import System
+from .elastic import Targets, functions_read
+
+NONE = np.zeros(0, np.int32)
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Pattern of K_p (lower triangle)."""
+
+    keys: np.ndarray  #: (z,) row * n + column of every entry
+    indices: np.ndarray
+    indptr: np.ndarray
+    lift: csr_array | None  #: T, none for the identity
+
+    def targets(self, local: np.ndarray) -> Targets:
+        """The places of all entries of the cells with coordinates (l, e)."""
+        found = np.searchsorted(self.keys, entries(local, len(self.indptr) - 1)).astype(np.int32)
+        return Targets(NONE, found.ravel(), np.zeros(0))
+
+    def assembled(self, data: np.ndarray) -> csr_array:
+        """K (n, n), symmetric, from the entries (z,) of K_p."""
+        n = len(self.indptr) - 1
+        K = mirrored(csr_array((data, self.indices, self.indptr), shape=(n, n)))
+        return K if self.lift is None else csr_array(self.lift.T @ K @ self.lift)
+
+
+def pattern(n: int, locals_: Sequence[np.ndarray], T: csr_array | None = None) -> Pattern:
+    """Pattern of cells with the coordinates (l, e) of n, several of them."""
+    keys = distinct(np.concatenate([np.zeros(0, np.int64), *(distinct(entries(local, n)) for local in locals_)]))
+    return Pattern(keys, keys % n, np.searchsorted(keys, np.arange(n + 1) * n), None if T is None or is_identity(T) else T)
+
+
+def entries(local: np.ndarray, n: int) -> np.ndarray:
+    """Keys row * n + column (row >= column) of the entries of all lower triangles, (l (l + 1) / 2, e)."""
+    low, column = np.tril_indices(len(local))
+    i, j = local[low].astype(np.int64), local[column].astype(np.int64)
+    return np.maximum(i, j) * n + np.minimum(i, j)
+
+
+def function_pattern(system: System) -> csr_array:
+    """Pattern (b, b) of the iteration matrix over the functions of all bodies, each the place of a vector of unknowns."""
+    dim, count = system.dim, system.lift.matrix.shape[0] // system.dim
+    pattern = csr_array(eye_array(count, dtype=np.float32))  # frames without mass and stiffness have entries too
+    for matrix in (system.mass, system.stiffness):
+        pattern = csr_array(pattern + abs(csr_array(matrix)[::dim, ::dim].astype(np.float32)))
+    for part in system.elastic:
+        reads = functions_read(part.gather, count)
+        pattern = csr_array(pattern + reads.T @ reads)
+    return csr_array(pattern, dtype=float)
