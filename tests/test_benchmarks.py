@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -104,3 +105,39 @@ def test_control(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = script("control", tmp_path, monkeypatch, STEPS=200, TIMES=1, CELLS=(50,)).main()
     assert text == (tmp_path / "control.md").read_text(encoding="utf-8")
     assert "run.step" in text
+
+
+def test_freeze(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Answers of two runs agree but for times; another number, word or key is listed with its place."""
+    module, names = script("freeze", tmp_path, monkeypatch), ["check.plate_modes", "run.plate_modes", "refused.command"]
+    for folder in ("before", "after"):
+        module.freeze(tmp_path / folder, names)
+    assert not module.compare(tmp_path / "before", tmp_path / "after")
+    run, refused = (tmp_path / "after" / f"{name}.json" for name in names[1:])
+    found = json.loads(run.read_text(encoding="utf-8"))
+    assert found["exit"] == 0
+    assert set(found["files"]) == {"modes.csv", "report.json"}
+    found["files"]["modes.csv"]["lines"] += 1
+    found["out"]["dofs"] *= 1.0 + 2e-9
+    found["out"]["added"] = {"tip": "m"}
+    found["out"]["cpu_s"] = 1e9
+    run.write_text(json.dumps(found), encoding="utf-8")
+    refused.write_text(refused.read_text(encoding="utf-8").replace("did you mean", "perhaps"), encoding="utf-8")
+    capsys.readouterr()
+    assert module.compare(tmp_path / "before", tmp_path / "after")
+    assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == [
+        ".refused.command.err[3]",
+        ".run.plate_modes.out.dofs",
+        ".run.plate_modes.out.added",
+        ".run.plate_modes.files.modes.csv.lines",
+    ]
+
+
+def test_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Docstrings, comments and blank lines do not count; other strings do, with all their lines."""
+    text = '"""About\n\nit."""\n\n# why\nx = """a\nb"""\n\n\ndef f():\n    """What."""\n    return x  # this\n'
+    (tmp_path / "core").mkdir()
+    (tmp_path / "core" / "a.py").write_text(text, encoding="utf-8")
+    (tmp_path / "b.py").write_text("x = 1\n", encoding="utf-8")
+    rows = [line.split() for line in script("lines", tmp_path, monkeypatch).main(tmp_path).splitlines()]
+    assert [rows[0], rows[1], rows[-1]] == [["core", "1", "4"], ["engine", "1", "4"], ["all", "2", "5"]]
