@@ -85,6 +85,15 @@ def test_no_folder_has_more_than_25_files() -> None:
     assert {str(one): many for one in folders if (many := len(list(one.glob("*.py")))) > 25} == {}
 
 
+def test_pages_of_folders_name_files_that_are_there() -> None:
+    package = ROOT / "src" / "fmbs_skfem"
+    pages = [*package.glob("*/README.md"), ROOT / "docs" / "architecture.md"]
+    assert len(pages) > 10
+    for page in pages:
+        named = re.findall(r"`([\w/]+\.py)`", page.read_text(encoding="utf-8"))
+        assert [one for one in named if not any((base / one).exists() for base in (page.parent, package))] == [], page
+
+
 def is_gpl(licence: str) -> bool:
     """Whether a licence expression, classifier or name binds to the GPL; a choice without it and a linking exception do not."""
     terms = re.split(r"\bAND\b", licence)
