@@ -25,7 +25,10 @@ def test_cantilever_under_end_shear_does_not_twist(kind: str) -> None:
 
 
 def test_rolled_cantilever_does_not_twist() -> None:
-    corners_move_alike(rolled("ancf", (24, 3)))
+    """Nor does it take many iterations: steps grow behind one that has followed the path (1012 with steps of equal length)."""
+    path = rolled("ancf", (24, 3))
+    corners_move_alike(path)
+    assert path.statistics.iterations < 400
 
 
 @pytest.mark.parametrize("kind", THIN)

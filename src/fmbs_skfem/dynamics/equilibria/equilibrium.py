@@ -79,6 +79,7 @@ class Equilibrium:
     held: bool = False  #: whether it resists all motions without doubt
     first: np.ndarray | None = field(default=None, repr=False)  #: (n,) the first correction on the way to it; None: least of many
     tangent: Tangent | None = field(default=None, repr=False)  #: None where it is not wanted any more
+    pace: float = 0.0  #: iterations over the root of the change of load factor or time on the way to it
 
 
 def unloaded(model: Compiled) -> Equilibrium:
@@ -114,7 +115,8 @@ def newton_statics(
             if np.abs(step[n:]).max(initial=0.0) > STALE * np.abs(multipliers).max(initial=0.0):  # as of rigid bodies that stay
                 tangent = tangent_at(model, x, multipliers, time, memory)
             kept = compiled.accepted(model, x, memory=memory)
-            return Equilibrium(time, x, multipliers, iteration + 1, kept, tangent.negative, tangent.holds, first, tangent)
+            pace = (iteration + 1) / np.sqrt(max(abs(time - start.at), 1e-300))
+            return Equilibrium(time, x, multipliers, iteration + 1, kept, tangent.negative, tangent.holds, first, tangent, pace)
     raise static_failure(model, Reason.NOT_CONVERGED, place, R)
 
 
