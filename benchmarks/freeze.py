@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+from fmbs_skfem.scenes.dynamic import Dynamic
 
 from fmbs_skfem import scenes
-from fmbs_skfem.scenes.dynamic import Dynamic
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"

@@ -22,7 +22,12 @@ from . import jit
 
 if config.DISABLE_JIT:
     raise InputError(
-        say("environment: NUMBA_DISABLE_JIT", "0, or no such variable", "1", "the kernels of this package run compiled only")
+        say(
+            "environment: NUMBA_DISABLE_JIT",
+            "0, or no such variable",
+            "1",
+            "FMBS_PLAIN=1 runs the kernels of this package in Python",
+        )
     )
 
 

@@ -9,6 +9,10 @@ the user's cache.
 A function that a compiled function calls becomes part of that one (`dispatchers`). Numba is imported when the first function is
 compiled, or called by Python through its wrapper (`InlinedFunction`); what stands behind an address is loaded without it
 (`machine_code`).
+
+With FMBS_PLAIN=1 in the environment before the first import nothing is compiled (`PLAIN`): decorators return the function that they
+are given, an address stands for a function of Python, and `plain` has what kernels call beside each other. A debugger then enters a
+time step, which is some hundred times slower.
 """
 
 from __future__ import annotations
@@ -34,6 +38,8 @@ from fmbs_skfem.core.storage import locks
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+#: whether nothing is compiled: with FMBS_PLAIN=1 in the environment kernels are functions of Python, with `plain` in place of numba
+PLAIN = os.environ.get("FMBS_PLAIN", "0") not in ("", "0")
 MARKS = (b"jit import", b"structs import", b"import numba", b"from numba")  #: texts of modules that compile functions
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 KEEP_DAYS = 30.0  #: folders of other versions are removed after so long without use [d]
@@ -123,7 +129,9 @@ class Deferred:
         return Deferred, (self.make,)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Compiled functions alone can call it."""
+        """Compiled functions alone can call it, and those of Python where nothing is compiled."""
+        if PLAIN:
+            return self.made(*arguments)
         raise TypeError("only compiled functions can call this")
 
 
@@ -133,8 +141,8 @@ def deferred(module: str, name: str) -> Any:
 
 
 def taken(module: str, name: str) -> Any:
-    """What a module calls `name`."""
-    return getattr(importlib.import_module(module), name)
+    """What a module of numba's side calls `name`, or `plain` where nothing is compiled."""
+    return getattr(importlib.import_module("fmbs_skfem.core.compiling.plain" if PLAIN else module), name)
 
 
 carray = deferred("numba", "carray")
@@ -190,7 +198,9 @@ class InlinedFunction:
 
 
 def decorated(function: F, **more: Any) -> F:
-    """`function` compiled with the OPTIONS of this package and more."""
+    """`function` compiled with the OPTIONS of this package and more; itself where nothing is compiled."""
+    if PLAIN:
+        return function
     compiled: Any = InlinedFunction(function, {**OPTIONS, **more})
     return compiled
 
@@ -212,6 +222,18 @@ def inlined(function: F) -> F:
 def summing(function: F) -> F:
     """As `jit`, and sums may be taken in another order, so that they use all lanes; NaN and infinity survive."""
     return decorated(function, fastmath={"reassoc", "nsz", "contract"})
+
+
+def regrouped(function: F) -> Any:
+    """As `jit`, compiled by itself and not with its callers: for dot products, whose sums may be regrouped to use all lanes."""
+    return function if PLAIN else Deferred(functools.partial(optimised, function))
+
+
+def optimised(function: Callable[..., Any]) -> Any:
+    """What numba makes for `regrouped`; NaN and infinity keep their meaning."""
+    import numba
+
+    return numba.njit(error_model="numpy", fastmath={"reassoc", "contract"})(function)
 
 
 @contextlib.contextmanager
@@ -248,8 +270,13 @@ def kept() -> frozenset[str]:
 def addressed(signature: Any, function: Callable[..., Any], apart: bool = False) -> Any:
     """`function` behind an address that anything can call, compiled now by this process or another one, cached on disk.
 
-    What its pointers point to does not overlap where one is written, if it says that they are `apart`.
+    What its pointers point to does not overlap where one is written, if it says that they are `apart`. Where nothing is compiled
+    only `call` and `invoke` of `plain` know what stands behind it.
     """
+    if PLAIN:
+        from . import plain
+
+        return plain.register(function)
     name, folder = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}", cache_folder()
     path = None if folder is None else machine_code.place(folder, name, function, (signature, apart))
     if path is None:

@@ -32,7 +32,7 @@ from typing import Annotated, Any, NamedTuple, TypeAlias, get_type_hints
 import numpy as np
 
 from ..errors import say
-from .jit import Deferred, addressed, deferred, jit
+from .jit import PLAIN, Deferred, addressed, deferred, jit, taken
 
 
 class ArrayKind(NamedTuple):
@@ -113,9 +113,7 @@ def opener(kind: type) -> Callable[[Any], Any]:
 
 def make_opener(kind: type) -> Any:
     """The intrinsic behind `opener`."""
-    from . import intrinsics
-
-    return intrinsics.opener(kind)
+    return taken("fmbs_skfem.core.compiling.intrinsics", "opener")(kind)
 
 
 invoke = deferred("fmbs_skfem.core.compiling.intrinsics", "invoke")
@@ -151,7 +149,8 @@ class Routine:
 
     @functools.cached_property
     def call(self) -> Any:
-        return FUNCTION(self.address)
+        """What Python calls: the function itself where nothing is compiled, so that its exceptions are seen."""
+        return self.function if PLAIN else FUNCTION(self.address)
 
     def __call__(self, struct: Any, more: int = 0) -> int:
         """Call it on a struct, or on one that was packed and is still there, given by its integers or by their address."""
@@ -170,23 +169,24 @@ def routine(function: Callable[[Any, Any], int]) -> Routine:
     return Routine(function)
 
 
-def unpacked(kind: type, address: int) -> Any:
-    """The struct at an address in Python, its arrays those in the memory: where functions of Python stand behind an address."""
-    return read_struct(kind, (ctypes.c_int64 * width(kind)).from_address(address))
+def unpacked(kind: Any, address: int) -> Any:
+    """What is at an address, a struct or an entry of `fields`, in Python, its arrays those in the memory."""
+    return read((ctypes.c_int64 * width(kind)).from_address(address), kind)
 
 
-def read_struct(kind: type, integers: Any, first: int = 0) -> Any:
-    """A struct from its integers."""
+def read(integers: Any, kind: Any, first: int = 0) -> Any:
+    """An array, a number or a struct from its integers."""
+    if isinstance(kind, ArrayKind):
+        shape, item = tuple(integers[first + 1 : first + 1 + kind.ndim]), np.dtype(kind.item)
+        memory: Any = (ctypes.c_char * (int(np.prod(shape)) * item.itemsize)).from_address(integers[first])
+        return np.ndarray(shape, item, memory)
+    if kind is float:
+        return np.int64(integers[first]).view(np.float64)  # whose divisions by zero follow IEEE
+    if kind in SCALARS:
+        return kind(integers[first])
     found: list[Any] = []
     for _, part in fields(kind):
-        if isinstance(part, ArrayKind):
-            shape, item = tuple(integers[first + 1 : first + 1 + part.ndim]), np.dtype(part.item)
-            memory: Any = (ctypes.c_char * (int(np.prod(shape)) * item.itemsize)).from_address(integers[first])
-            found.append(np.ndarray(shape, item, memory))
-        elif part is float:
-            found.append(float(np.int64(integers[first]).view(np.float64)))
-        else:
-            found.append(part(integers[first]) if part in SCALARS else read_struct(part, integers, first))
+        found.append(read(integers, part, first))
         first += width(part)
     return kind(*found)
 

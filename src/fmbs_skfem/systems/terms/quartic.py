@@ -18,14 +18,13 @@ multiplications each. Coefficients that start at a multiple of 64 bytes are read
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from ...bodies.laws import Law
 from ...core.compiling.entries import view
-from ...core.compiling.jit import Deferred, jit
+from ...core.compiling.jit import jit, regrouped
 from ...core.compiling.structs import Vector, opener, routine
 from ...core.errors import InputError, say
 from ...core.storage.container import storable
@@ -39,18 +38,6 @@ if TYPE_CHECKING:
     from ..system import Affine, Matrix
 
 LANES = 8  #: numbers of a cache line, to which rows are padded
-
-
-def regrouped(function: Any) -> Any:
-    """For dot products, whose sums the compiler may regroup to use all lanes; NaN and infinity keep their meaning."""
-    return Deferred(partial(optimised, function))
-
-
-def optimised(function: Any) -> Any:
-    """Compiled by itself, not with its callers."""
-    import numba
-
-    return numba.njit(error_model="numpy", fastmath={"reassoc", "contract"})(function)
 
 
 @storable
