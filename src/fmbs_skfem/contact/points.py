@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
-from scipy.sparse import csr_array, kron, vstack
+from scipy.sparse import csr_array, diags_array, eye_array, kron, vstack
 
 from ..bodies.body import Body, arc_lengths, own
 from ..core.errors import InputError, say
@@ -13,7 +11,7 @@ from ..core.storage.records import dataclass
 from ..shapes import line, surface
 from ..shapes.surface import Surface
 from ..systems.connections.constraint_functions import basis
-from ..systems.places import QUARTER, At, Draft
+from ..systems.places import QUARTER, At, Coordinates, Draft
 from .forces import ContactForces
 from .shapes import distances
 
@@ -56,23 +54,26 @@ def find_points(
     half, shares = (0.0 if thin else part.radius) if radius is None else radius, np.zeros(0)
     if at is not None or part.space is None:
         places = [At(part.name, place) for place in part.places] if at is None else [at]
-        read = [vstack([layout.read(name, place), *(axes_of(name, draft, place) if half > 0.0 else ())]) for place in places]
+        axes = [axes_of(name, draft, place) if half > 0.0 else [] for place in places]
+        read = vstack([row for place, own_axes in zip(places, axes, strict=True) for row in (layout.read(name, place), *own_axes)])
+        found = len(places)
     else:
         if isinstance(part.space, Surface):
             widest, cells = gap_of_surface(part, part.space, thin)
             most = tuple(int((many / cells) ** (1.0 if thin else 0.5)) for many in (ENOUGH, LIMIT))
             parts = enough(name, count, SIDE, widest, (round_as[0] + half, round_as[1] + half), most)
-            functions, shares = once(part, *(edge_points if thin else surface_points)(part, part.space, parts))
+            functions, shares = once(*(edge_points if thin else surface_points)(part, part.space, parts))
+            read = layout.spread(part, functions)
         else:
             met = min(round_as) + half  # edges come in between points of beams no deeper than what is round does
             xi = line_points(name, part, count, (met, met or round_as[1]))
-            functions, shares = line_rows(part, xi, half > 0.0), line_shares(part, xi)
-        read = [layout.widen(part.name, csr_array(rows)) for rows in functions]
-    first = draft.probes.add(csr_array(vstack(read)))
-    rows = first + np.arange(len(read) * read[0].shape[0]).reshape(len(read), -1)
+            read, shares = line_rows(layout, part, xi, half > 0.0), line_shares(part, xi)
+        found = len(shares)
+    read = csr_array(read)
+    rows = draft.probes.add(read) + np.arange(read.shape[0]).reshape(found, -1)
     reference = np.concatenate([one.reference.ravel() for one in layout.bodies.values()])
-    places_there = np.array([one[: layout.dim] @ reference for one in map(csr_array, read)])
-    return Touching(part.name, rows.astype(np.int64), places_there, np.full(len(read), half), part.total_mass, shares)
+    places_there = (read @ reference).reshape(found, -1)[:, : layout.dim]
+    return Touching(part.name, rows.astype(np.int64), places_there, np.full(found, half), part.total_mass, shares)
 
 
 def line_points(name: str, part: Body, count: int | None, met: tuple[float, float]) -> np.ndarray:
@@ -123,17 +124,16 @@ def line_shares(part: Body, xi: np.ndarray) -> np.ndarray:
     return (np.append(ways, 0.0) + np.append(0.0, ways)) / (2.0 * ways.sum())
 
 
-def line_rows(part: Body, xi: np.ndarray, thick: bool) -> Iterator[csr_array]:
-    """Rows (x, b c) of points at xi along a line, in the plane with slope and normal where it is `thick`."""
+def line_rows(layout: Coordinates, part: Body, xi: np.ndarray, thick: bool) -> csr_array:
+    """Rows (x r, q) of points at xi along a line, in the plane with slope and normal where it is `thick`."""
     assert isinstance(part.space, line.BSpline | line.Hermite)
     positions, slopes = (own(part, line.sample(part.space, xi, k)) for k in range(2))
-    J = np.linalg.norm(slopes @ part.reference, axis=1)
-    for k in range(len(xi)):
-        found = [kron(positions[[k]], np.eye(part.dim))]
-        if thick and part.dim == 2:
-            slope = kron(slopes[[k]] / J[k], np.eye(2))
-            found += [slope, QUARTER @ slope]
-        yield csr_array(vstack(found))
+    if not thick or part.dim == 3:
+        return layout.spread(part, positions)
+    J, n = np.linalg.norm(slopes @ part.reference, axis=1), len(xi)
+    slope = layout.spread(part, diags_array(1.0 / J) @ slopes)
+    found = csr_array(vstack([layout.spread(part, positions), slope, kron(eye_array(n), QUARTER) @ slope]))
+    return csr_array(found[np.arange(6 * n).reshape(3, n, 2).swapaxes(0, 1).ravel()])
 
 
 def edge_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, np.ndarray]:
@@ -164,12 +164,12 @@ def surface_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, n
     return rows, np.tile(parts, len(cells)) * np.linalg.norm(normals, axis=1)
 
 
-def once(part: Body, rows: csr_array, sizes: np.ndarray) -> tuple[Iterator[csr_array], np.ndarray]:
-    """Rows (c, b c) of points with rows (x, b), each once, and their shares (x,) in all sizes."""
+def once(rows: csr_array, sizes: np.ndarray) -> tuple[csr_array, np.ndarray]:
+    """Rows (x, b) of points, each once, and their shares (x,) in all sizes."""
     marks = np.round(rows @ np.random.default_rng(0).random((rows.shape[1], 2)) / SAME).astype(np.int64)
     _, first, number = np.unique(marks, axis=0, return_index=True, return_inverse=True)
     shares = np.bincount(number.ravel(), sizes)
-    return (csr_array(kron(rows[[k]], np.eye(part.dim))) for k in first), shares / shares.sum()
+    return csr_array(rows[first]), shares / shares.sum()
 
 
 def axes_of(name: str, draft: Draft, place: At) -> list[csr_array]:
