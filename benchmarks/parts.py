@@ -29,11 +29,11 @@ from fmbs_skfem.parts.files import Part
 from fmbs_skfem.reduction import cases, snapshots
 from fmbs_skfem.reduction.accuracy import runs
 from fmbs_skfem.scenes import build
+from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.beams import straight
 from fmbs_skfem.verification.plates import rectangle
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -46,7 +46,7 @@ Figures = dict[str, float]
 
 def beam(cells: int = 100, length: float = 1.0, name: str = "arm") -> Body:
     """A beam of example 2, or of another length."""
-    return cable(name, straight(cells, end=(length, 0.0, 0.0)), Circular(0.01), Material(1e9, 1800.0))
+    return cable(name, segment(cells, end=(length, 0.0, 0.0)), Circular(0.01), Material(1e9, 1800.0))
 
 
 def link(n1: int = 10, n2: int = 2, length: float = 1.0, width: float = 0.1) -> Body:
@@ -273,7 +273,7 @@ def machine_of(post: Body, rail: Body, flag: Body, bays: int, force: float = 2.0
 
 def kinds() -> tuple[Body, Body, Body]:
     """Post, rail and flag."""
-    rail = straight(20)
+    rail = segment(20)
     rail.point_groups["middle"] = np.array([10])
     return (
         beam(20, 0.5, "post"),

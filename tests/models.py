@@ -11,15 +11,15 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.parts.bodies import reduced_body
+from fmbs_skfem.shapes.meshes import polyline, segment
 from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.beams import polyline, straight
 from fmbs_skfem.verification.integrator import mass_pendulum
 from fmbs_skfem.verification.plates import rectangle
 
-__all__ = ["mass_pendulum", "polyline", "straight"]
+__all__ = ["mass_pendulum", "polyline", "segment"]
 
 SECTION = sections.Circular(0.01)  #: section of both examples
 MATERIAL = sections.Material(1e9, 1800.0)  #: material of both examples
@@ -37,7 +37,7 @@ def spin_up(
     cells: int = 25, *, section: object = SECTION, damping: Rayleigh | None = None, all_multipliers: bool = False, **options: Any
 ) -> System:
     """Example 1: planar cantilever on a driven hinge; output `tip_deflection`."""
-    beam = body.cable("beam", straight(cells), section, MATERIAL, dim=2, **options)
+    beam = body.cable("beam", segment(cells), section, MATERIAL, dim=2, **options)
     tip, root = At("beam", "right"), At("beam", "left")
     system = assemble(
         [beam],
@@ -52,8 +52,8 @@ def double_pendulum(
     cells: int = 25, *, section: object = SECTION, damping: Rayleigh | None = None, all_multipliers: bool = False, **options: Any
 ) -> System:
     """Example 2: spatial double pendulum of two beams at right angles; outputs `B` and `C`."""
-    first = body.cable("I", straight(cells), section, MATERIAL, **options)
-    second = body.cable("II", straight(cells, (1, 0, 0), (1, 1, 0)), section, MATERIAL, **options)
+    first = body.cable("I", segment(cells), section, MATERIAL, **options)
+    second = body.cable("II", segment(cells, (1, 0, 0), (1, 1, 0)), section, MATERIAL, **options)
     system = assemble(
         [first, second],
         [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))],
@@ -81,7 +81,7 @@ def cantilever(
     **options: Any,
 ) -> System:
     """Beam along x clamped at its start, with the loads that `loads_at_tip` makes for its end; outputs `tip`, `slope`, `clamp`."""
-    beam = body.cable("beam", straight(cells, end=(length, 0, 0)), section, material, dim=dim, **options)
+    beam = body.cable("beam", segment(cells, end=(length, 0, 0)), section, material, dim=dim, **options)
     tip = At("beam", "right")
     system = assemble(
         [beam],
@@ -100,7 +100,7 @@ def platform(cells: int, inertia: np.ndarray, push: tuple[float, float, float] =
     parts, held = [rigid("platform", 2.0, inertia, (0, 0, 0), places=places)], list[joints.Joint]()
     for name in corners:
         x, y, _ = places[name]
-        parts.append(body.cable(name, straight(cells, (x, y, 0), (x, y, 1)), SECTION, MATERIAL))
+        parts.append(body.cable(name, segment(cells, (x, y, 0), (x, y, 1)), SECTION, MATERIAL))
         held += [
             joints.Spherical(f"low {name}", At("platform", name), At(name, "left")),
             joints.Spherical(f"high {name}", At(name, "right")),

@@ -222,3 +222,11 @@ def test_the_wheel_carries_types_licence_and_demo(tmp_path: Path) -> None:
     assert data <= names
     assert {"fmbs_skfem/py.typed", "fmbs_skfem/core/compiling/lapack.py"} <= names
     assert any(name.endswith("licenses/LICENSE") for name in names)
+    assert not any("verification" in name.split("/")[1:2] for name in names)
+    command = (sys.executable, "-P", "-m", "fmbs_skfem", "verify", "--list")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path / "there")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "there")}
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment)
+    assert done.returncode == 7, done.stderr
+    assert "clone the project" in done.stderr

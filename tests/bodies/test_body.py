@@ -27,7 +27,7 @@ from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, e
 from fmbs_skfem.systems.connections.joints import Clamp
 from fmbs_skfem.verification.plates import rectangle
 
-from ..models import polyline, straight
+from ..models import polyline, segment
 
 SECTION = Given(EA=2000.0, EI=3.0, rhoA=0.5)
 SPACES: list[dict[str, Any]] = [
@@ -137,7 +137,7 @@ def test_ancf_and_splines_of_one_mesh_are_the_same_body(make: Callable[[int], An
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("space", SPACES)
 def test_rigid_motions_cost_nothing(space: dict[str, Any], dim: int, law: Law) -> None:
-    mesh = straight(4) if law is Law.QUADRATIC else arc(4)
+    mesh = segment(4) if law is Law.QUADRATIC else arc(4)
     body = cable("beam", mesh, SECTION, dim=dim, law=law, **space)
     system = assemble([body])
     turn = ROTATION if dim == 3 else np.array([[0.6, -0.8], [0.8, 0.6]])
@@ -150,7 +150,7 @@ def test_rigid_motions_cost_nothing(space: dict[str, Any], dim: int, law: Law) -
 @pytest.mark.parametrize("space", SPACES)
 def test_energy_of_a_stretched_beam_is_exact(space: dict[str, Any]) -> None:
     """U = EA/2 ((l^2 - 1) / 2)^2 L at a uniform stretch l."""
-    body = cable("beam", straight(3, end=(0.0, 2.0, 0.0)), SECTION, **space)
+    body = cable("beam", segment(3, end=(0.0, 2.0, 0.0)), SECTION, **space)
     assert energy(assemble([body]), 1.2 * body.reference) == pytest.approx(1000.0 * 0.22**2 * 2.0, rel=1e-12)
 
 
@@ -164,7 +164,7 @@ def test_energy_of_a_bent_beam_converges_with_order_four() -> None:
         return values + np.array([0.0, 1 / (2 * np.pi)]) if derivative == 0 else values
 
     def error(cells: int) -> float:
-        body = cable("beam", straight(cells), Given(EA=1.0, EI=3.0, rhoA=1.0), dim=2)
+        body = cable("beam", segment(cells), Given(EA=1.0, EI=3.0, rhoA=1.0), dim=2)
         assert body.space is not None
         return abs(energy(assemble([body]), line.fit(body.space, circle)) / (6 * np.pi**2) - 1.0)
 
@@ -196,7 +196,7 @@ def test_placement_moves_and_turns_the_mesh() -> None:
 
 
 def test_a_group_of_lines_makes_a_body() -> None:
-    mesh = replace(straight(4), line_groups={"half": np.array([0, 1])})
+    mesh = replace(segment(4), line_groups={"half": np.array([0, 1])})
     body = cable("half", mesh, SECTION, group="half")
     assert_allclose(moments(body)[1], [0.25, 0.0, 0.0], atol=1e-15)
     assert body.places == {"left": 0.0}
@@ -232,11 +232,11 @@ def test_point_mass() -> None:
     "make, named",
     [
         (
-            lambda: locate(cable("beam", straight(2), SECTION), "rigth"),
+            lambda: locate(cable("beam", segment(2), SECTION), "rigth"),
             r"\(left, right\), got 'rigth'; did you mean 'right'",
         ),
-        (lambda: locate(cable("beam", straight(2), SECTION), 1.5), "between 0 and 1 m, got 1.5 m"),
-        (lambda: locate(cable("beam", straight(2), SECTION), float("nan")), "between 0 and 1 m, got nan m"),
+        (lambda: locate(cable("beam", segment(2), SECTION), 1.5), "between 0 and 1 m, got 1.5 m"),
+        (lambda: locate(cable("beam", segment(2), SECTION), float("nan")), "between 0 and 1 m, got nan m"),
         (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), 0.0), r"'bob': expected one of its points \(center\), got 0\.0"),
         (lambda: locate(point_mass("bob", 1.0, np.zeros(3)), "centre"), "did you mean 'center'"),
         (
@@ -247,8 +247,8 @@ def test_point_mass() -> None:
         (lambda: point_mass("bob", -1.0, np.zeros(3)), r"'bob'\.mass: expected a positive and finite number"),
         (lambda: cable("beam", wave(4), SECTION, dim=2), "plane z = 0, got z up to 0.5 m"),
         (lambda: cable("beam", arc(4), SECTION, law=Law.QUADRATIC), "a straight line for quadratic curvature"),
-        (lambda: cable("beam", straight(4), SECTION, group="upper"), "upper"),
-        (lambda: cable("beam", straight(4), SECTION, degree=2, continuity=2), "continuity"),
+        (lambda: cable("beam", segment(4), SECTION, group="upper"), "upper"),
+        (lambda: cable("beam", segment(4), SECTION, degree=2, continuity=2), "continuity"),
     ],
 )
 def test_bad_bodies_are_refused_by_name(make: Callable[[], object], named: str) -> None:
@@ -259,7 +259,7 @@ def test_bad_bodies_are_refused_by_name(make: Callable[[], object], named: str) 
 @pytest.mark.parametrize("degree,continuity", [(1, 0), (3, 0), (3, 3)])
 def test_a_slope_with_jumps_is_refused(degree: int, continuity: int) -> None:
     with pytest.raises(InputError, match="continuity between 1 and degree - 1"):
-        cable("beam", straight(3), Given(1.0, 1.0, 1.0), degree=degree, continuity=continuity)
+        cable("beam", segment(3), Given(1.0, 1.0, 1.0), degree=degree, continuity=continuity)
 
 
 # ------------------------------------------------------------------------------------------------------- curved in space
@@ -282,7 +282,7 @@ def test_bending_a_planar_arc_out_of_its_plane_costs_nothing_without_tension() -
 def test_straight_cables_in_space_and_curved_ones_in_the_plane_are_not_told() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
-        cable("beam", straight(4, end=(1.0, 2.0, 3.0)), SECTION)
+        cable("beam", segment(4, end=(1.0, 2.0, 3.0)), SECTION)
         cable("beam", arc(8), SECTION, dim=2)
 
 

@@ -14,7 +14,7 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 
-from ..models import polyline, straight
+from ..models import polyline, segment
 
 SMOOTH = {"continuity": 2}
 LEFT, RIGHT = At("beam", "left"), At("beam", "right")
@@ -62,7 +62,7 @@ def test_a_deep_arch_has_its_limit_point() -> None:
 
 def test_a_slender_smooth_bar_has_no_other_motions_than_rigid_ones() -> None:
     """Three frequencies of zero in the plane; the first axial one is pi/2 sqrt(EA/rhoA)/L."""
-    body = cable("beam", straight(8), Given(EA=1e8, EI=1.0, rhoA=1.0), dim=2, **SMOOTH)
+    body = cable("beam", segment(8), Given(EA=1e8, EI=1.0, rhoA=1.0), dim=2, **SMOOTH)
     found = vibration_modes(assemble([body]), 5).angular_frequencies
     assert found[2] < 1e-3 * found[3]
     assert found[3] == pytest.approx(4.7300407**2, rel=1e-3)
@@ -72,7 +72,7 @@ def test_a_slender_smooth_bar_has_no_other_motions_than_rigid_ones() -> None:
 
 
 def test_the_rule_keeps_the_contract() -> None:
-    check_system(assemble([cable("beam", straight(3), Given(EA=1e8, EI=1.0, rhoA=1.0), dim=2, **SMOOTH)]))
+    check_system(assemble([cable("beam", segment(3), Given(EA=1e8, EI=1.0, rhoA=1.0), dim=2, **SMOOTH)]))
 
 
 # ------------------------------------------------------------------------------------------------------------ the weights

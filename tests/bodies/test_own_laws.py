@@ -22,7 +22,7 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 
-from ..models import straight
+from ..models import segment
 from . import cable_symbols
 
 
@@ -71,7 +71,7 @@ def test_functions_of_cables_are_those_of_their_symbols(law: Law, dim: int) -> N
 
 def test_a_law_of_ones_own_stretches_as_it_says() -> None:
     """F = dW/dl = EA (eps + c eps^3) l with eps = (l^2 - 1)/2 at the stretch l."""
-    rod = cable("rod", straight(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=2, law=STIFFENING, numbers={"c": 40.0})
+    rod = cable("rod", segment(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=2, law=STIFFENING, numbers={"c": 40.0})
     held = [joints.Clamp("wall", At("rod", "left")), joints.Slider("guide", At("rod", "right"), (1.0, 0.0))]
     force = 30.0
     system = assemble(
@@ -103,7 +103,7 @@ def test_names_of_a_section_are_not_those_of_the_loops() -> None:
 
 def test_a_law_of_ones_own_moves_as_its_twin_among_the_built_in() -> None:
     def swing(law: Law) -> np.ndarray:
-        rod = cable("rod", straight(6), Given(EA=1e4, EI=2.0, rhoA=1.0), dim=2, law=law)
+        rod = cable("rod", segment(6), Given(EA=1e4, EI=2.0, rhoA=1.0), dim=2, law=law)
         system = assemble([rod], [joints.Pin("pin", At("rod", "left"))], [loads.Gravity((0.0, -9.81))])
         return integrate(eliminate(system), GeneralizedAlpha(1e-3), 0.3).x
 
@@ -113,7 +113,7 @@ def test_a_law_of_ones_own_moves_as_its_twin_among_the_built_in() -> None:
 
 
 def test_a_model_with_a_law_of_ones_own_is_saved_and_sent(tmp_path: Any) -> None:
-    rod = cable("rod", straight(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=2, law=TWIN)
+    rod = cable("rod", segment(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=2, law=TWIN)
     system = eliminate(assemble([rod], [joints.Clamp("wall", At("rod", "left"))]))
     files.save(system, tmp_path / "model.h5")
     for found in (files.load(tmp_path / "model.h5"), pickle.loads(pickle.dumps(system))):
@@ -136,8 +136,8 @@ def test_wrong_definitions_are_refused() -> None:
     with pytest.raises(InputError, match="a word of letters"):
         own_laws.define("my law", 2, ("EA",), stiffening_energy)
     with pytest.raises(InputError, match="numbers of the law: c"):
-        cable("rod", straight(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=2, law=STIFFENING)
+        cable("rod", segment(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=2, law=STIFFENING)
     with pytest.raises(InputError, match="in 3 dimensions"):
-        cable("rod", straight(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=3, law=TWIN)
+        cable("rod", segment(4), Given(EA=100.0, EI=1.0, rhoA=1.0), dim=3, law=TWIN)
     with pytest.raises(InputError, match=r"one of .*EXACT"):
         laws.find("exakt")

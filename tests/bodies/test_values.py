@@ -33,12 +33,12 @@ def kind(**numbers: float) -> Callable[[Callable[..., Body]], Callable[..., Body
 
 @kind(diameter=0.01)
 def line(young_modulus: float, density: float, diameter: float) -> Body:
-    return cable("body", models.straight(6), Circular(diameter), Material(young_modulus, density))
+    return cable("body", models.segment(6), Circular(diameter), Material(young_modulus, density))
 
 
 @kind(width=0.02, height=0.01)
 def strip(young_modulus: float, density: float, **sides: float) -> Body:
-    return cable("body", models.straight(6), Rectangular(**sides), Material(young_modulus, density), dim=2)
+    return cable("body", models.segment(6), Rectangular(**sides), Material(young_modulus, density), dim=2)
 
 
 @kind(thickness=2e-3)
@@ -91,9 +91,9 @@ def test_numbers_act_together() -> None:
     [
         (lambda: line(**BULK, diameter=0.01), {"thickness": 1.0}, r"\(diameter, young_modulus, density\), got 'thickness'"),
         (lambda: line(**BULK, diameter=0.01), {"density": 0.0}, "a positive and finite number, got 0.0"),
-        (lambda: cable("body", models.straight(6), Given(1e3, 1.0, 1.0)), {"young_modulus": 1e9}, r"got 'young_modulus'"),
+        (lambda: cable("body", models.segment(6), Given(1e3, 1.0, 1.0)), {"young_modulus": 1e9}, r"got 'young_modulus'"),
         (
-            lambda: cable("body", models.straight(6), Circular(0.01), Material(1e9, 1800.0), continuity=2),
+            lambda: cable("body", models.segment(6), Circular(0.01), Material(1e9, 1800.0), continuity=2),
             {"diameter": 0.02},
             r"\(young_modulus, density\), got 'diameter'",
         ),

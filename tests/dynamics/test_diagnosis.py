@@ -37,7 +37,7 @@ History = Callable[[np.ndarray], np.ndarray]
 
 
 def beam() -> body.Body:
-    return body.cable("beam", models.straight(8), models.SECTION, models.MATERIAL, dim=2)
+    return body.cable("beam", models.segment(8), models.SECTION, models.MATERIAL, dim=2)
 
 
 def pushed(history: History) -> System:
@@ -282,7 +282,7 @@ def test_an_attempt_repeats_the_iteration() -> None:
 def test_a_step_that_leaps_in_all_lengths_is_explained() -> None:
     """A beam of 1 m inside of a circle of 1 mm: longer steps are refused since they go through it, although Newton converges."""
     held, shape = joints.Pin("j", END), contacts.ContactSphere("k", body="beam", center=(0.5, 0.0), diameter=1e-3, inside=True)
-    line = body.cable("beam", models.straight(5), models.SECTION, models.MATERIAL, dim=2)
+    line = body.cable("beam", models.segment(5), models.SECTION, models.MATERIAL, dim=2)
     system = eliminate(assemble([line], [held], [loads.Gravity((0.0, -9.81)), shape]))
     with pytest.warns(Notice), pytest.raises(FailedStep) as caught:
         integrate(system, STEP, 0.05)

@@ -343,7 +343,7 @@ def test_resumed_runs_have_the_same_bits() -> None:
 def arm(dim: int, cells: int = 4) -> System:
     """A beam that falls from its hinge, is released, and latched to the ground by its other end."""
     rest = (0.0,) * (dim - 2)
-    beam = cable("beam", models.straight(cells), sections.Circular(0.02), sections.Material(1e9, 2300.0), dim=dim)
+    beam = cable("beam", models.segment(cells), sections.Circular(0.02), sections.Material(1e9, 2300.0), dim=dim)
     root, tip = At("beam", "left"), At("beam", "right")
     return assemble(
         [beam],
@@ -448,7 +448,7 @@ def test_a_bar_that_catches_a_mass(damping: float, unbalanced: float, step: floa
     Without damping they leave waves that no step resolves, which the scheme damps by 8 to 15 % of the energy.
     """
     size, mass, load, speed = 0.5, 2700.0 * 0.03 * 0.005 * 0.5, 0.2, np.array([1.0, 2.0])
-    line, section = models.straight(10, end=(size, 0.0, 0.0)), sections.Rectangular(0.03, 0.005)
+    line, section = models.segment(10, end=(size, 0.0, 0.0)), sections.Rectangular(0.03, 0.005)
     system = assemble(
         [cable("bar", line, section, sections.Material(70e9, 2700.0), dim=2), point_mass("load", load, np.array(at))],
         [Latch("catch", At("load"), At("bar", "right"))],

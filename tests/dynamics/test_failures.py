@@ -41,7 +41,7 @@ FORMS = pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=
 
 
 def beam() -> body.Body:
-    return body.cable("beam", models.straight(8), models.SECTION, models.MATERIAL, dim=2)
+    return body.cable("beam", models.segment(8), models.SECTION, models.MATERIAL, dim=2)
 
 
 def loaded(history: Callable[[np.ndarray], np.ndarray]) -> System:
@@ -157,7 +157,7 @@ def test_a_step_from_which_newton_would_leap_is_halved() -> None:
 
     Its corrections grow on the way there; shorter steps follow the motion, and the tip goes where steps of 0.1 ms bring it.
     """
-    arm = body.cable("arm", models.straight(20), sections.Circular(0.01), sections.Material(195e6, 1800.0), dim=2)
+    arm = body.cable("arm", models.segment(20), sections.Circular(0.01), sections.Material(195e6, 1800.0), dim=2)
     tip = At("arm", "right")
     spring = SpringDamper("spring", tip, (1.0, 0.3), stiffness=52.0, damping=0.36, length=0.1)
     hinge, sensed = joints.Pin("hinge", At("arm", "left")), {"tip": probes.Position(tip)}

@@ -21,14 +21,14 @@ from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.forces.bushing import Bushing
 from fmbs_skfem.systems.forces.springs import SpringDamper
 from fmbs_skfem.systems.measures import probes
-from tests.models import straight
+from tests.models import segment
 
 PULL = 3.0  #: [N]
 
 
 def pulled(held: list[joints.Joint], pull: float = PULL, more: tuple[loads.Load, ...] = ()) -> System:
     """A beam of 1 m with EA = 1e5 N, pulled at both ends."""
-    beam = cable("beam", straight(5), sections.Given(1e5, 1.0, 0.1), dim=2)
+    beam = cable("beam", segment(5), sections.Given(1e5, 1.0, 0.1), dim=2)
     ends = [loads.PointForce(end, At("beam", end), (way * pull, 0.0)) for end, way in (("left", -1.0), ("right", 1.0))]
     sought = {end: probes.Position(At("beam", end)) for end in ("left", "right")}
     return assemble([beam], held, [*ends, *more], outputs=sought)

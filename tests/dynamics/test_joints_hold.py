@@ -22,11 +22,11 @@ I, J = ("I", "left"), ("I", "right")
 
 
 def first(dim: int) -> Body:
-    return body.cable("I", models.straight(8), SECTION, dim=dim)
+    return body.cable("I", models.segment(8), SECTION, dim=dim)
 
 
 def second(dim: int, end: tuple[float, float, float] = (1.0, 1.0, 0.0)) -> Body:
-    return body.cable("II", models.straight(8, (1, 0, 0), end), SECTION, dim=dim)
+    return body.cable("II", models.segment(8, (1, 0, 0), end), SECTION, dim=dim)
 
 
 def pinned(dim: int, *more: joints.Joint) -> list[joints.Joint]:
@@ -111,9 +111,9 @@ def angle(slopes: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("kind", [joints.Pin, joints.Weld])
 def test_closed_loop_of_three_bars(kind: type[joints.Pin] | type[joints.Weld]) -> None:
     """Four-bar linkage, pinned or with one welded corner: closed over half a second of large motion."""
-    crank = body.cable("crank", models.straight(6, (0, 0, 0), (0, 0.5, 0)), SECTION, dim=2)
-    coupler = body.cable("coupler", models.straight(6, (0, 0.5, 0), (1, 0.5, 0)), SECTION, dim=2)
-    rocker = body.cable("rocker", models.straight(6, (1, 0.5, 0), (1, 0, 0)), SECTION, dim=2)
+    crank = body.cable("crank", models.segment(6, (0, 0, 0), (0, 0.5, 0)), SECTION, dim=2)
+    coupler = body.cable("coupler", models.segment(6, (0, 0.5, 0), (1, 0.5, 0)), SECTION, dim=2)
+    rocker = body.cable("rocker", models.segment(6, (1, 0.5, 0), (1, 0, 0)), SECTION, dim=2)
     system = assemble(
         [crank, coupler, rocker],
         [

@@ -95,7 +95,7 @@ def test_sparse_tangent_is_that_of_the_band(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_a_straight_line_has_no_rigid_motion_about_itself() -> None:
-    line = cable("line", models.straight(4), models.SECTION, models.MATERIAL)
+    line = cable("line", models.segment(4), models.SECTION, models.MATERIAL)
     found = large.rigid_motions(compile_system(assemble([line])))
     assert found.shape[1] == 5
     assert_allclose(np.linalg.norm(found, axis=0), 1.0)

@@ -18,7 +18,7 @@ from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 
-from ..models import straight
+from ..models import segment
 from .test_state_space import MESHES
 
 BEAM = """
@@ -81,7 +81,7 @@ def test_plates(force: float, told: bool) -> None:
 
 
 def pulled(part: float) -> System:
-    beam = body.cable("b", straight(10), sections.Given(1.0, 1e-4, 1.0), dim=2)
+    beam = body.cable("b", segment(10), sections.Given(1.0, 1e-4, 1.0), dim=2)
     load = loads.PointForce("P", At("b", "right"), (part, 0.0))
     return assemble([beam], [joints.Clamp("c", At("b", "left"))], [load])
 

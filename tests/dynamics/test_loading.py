@@ -12,11 +12,11 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.dynamics import ArcLength, Newton, follow_path, outputs, solve_equilibria, solve_statics
 from fmbs_skfem.dynamics.equilibria import statics
+from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.beams import straight
 
 TIGHT = Newton(tolerance=1e-12)
 EA = 100.0  #: [N]
@@ -25,7 +25,7 @@ Function = Callable[[np.ndarray], np.ndarray]
 
 def bar(history: Function | None = None, force: float = 2.0) -> System:
     """A bar of length 1 along x, pulled at its end: N = EA a (a^2 - 1) / 2 at the stretch a."""
-    beam = body.cable("bar", straight(2, end=(1.0, 0.0, 0.0)), sections.Given(EA, 1.0, 1.0), dim=2)
+    beam = body.cable("bar", segment(2, end=(1.0, 0.0, 0.0)), sections.Given(EA, 1.0, 1.0), dim=2)
     end = At("bar", "right")
     pull = loads.PointForce("P", end, (force, 0.0), history)
     held = [joints.Clamp("clamp", At("bar", "left"))]
@@ -34,7 +34,7 @@ def bar(history: Function | None = None, force: float = 2.0) -> System:
 
 def pressed(displacement: Function) -> System:
     """The bar with a prescribed displacement of its end."""
-    beam = body.cable("bar", straight(2, end=(1.0, 0.0, 0.0)), sections.Given(EA, 1.0, 1.0), dim=2)
+    beam = body.cable("bar", segment(2, end=(1.0, 0.0, 0.0)), sections.Given(EA, 1.0, 1.0), dim=2)
     end = At("bar", "right")
     drive = joints.DrivenPosition("drive", end, (displacement, np.zeros_like))
     held = [joints.Clamp("clamp", At("bar", "left")), drive]
@@ -43,7 +43,7 @@ def pressed(displacement: Function) -> System:
 
 def turned(angle: Function) -> System:
     """A beam on a pin whose root is turned."""
-    beam, root = body.cable("bar", straight(2, end=(1.0, 0.0, 0.0)), sections.Given(EA, 1.0, 1.0), dim=2), At("bar", "left")
+    beam, root = body.cable("bar", segment(2, end=(1.0, 0.0, 0.0)), sections.Given(EA, 1.0, 1.0), dim=2), At("bar", "left")
     held = [joints.Pin("pin", root), joints.DrivenAngle("drive", root, angle)]
     return eliminate(assemble([beam], held, outputs={"end": probes.Position(At("bar", "right")), "angle": probes.Angle(root)}))
 

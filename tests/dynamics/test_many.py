@@ -21,7 +21,7 @@ SCHEME = GeneralizedAlpha(5e-4)
 
 def driven(rate: float, growth: float = 0.0, end: float = np.inf) -> System:
     """Planar beam on 4 cells, turned by a driven angle; the force at its tip may grow, and is no number after `end`."""
-    beam = body.cable("beam", models.straight(4), models.SECTION, models.MATERIAL, dim=2)
+    beam = body.cable("beam", models.segment(4), models.SECTION, models.MATERIAL, dim=2)
     root, tip = At("beam", "left"), At("beam", "right")
     held: list[joints.Joint] = [joints.Pin("pin", root), joints.DrivenAngle("drive", root, lambda t: rate * t**3)]
 

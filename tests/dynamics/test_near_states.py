@@ -33,14 +33,14 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.verification.statics_shells import interpolated, spaced
 from tests import models
-from tests.models import straight
+from tests.models import segment
 
 TIGHT = Newton(1e-13)
 
 
 def cantilever(cells: int, *forces: loads.Load, EA: float = 1e7, dim: int = 2) -> System:
     """EI = rhoA = L = 1 along x, clamped on the left."""
-    part = body.cable("beam", straight(cells), sections.Given(EA=EA, EI=1.0, rhoA=1.0), dim=dim, degree=5)
+    part = body.cable("beam", segment(cells), sections.Given(EA=EA, EI=1.0, rhoA=1.0), dim=dim, degree=5)
     return eliminate(assemble([part], [joints.Clamp("root", At("beam", "left"))], list(forces)))
 
 
@@ -58,7 +58,7 @@ def test_modes_about_a_bent_cantilever() -> None:
 
 def test_hanging_chain() -> None:
     """Bending stiffness next to nothing under its own weight: j0,n / 2 sqrt(g/L)."""
-    part = body.cable("chain", straight(60), sections.Given(EA=1e5, EI=1e-8, rhoA=1.0), dim=2, degree=3)
+    part = body.cable("chain", segment(60), sections.Given(EA=1e5, EI=1e-8, rhoA=1.0), dim=2, degree=3)
     down = loads.Gravity((9.81, 0.0))
     system = eliminate(assemble([part], [joints.Pin("top", At("chain", "left"))], [down]))
     exact = np.array([1.20241278, 2.76003906, 4.32686396]) * np.sqrt(9.81)
@@ -94,7 +94,7 @@ def test_becks_column_flutters() -> None:
 
 def test_blades_in_a_turning_frame_agree_with_published_frequencies() -> None:
     """Wright et al. (1982): flapping at Omega = 6 is 7.3604; lagging sqrt(flapping^2 - Omega^2)."""
-    part = body.cable("beam", straight(16), sections.Given(EA=1e9, EI=1.0, rhoA=1.0), dim=3, degree=5)
+    part = body.cable("beam", segment(16), sections.Given(EA=1e9, EI=1.0, rhoA=1.0), dim=3, degree=5)
     raw = assemble([part], [joints.Clamp("root", At("beam", "left"))], [])
     turning = eliminate(in_rotating_frame(raw, Spin(6.0)))
     found = frequencies_about(turning, 4, 1)
@@ -104,7 +104,7 @@ def test_blades_in_a_turning_frame_agree_with_published_frequencies() -> None:
 
 def test_reduced_models_in_a_turning_frame() -> None:
     """A blade that is reduced to motions at rest has the frequencies of the full one while it turns."""
-    part = body.cable("beam", straight(8), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=2)
+    part = body.cable("beam", segment(8), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=2)
     push = loads.PointForce("push", At("beam", "right"), (1.0, 0.3), lambda t: 0.3 * np.sin(20.0 * t**2))
     raw = assemble([part], [joints.Clamp("root", At("beam", "left"))], [push])
     data = galerkin.snapshots(integrate(eliminate(raw), GeneralizedAlpha(1e-2), 3.0))
@@ -122,7 +122,7 @@ def test_reduced_models_in_a_turning_frame() -> None:
 def test_the_frame_may_turn_about_any_axis_through_any_point() -> None:
     """A blade from (3, 1, 2) on that turns about an axis along y there."""
     place = np.array([3.0, 1.0, 2.0])
-    part = body.cable("beam", straight(12), sections.Given(EA=1e9, EI=1.0, rhoA=1.0), dim=3, degree=5, origin=place)
+    part = body.cable("beam", segment(12), sections.Given(EA=1e9, EI=1.0, rhoA=1.0), dim=3, degree=5, origin=place)
     raw = assemble([part], [joints.Clamp("root", At("beam", "left"))], [])
     turning = eliminate(in_rotating_frame(raw, Spin(4.0, (0.0, 2.0, 0.0), tuple(place))))
     flap = 5.5850
@@ -131,7 +131,7 @@ def test_the_frame_may_turn_about_any_axis_through_any_point() -> None:
 
 def shaft(spin: float, outside: float = 0.0, inside: float = 0.0) -> ComplexModes:
     """A simply supported shaft EI = rhoA = L = 1 along x that turns about itself."""
-    part = body.cable("shaft", straight(10), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
+    part = body.cable("shaft", segment(10), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
     ends = [joints.Spherical("a", At("shaft", "left")), joints.Spherical("b", At("shaft", "right"))]
     raw = assemble([part], ends, [], Rayleigh(outside, inside))
     return complex_modes(linearise(eliminate(in_rotating_frame(raw, Spin(spin, (1.0, 0.0, 0.0))))), 4)
@@ -245,7 +245,7 @@ def test_other_histories_have_no_factor(history: Callable[[np.ndarray], np.ndarr
 
 def test_large_and_small_solutions_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     """Arnoldi's iteration and the dense solution, with gyroscopic terms, damping and constraints with multipliers."""
-    part = body.cable("beam", straight(16), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
+    part = body.cable("beam", segment(16), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
     raw = assemble([part], [joints.Clamp("root", At("beam", "left"))], [], Rayleigh(0.1, 1e-3))
     linear = linearise(in_rotating_frame(raw, Spin(1.5)))
     few = complex_modes(linear, 6)
@@ -282,14 +282,14 @@ def test_whether_faster_motions_can_grow(last: float, damping: np.ndarray, unkno
 
 
 def test_free_motions_have_the_eigenvalue_zero() -> None:
-    part = body.cable("beam", straight(8), sections.Given(EA=1e3, EI=1.0, rhoA=1.0), dim=2, degree=5)
+    part = body.cable("beam", segment(8), sections.Given(EA=1e3, EI=1.0, rhoA=1.0), dim=2, degree=5)
     found = complex_modes(linearise(assemble([part], [], [])), 4)
     assert np.abs(found.eigenvalues[:3]).max() < 1e-3
     assert found.angular_frequencies[3] == pytest.approx(22.3732854, rel=1e-6)
 
 
 def test_double_zeros_cost_a_large_free_body_no_digits() -> None:
-    part = body.cable("beam", straight(120), sections.Given(EA=1e3, EI=1.0, rhoA=1.0), dim=2, degree=5)
+    part = body.cable("beam", segment(120), sections.Given(EA=1e3, EI=1.0, rhoA=1.0), dim=2, degree=5)
     system = assemble([part], [], [])
     linear = linearise(system)
     found = complex_modes(linear, 5)
@@ -303,7 +303,7 @@ def test_double_zeros_cost_a_large_free_body_no_digits() -> None:
 
 
 def test_free_motions_that_are_damped_do_not_stand_alone() -> None:
-    part = body.cable("beam", straight(4), sections.Given(EA=1e3, EI=1.0, rhoA=1.0), dim=2)
+    part = body.cable("beam", segment(4), sections.Given(EA=1e3, EI=1.0, rhoA=1.0), dim=2)
     system = assemble([part], [], [])
     linear = linearise(replace(system, damping=csr_array(0.1 * system.mass)))
     assert not shapes.stands_alone(linear, shapes.find_free(system, linear))

@@ -28,7 +28,7 @@ from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.verification.statics import truss
 
-from ..models import straight
+from ..models import segment
 
 EULER = np.pi**2 / 4.0  #: of a clamped column of length and bending stiffness 1
 
@@ -41,7 +41,7 @@ def elastica(part: float) -> tuple[float, float]:
 
 
 def column(push: float, part: float = 1.5, cells: int = 20) -> System:
-    beam = cable("beam", straight(cells), sections.Given(1e6, 1.0, 1.0), dim=2, degree=5)
+    beam = cable("beam", segment(cells), sections.Given(1e6, 1.0, 1.0), dim=2, degree=5)
     end = At("beam", "right")
     load = loads.PointForce("P", end, (-part * EULER, push))
     seen = {"end": probes.Position(end), "angle": probes.Angle(end)}

@@ -56,7 +56,7 @@ def test_clamp_carries_the_weight(all_multipliers: bool, dim: int) -> None:
     assert forces["x"] == pytest.approx(0.0, abs=1e-9)
     assert forces["y"] == pytest.approx(9.81, rel=1e-10)
     q = found.system.lift(found.x[-1])
-    arm = q[0::dim] @ (body.cable("beam", models.straight(20), section, dim=dim).mass.toarray().sum(axis=0))
+    arm = q[0::dim] @ (body.cable("beam", models.segment(20), section, dim=dim).mass.toarray().sum(axis=0))
     moment = np.hypot(forces["slope 1"], forces.get("slope 2", 0.0))
     assert moment == pytest.approx(9.81 * arm, rel=1e-4)  # the slope's length at the clamp is 1 up to the strain of bending
 
@@ -65,7 +65,7 @@ def test_clamp_carries_the_weight(all_multipliers: bool, dim: int) -> None:
 @pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])
 def test_the_moment_of_a_clamp_is_about_the_axes_that_stand_beside_its_columns(dim: int, form: Callable[[System], System]) -> None:
     """A light tip load F pulls a horizontal beam of length L down: the clamp holds it by the moment F L about z."""
-    beam = body.cable("beam", models.straight(10), sections.Given(EA=1e6, EI=100.0, rhoA=1.0), dim=dim)
+    beam = body.cable("beam", models.segment(10), sections.Given(EA=1e6, EI=100.0, rhoA=1.0), dim=dim)
     tip = loads.PointForce("tip", At("beam", "right"), (0.0, -1e-3, 0.0)[:dim])
     held = {"root": probes.Reaction("root")}
     system = form(assemble([beam], [joints.Clamp("root", At("beam", "left"))], [tip], outputs=held))
@@ -96,7 +96,7 @@ def moment_on(system: System, found: Trajectory) -> np.ndarray:
 @pytest.mark.parametrize("turned", [False, True])
 def test_moments_act_on_the_first_of_two_places(dim: int, turned: bool) -> None:
     """A clamped hub holds a beam with a load F at L: the weld pushes the beam by F L about z, and the hub by the opposite."""
-    beam = body.cable("beam", models.straight(4), sections.Given(EA=1e6, EI=100.0, rhoA=1.0), dim=dim)
+    beam = body.cable("beam", models.segment(4), sections.Given(EA=1e6, EI=100.0, rhoA=1.0), dim=dim)
     hub = rigid.rigid("hub", 1.0, 1.0 if dim == 2 else (1.0, 1.0, 1.0), (0.0,) * dim, dim=dim)
     ends = At("beam", "left"), At("hub", "frame")
     held = [joints.Clamp("root", At("hub", "frame")), joints.Weld("weld", *(ends[::-1] if turned else ends))]
@@ -109,7 +109,7 @@ def test_moments_act_on_the_first_of_two_places(dim: int, turned: bool) -> None:
 def test_the_moment_of_a_corner_in_the_plane() -> None:
     """A column and a beam at right angles: their weld holds the beam, of length 1, by its load times that length."""
     section = sections.Given(EA=1e6, EI=100.0, rhoA=1.0)
-    column, beam = (body.cable(name, models.straight(4, *ends), section, dim=2) for name, ends in CORNER.items())
+    column, beam = (body.cable(name, models.segment(4, *ends), section, dim=2) for name, ends in CORNER.items())
     held = [joints.Clamp("root", At("column", "left")), joints.Weld("corner", At("beam", "left"), At("column", "right"))]
     tip = loads.PointForce("tip", At("beam", "right"), (0.0, -1e-3))
     system = eliminate(assemble([column, beam], held, [tip], outputs={"corner": probes.Reaction("corner")}))
@@ -163,7 +163,7 @@ def test_axes_of_reactions_turn_with_the_body_that_carries_the_joint(kind: str) 
 
 @pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])
 def test_hanging_beam(form: Callable[[System], System]) -> None:
-    beam = body.cable("beam", models.straight(10, end=(0, -1, 0)), sections.Given(EA=1e5, EI=1.0, rhoA=2.0), dim=2)
+    beam = body.cable("beam", models.segment(10, end=(0, -1, 0)), sections.Given(EA=1e5, EI=1.0, rhoA=2.0), dim=2)
     system = form(assemble([beam], [joints.Clamp("top", At("beam", "left"))], [loads.Gravity((0, -9.81))]))
     forces = reactions(solve_statics(system, 1, TIGHT))
     assert forces["top", "y"][-1] == pytest.approx(2 * 9.81, rel=1e-10)
@@ -172,7 +172,7 @@ def test_hanging_beam(form: Callable[[System], System]) -> None:
 
 def test_redundant_joints_share_the_force() -> None:
     """Two pins at one place: the motion of one, and together its force."""
-    beam = body.cable("beam", models.straight(8), models.SECTION, models.MATERIAL, dim=2)
+    beam = body.cable("beam", models.segment(8), models.SECTION, models.MATERIAL, dim=2)
     end, down = At("beam", "left"), [loads.Gravity((0, -9.81))]
     with pytest.warns(Notice, match="redundant"):
         double = eliminate(assemble([beam], [joints.Pin("a", end), joints.Pin("b", end)], down))

@@ -24,7 +24,7 @@ from fmbs_skfem.systems.forces.controls import ControlForce
 from fmbs_skfem.systems.measures import probes
 
 from ..forms import forms
-from ..models import straight
+from ..models import segment
 
 TIGHT = Newton(tolerance=1e-12)
 J, G, BREAKS = 1.01, 9.81, 20.0
@@ -146,7 +146,7 @@ def test_reduced_models(tmp_path: Path) -> None:
     from fmbs_skfem.bodies import Circular, Material, cable, point_mass
 
     def arm(joint: str) -> System:
-        beam = cable("beam", straight(4), Circular(0.02), Material(1e9, 2300.0), dim=2)
+        beam = cable("beam", segment(4), Circular(0.02), Material(1e9, 2300.0), dim=2)
         tip = At("beam", "right")
         told = controllers.Measurement(name="pull", unit="N", sample=2e-3, of=of_state(f"{joint}.y"))
         return assemble(

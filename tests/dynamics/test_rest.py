@@ -49,7 +49,7 @@ Z = (0.0, 0.0, 1.0)
 
 def sagging(shape: Callable[[body.Body], body.Body] = lambda beam: beam) -> System:
     """A cantilever of 1 kg, EI = 1 N m2, that bends by more than half of its length under 4 N at its end and its weight."""
-    beam = shape(body.cable("beam", models.straight(8), sections.Given(EA=1e6, EI=1.0, rhoA=1.0), dim=2))
+    beam = shape(body.cable("beam", models.segment(8), sections.Given(EA=1e6, EI=1.0, rhoA=1.0), dim=2))
     tip, root = At("beam", "right"), At("beam", "left")
     down = [loads.PointForce("end", tip, (0.0, -4.0)), loads.Gravity((0.0, -G))]
     watched = {"tip": probes.Position(tip), "clamp": probes.Reaction("clamp")}
@@ -152,7 +152,7 @@ def test_the_torque_of_a_motor_is_that_of_statics_from_the_first_step() -> None:
 def test_drives_and_histories_have_their_values_at_the_start() -> None:
     """A driven end begins 0.1 m from where it is drawn, at 0.3 m/s; 2 N pull at the other one: EA (s^2 - 1) s / 2 = 2 N."""
     left, right = At("beam", "left"), At("beam", "right")
-    beam = body.cable("beam", models.straight(4), sections.Given(EA=100.0, EI=1.0, rhoA=0.01), dim=2)
+    beam = body.cable("beam", models.segment(4), sections.Given(EA=100.0, EI=1.0, rhoA=0.01), dim=2)
     pull = joints.DrivenPosition("pull", left, (lambda t: 0.1 + 0.3 * t, lambda t: 0.0 * t))
     push = loads.PointForce("push", right, (1.0, 0.0), history=lambda t: 2.0 * np.cos(t))
     system = assemble([beam], [pull], [push], outputs={"left": probes.Position(left, "x"), "right": probes.Position(right, "x")})
@@ -208,7 +208,7 @@ def test_a_body_that_is_free_to_move(form: Callable[[System], System], down: flo
 def test_no_equilibrium() -> None:
     """A beam that 1 GN pushes together; no equilibria over the load factor stand for a motion."""
     ends = At("beam", "left"), At("beam", "right")
-    beam = body.cable("beam", models.straight(4), sections.Given(EA=100.0, EI=1.0, rhoA=0.01), dim=2)
+    beam = body.cable("beam", models.segment(4), sections.Given(EA=100.0, EI=1.0, rhoA=0.01), dim=2)
     pull = loads.PointForce("push", ends[1], (-1e9, 1.0))
     with pytest.raises(SolverError, match=r"no equilibrium with the loads at t = 0 was found.*or use `start: reference`") as caught:
         integrate(assemble([beam], [joints.Clamp("clamp", ends[0])], [pull]), FROM_REST, 0.1)

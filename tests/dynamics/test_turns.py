@@ -96,7 +96,7 @@ def test_turns_of_nearly_half_a_turn_a_step() -> None:
 
 def rotor(stiffness: float = 0.03, E: float = 1e9) -> System:
     """A beam that turns on a pin against a spring; about 0.06 kg m^2."""
-    beam = body.cable("beam", models.straight(4), sections.Circular(0.01), sections.Material(E, 2300.0), dim=2)
+    beam = body.cable("beam", models.segment(4), sections.Circular(0.01), sections.Material(E, 2300.0), dim=2)
     root = At("beam", "left")
     return assemble(
         [beam],
@@ -167,7 +167,7 @@ def test_turns_of_a_drive_between_equilibria(steps: int) -> None:
 @pytest.mark.parametrize("steps", [1, 2, 7])
 def test_a_beam_is_rolled_up_twice(steps: int) -> None:
     """M l / EI = 4 pi: the angle of the end, by which a spring there would be turned, has both of its turns."""
-    beam = body.cable("beam", models.straight(20), sections.Given(1e5, 1.0, 1.0), dim=2, degree=5)
+    beam = body.cable("beam", models.segment(20), sections.Given(1e5, 1.0, 1.0), dim=2, degree=5)
     end = At("beam", "right")
     push, angle = loads.Moment("M", end, 4.0 * np.pi), {"angle": probes.Angle(end)}
     system = eliminate(assemble([beam], [joints.Clamp("clamp", At("beam", "left"))], [push], outputs=angle))
@@ -212,7 +212,7 @@ def test_angular_velocity_about_a_fixed_axis_of_a_body_that_tumbles() -> None:
 @pytest.mark.parametrize(("spin", "jumps"), [((0.3, -10.0, 0.0), True), ((0.0, -6.0, 8.0), False)])
 def test_an_angle_that_jumps_is_told(spin: tuple[float, float, float], jumps: bool) -> None:
     """A rod that is swung through the axis of its spring turns by half a turn about it at once."""
-    rod = body.cable("rod", models.straight(4), models.SECTION, models.MATERIAL)
+    rod = body.cable("rod", models.segment(4), models.SECTION, models.MATERIAL)
     spring = loads.TorsionSpring("spring", At("rod", "left"), None, 1e-4, 0.0, 0.0, axis=Z)
     start = {"rod": Motion(angular_velocity=spin)}
     system = eliminate(assemble([rod], [joints.Pin("A", At("rod", "left"))], [spring], initial=start))

@@ -48,7 +48,7 @@ def test_no_decay_without_damping() -> None:
 
 def spinning(damping: Rayleigh) -> np.ndarray:
     """Kinetic energy (s,) over 1 s of a beam with EI = 1 that turns about its pinned end at 1 rad/s."""
-    beam = body.cable("beam", models.straight(8), SECTION, dim=2)
+    beam = body.cable("beam", models.segment(8), SECTION, dim=2)
     turn = {"beam": Motion(angular_velocity=1.0)}
     system = assemble([beam], [joints.Pin("pin", At("beam", "left"))], damping=damping, initial=turn)
     return energies(integrate(eliminate(system), GeneralizedAlpha(1e-3), 1.0, TIGHT))[:, 0]
@@ -76,7 +76,7 @@ def test_few_stored_states_feign_no_gain_of_energy() -> None:
 
     Of a motion whose steps did not, the balance of ten states is off by a tenth, and what every second one shows is no gain.
     """
-    beam = body.cable("beam", models.straight(8), SECTION, dim=2)
+    beam = body.cable("beam", models.segment(8), SECTION, dim=2)
     force = loads.PointForce("push", At("beam", "right"), (0.0, 1e-3), lambda t: np.sin(20 * t))
     system = eliminate(assemble([beam], [joints.Clamp("clamp", At("beam", "left"))], [force]))
     drifts = []

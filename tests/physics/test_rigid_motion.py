@@ -14,7 +14,7 @@ from .. import models
 
 @pytest.mark.parametrize("ancf", [False, True])
 def test_no_force_in_a_rotated_and_shifted_beam(ancf: bool) -> None:
-    beam = body.cable("beam", models.straight(8), models.SECTION, models.MATERIAL, ancf=ancf)
+    beam = body.cable("beam", models.segment(8), models.SECTION, models.MATERIAL, ancf=ancf)
     system = assemble([beam])
     turn, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
     turn *= np.sign(np.linalg.det(turn))

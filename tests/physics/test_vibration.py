@@ -7,9 +7,9 @@ import pytest
 
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.dynamics import vibration_modes
+from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import At, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
-from fmbs_skfem.verification.beams import straight
 from fmbs_skfem.verification.vibration import ROOTS, beam, frequencies
 
 CLASSICAL = [supports for supports in ROOTS if supports != "clamped-guided"]
@@ -42,6 +42,6 @@ def test_frequencies_do_not_depend_on_the_unit_of_length(size: float) -> None:
     """A clamped beam whose rows hold positions and slopes, in another unit: EI L^-4 / rhoA is the same."""
     section = sections.Given(EA=1e6 * size**2, EI=size**4, rhoA=1.0)
     held = [joints.Clamp("left", At("beam", "left")), joints.Pin("pin", At("beam", "left"))]
-    part = body.cable("beam", straight(16, end=(size, 0.0, 0.0)), section, dim=2, ancf=True)
+    part = body.cable("beam", segment(16, end=(size, 0.0, 0.0)), section, dim=2, ancf=True)
     found = vibration_modes(assemble([part], held), 3).angular_frequencies
     np.testing.assert_allclose(found, np.square(ROOTS["clamped-free"][:3]), rtol=1e-3)

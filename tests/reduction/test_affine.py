@@ -335,7 +335,7 @@ def leaning(values: Mapping[str, float]) -> Case:
     """A beam of six cells at an angle, its end on a slider across; at a = 0 constants and coefficients of joints vanish."""
     a = values["a"]
     tip = (math.cos(a), math.sin(a))
-    beam = body.cable("beam", models.straight(6, (0, 0, 0), (*tip, 0)), models.SECTION, models.MATERIAL, dim=2)
+    beam = body.cable("beam", models.segment(6, (0, 0, 0), (*tip, 0)), models.SECTION, models.MATERIAL, dim=2)
     hinge = joints.Pin("hinge", At("beam", "left"), (0.0, 0.0))
     rail = joints.Slider("rail", At("beam", "right"), (-tip[1], tip[0]))
     return Case(assemble([beam], [hinge, rail], [loads.Gravity((0, -9.81))]), SCHEME, DURATION)

@@ -29,7 +29,7 @@ STEP, TIGHT = GeneralizedAlpha(1e-3), Newton(tolerance=2e-12)
 
 def arm(joint: joints.Joint, read: bool = True) -> System:
     """A beam that a joint holds on its left, under its weight that rises within 0.1 s."""
-    beam = body.cable("arm", models.straight(16), models.SECTION, models.MATERIAL, dim=2)
+    beam = body.cable("arm", models.segment(16), models.SECTION, models.MATERIAL, dim=2)
     seen = {"wall": probes.Reaction("wall")} if read else {}
     end = {"tip": probes.Position(At("arm", "right")), **seen}
     push = loads.PointForce("push", At("arm", "right"), (0.0, -0.2), of_time("where(t < 0.1, 1 - cos(10*pi*t), 2)"))
@@ -77,8 +77,8 @@ def test_the_motion_is_that_without_them() -> None:
 
 def linked(*joint: joints.Joint) -> System:
     """A clamped beam, and a softer one that a joint and a pin at its far end hold, above one another or in line."""
-    first = body.cable("a", models.straight(10), models.SECTION, models.MATERIAL, dim=2)
-    second = body.cable("b", models.straight(10, (1, 0), (2, 0)), models.SECTION, sections.Material(2e8, 1000.0), dim=2)
+    first = body.cable("a", models.segment(10), models.SECTION, models.MATERIAL, dim=2)
+    second = body.cable("b", models.segment(10, (1, 0), (2, 0)), models.SECTION, sections.Material(2e8, 1000.0), dim=2)
     held = [joints.Clamp("wall", At("a", "left")), joints.Pin("foot", At("b", "right")), *joint]
     read = {name: probes.Reaction(name) for name in ("wall", "link")}
     return assemble([first, second], held, [loads.Gravity((0.0, -9.81))], outputs=read)
@@ -86,7 +86,7 @@ def linked(*joint: joints.Joint) -> System:
 
 def on_a_wire() -> System:
     """A free beam whose left end slides along a helix under its weight: nothing holds it beside."""
-    beam = body.cable("a", models.straight(12, (0.5, 0, 0), (1.5, 0, 0)), models.SECTION, models.MATERIAL)
+    beam = body.cable("a", models.segment(12, (0.5, 0, 0), (1.5, 0, 0)), models.SECTION, models.MATERIAL)
     rail = Helix("link", At("a", "left"), 0.5, 0.8)
     return assemble([beam], [rail], [loads.Gravity((0.0, 0.0, -9.81))], outputs={"link": probes.Reaction("link")})
 

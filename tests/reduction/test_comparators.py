@@ -42,7 +42,7 @@ BEAM = {"beam": ("beam",)}
 def spin_up(values: Mapping[str, float]) -> Case:
     """Example 1 with 12 cells over its first second; the hinge is at x [m], where that is given."""
     x, root = values.get("x", 0.0), At("beam", "left")
-    shape = models.straight(12, (x, 0.0, 0.0), (x + 1.0, 0.0, 0.0))
+    shape = models.segment(12, (x, 0.0, 0.0), (x + 1.0, 0.0, 0.0))
     beam = body.cable("beam", shape, models.SECTION, sections.Material(values["E"], 1800.0), dim=2)
     drive = joints.DrivenAngle("drive", root, models.spin_angle)
     return Case(assemble([beam], [joints.Pin("hinge", root, (x, 0.0)), drive]), GeneralizedAlpha(1e-3), 1.0, SHARP)
@@ -51,8 +51,8 @@ def spin_up(values: Mapping[str, float]) -> Case:
 def pendulum(values: Mapping[str, float]) -> Case:
     """Example 2 with 6 cells a beam over its first 0.3 s."""
     material = sections.Material(values["E"], 1800.0)
-    first = body.cable("I", models.straight(6), models.SECTION, material)
-    second = body.cable("II", models.straight(6, (1, 0, 0), (1, 1, 0)), models.SECTION, material)
+    first = body.cable("I", models.segment(6), models.SECTION, material)
+    second = body.cable("II", models.segment(6, (1, 0, 0), (1, 1, 0)), models.SECTION, material)
     pins = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
     system = assemble([first, second], pins, [loads.Gravity((0, 0, -values["g"]))])
     return Case(system, GeneralizedAlpha(1e-3), 0.3, SHARP)

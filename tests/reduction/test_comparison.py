@@ -148,7 +148,7 @@ def test_failures_are_records_with_their_reason() -> None:
     arch = [[np.sin(a), 0.0, np.cos(a) - 1.0] for a in np.linspace(0, 1, 9)]
     parts = [
         body.cable("I", models.polyline(np.array(arch)), models.SECTION, models.MATERIAL),
-        body.cable("II", models.straight(8, arch[-1], (arch[-1][0], 1.0, arch[-1][2])), models.SECTION, models.MATERIAL),
+        body.cable("II", models.segment(8, arch[-1], (arch[-1][0], 1.0, arch[-1][2])), models.SECTION, models.MATERIAL),
     ]
     pins = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
     raw = assemble(parts, pins, [loads.Gravity((0, 0, -9.81))])

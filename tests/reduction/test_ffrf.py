@@ -22,7 +22,7 @@ SPIN_UP = "where(t < Ts, ws/Ts*(t**2/2 + (Ts/(2*pi))**2*(cos(2*pi*t/Ts) - 1)), w
 
 def spun(rate: float, cells: int = 32) -> System:
     """Example 1 with another final rate [rad/s]."""
-    beam = body.cable("beam", models.straight(cells), models.SECTION, models.MATERIAL, dim=2)
+    beam = body.cable("beam", models.segment(cells), models.SECTION, models.MATERIAL, dim=2)
     root, tip = At("beam", "left"), At("beam", "right")
     drive = joints.DrivenAngle("drive", root, of_time(SPIN_UP, {"Ts": models.SPIN_TIME, "ws": rate}))
     return assemble([beam], [joints.Pin("hinge", root), drive], outputs={"tip": probes.Deflection(tip, root)})

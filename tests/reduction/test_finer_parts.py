@@ -332,7 +332,7 @@ def test_equilibria_that_bend_too_little_err_by_what_is_said() -> None:
 
 def test_a_part_that_cannot_bend_is_told() -> None:
     """With four functions an arm of the plane that is clamped at both ends is at rest."""
-    full = cable("arm", models.straight(16), models.SECTION, models.MATERIAL, dim=2)
+    full = cable("arm", models.segment(16), models.SECTION, models.MATERIAL, dim=2)
     part = part_files.train(full, excite(full, Excitation(runs=2, step=2e-3)))
     held = [joints.Clamp("A", At("arm", "left")), joints.Clamp("B", At("arm", "right"))]
     stiff = part_files.coarsen(part, None, 4).body
@@ -351,7 +351,7 @@ def test_errors_depend_on_no_place_and_no_direction() -> None:
 
 def test_errors_are_the_same_in_any_units() -> None:
     """The arm in millimetres, tonnes and newtons."""
-    mesh = models.straight(16, end=(1000.0, 0.0, 0.0))
+    mesh = models.segment(16, end=(1000.0, 0.0, 0.0))
     full = cable("arm", mesh, Circular(1e3 * models.SECTION.diameter), Material(1e3, 1.8e-9))
     body = part_files.train(full, 1e3 * states()).body
     assert Material(1e9, 1800.0) == models.MATERIAL

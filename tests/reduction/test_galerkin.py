@@ -158,7 +158,7 @@ def test_hermite_coordinates_reproduce_the_published_sizes(example_2_hermite: Fu
 def chain(cells: int = 8) -> System:
     """Three planar beams in a row, hung at both ends of the first, free at the last."""
     bodies = [
-        body.cable(name, models.straight(cells, (k, 0, 0), (k + 1, 0, 0)), models.SECTION, models.MATERIAL, dim=2)
+        body.cable(name, models.segment(cells, (k, 0, 0), (k + 1, 0, 0)), models.SECTION, models.MATERIAL, dim=2)
         for k, name in enumerate("abc")
     ]
     pins = [

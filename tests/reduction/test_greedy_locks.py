@@ -32,7 +32,7 @@ ROOT, TIP = At("beam", "left"), At("beam", "right")
 def family(values: Mapping[str, float]) -> Case:
     """A beam that falls about its pin, until its tip is 0.3 m down."""
     material = sections.Material(values["E"], models.MATERIAL.density)
-    beam = cable("beam", models.straight(8), sections.Circular(0.02), material, dim=2)
+    beam = cable("beam", models.segment(8), sections.Circular(0.02), material, dim=2)
     system = assemble(
         [beam],
         [joints.Pin("pin", ROOT), Latch("hold", TIP)],

@@ -38,7 +38,7 @@ def family(values: Mapping[str, float]) -> Case:
     material = sections.Material(values["E"], models.MATERIAL.density)
     root = At("beam", "left")
     drives = [joints.Pin("hinge", root), joints.DrivenAngle("drive", root, ANGLE)]
-    beam = body.cable("beam", models.straight(20), models.SECTION, material, dim=2)
+    beam = body.cable("beam", models.segment(20), models.SECTION, material, dim=2)
     return Case(assemble([beam], drives), GeneralizedAlpha(5e-4), 3.0)
 
 

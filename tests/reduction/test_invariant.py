@@ -41,8 +41,8 @@ DOWN, ASKEW = (0.0, 0.0, -9.81), (0.0, -6.937, 6.937)
 
 
 def arms() -> list[Body]:
-    first = body.cable("I", models.straight(16), models.SECTION, models.MATERIAL)
-    return [first, body.cable("II", models.straight(16, (1, 0, 0), (1, 1, 0)), models.SECTION, models.MATERIAL)]
+    first = body.cable("I", models.segment(16), models.SECTION, models.MATERIAL)
+    return [first, body.cable("II", models.segment(16, (1, 0, 0), (1, 1, 0)), models.SECTION, models.MATERIAL)]
 
 
 def pendulum(weight: tuple[float, ...] = DOWN) -> System:
@@ -153,8 +153,8 @@ def test_it_stands_beside_the_other_levels_in_a_comparison() -> None:
 def young(values: Mapping[str, float]) -> Case:
     """The pendulum of another material."""
     material = sections.Material(values["E"], 1800.0)
-    first = body.cable("I", models.straight(8), models.SECTION, material)
-    second = body.cable("II", models.straight(8, (1, 0, 0), (1, 1, 0)), models.SECTION, material)
+    first = body.cable("I", models.segment(8), models.SECTION, material)
+    second = body.cable("II", models.segment(8, (1, 0, 0), (1, 1, 0)), models.SECTION, material)
     pins = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
     return Case(assemble([first, second], pins, [loads.Gravity(DOWN)]), SCHEME, 0.3, SHARP)
 

@@ -56,7 +56,7 @@ joints.Joint.known.pop(Helix.word)  # scenes of other tests do not know it, whic
 def pendulum() -> System:
     """A beam of 20 cells whose one end slides down a helix."""
     section, material = Circular(0.02), Material(young_modulus=1e9, density=1800.0)
-    beam = body.cable("arm", models.straight(20), section, material, origin=np.array([0.5, 0.0, 0.0]))
+    beam = body.cable("arm", models.segment(20), section, material, origin=np.array([0.5, 0.0, 0.0]))
     tip = {"root": probes.Position(At("arm", "left"))}
     return assemble([beam], [Helix("rail", At("arm", "left"), 0.5, 0.8)], [loads.Gravity((0.0, 0.0, -9.81))], outputs=tip)
 
@@ -132,10 +132,10 @@ def test_a_run_that_fails_is_an_error_without_bound() -> None:
 
 def swinging(force: float, idle: bool) -> TrainingTask:
     """A pinned beam under a force at its end, and one that nothing moves; 0.1 s."""
-    beams = [body.cable("arm", models.straight(8), models.SECTION, models.MATERIAL, dim=2)]
+    beams = [body.cable("arm", models.segment(8), models.SECTION, models.MATERIAL, dim=2)]
     held: list[Joint] = [joints.Pin("hinge", At("arm", "left"))]
     if idle:
-        beams.append(body.cable("idle", models.straight(8), models.SECTION, models.MATERIAL, dim=2, origin=np.array([0.0, 1.0])))
+        beams.append(body.cable("idle", models.segment(8), models.SECTION, models.MATERIAL, dim=2, origin=np.array([0.0, 1.0])))
         held.append(joints.Clamp("wall", At("idle", "left")))
     raw = assemble(beams, held, [loads.PointForce("push", At("arm", "right"), (0.0, -force))])
     return task_of(Case(raw, STEP, 0.1, TIGHT), Plan({beam.name: (beam.name,) for beam in beams}, 1e-10), 2e-3)

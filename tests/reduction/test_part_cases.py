@@ -67,7 +67,7 @@ def test_a_part_turned_half_round() -> None:
 @cache
 def needle() -> Body:
     """A body of two centimetres."""
-    return cable("needle", models.straight(8, end=(0.02, 0.0, 0.0)), Circular(2e-4), Material(1e9, 1800.0))
+    return cable("needle", models.segment(8, end=(0.02, 0.0, 0.0)), Circular(2e-4), Material(1e9, 1800.0))
 
 
 def test_two_parts_of_different_scale() -> None:
@@ -150,7 +150,7 @@ def test_a_part_does_not_stand_for_its_mirror_image() -> None:
 
 def test_a_part_in_place_of_a_body_takes_its_numbers() -> None:
     other = Material(3.0 * models.MATERIAL.young_modulus, 2.0 * models.MATERIAL.density)
-    full = cable("arm", models.straight(16), Circular(3.0 * models.SECTION.diameter), other)
+    full = cable("arm", models.segment(16), Circular(3.0 * models.SECTION.diameter), other)
     own = at_place(alone().body, full)
     assert own.cells is not None
     assert full.cells is not None

@@ -49,7 +49,7 @@ SHARP = Newton(tolerance=1e-12)
 @cache
 def arm() -> Body:
     """A beam of 16 cells along x from `left` to `right`."""
-    return cable("arm", models.straight(16), models.SECTION, models.MATERIAL)
+    return cable("arm", models.segment(16), models.SECTION, models.MATERIAL)
 
 
 @cache
@@ -98,7 +98,7 @@ def test_a_part_trained_alone_serves_mechanisms_that_it_never_saw(weight: tuple[
 @pytest.mark.parametrize(("material", "wanted"), [(models.MATERIAL, 5e-4), (Material(2e11, 7800.0), 1e-3)])
 def test_loads_are_scaled_until_the_states_of_a_training_reach_a_strain(material: Material, wanted: float) -> None:
     """Smaller and larger than by its weight; on the same paths, with the ratios of forces, moments and weight as they are."""
-    rod = cable("rod", models.straight(16), models.SECTION, material)
+    rod = cable("rod", models.segment(16), models.SECTION, material)
     states, told = excitation.run(rod, Excitation(runs=1, samples=200, strain=wanted))
     assert 0.9 * wanted <= parts.largest_strains(rod, states).max() <= 1.1 * wanted
     plain = settle(Excitation(), rod)
@@ -171,7 +171,7 @@ def test_an_excitation_begins_at_all_places_and_is_the_same_with_the_same_seed()
 
 def test_a_body_may_turn_at_the_start() -> None:
     """Spun alone about its pinned end a bar stretches by rho w^2 L^2 / 2 E at the root, and twice as far on its way about that."""
-    bar, w = cable("bar", models.straight(8), models.SECTION, models.MATERIAL, dim=2), 20.0
+    bar, w = cable("bar", models.segment(8), models.SECTION, models.MATERIAL, dim=2), 20.0
     told = Excitation(runs=2, force=0.0, moment=0.0, gravity=0.0, duration=0.2, step=2e-4, spin=w)
     states = excite(bar, told)
     assert_allclose(states[0], bar.reference, atol=1e-12)
@@ -288,7 +288,7 @@ def test_what_two_trainings_have_met_is_known_of_both() -> None:
 def test_a_training_goes_on_with_the_same_mesh_and_a_file_that_knows_it(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="a part of an earlier release; train the part anew"):
         part_files.resume(Path(__file__).parent / "data" / "arm_1.part.h5")
-    other = cable("arm", models.straight(8), models.SECTION, models.MATERIAL)
+    other = cable("arm", models.segment(8), models.SECTION, models.MATERIAL)
     with pytest.raises(InputError, match="take the mesh of before"):
         part_files.train(other, other.reference[None], 1e-10, None, None, alone())
     moved = replace(arm(), reference=arm().reference @ QUARTER + np.outer(arm().constant, [200.0, 0.0, -3.0]))
@@ -497,7 +497,7 @@ def test_a_file_of_a_part_is_read_once_as_long_as_it_stays(tmp_path: Path) -> No
 
 def other_arm() -> Body:
     """The arm of another diameter and modulus."""
-    return cable("arm", models.straight(16), Circular(0.012), Material(2e9, models.MATERIAL.density))
+    return cable("arm", models.segment(16), Circular(0.012), Material(2e9, models.MATERIAL.density))
 
 
 def test_parts_of_a_scene_take_other_numbers_than_those_of_their_training(tmp_path: Path) -> None:

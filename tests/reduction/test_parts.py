@@ -43,7 +43,7 @@ DOWN = (0.0, 0.0, -9.81)
 @cache
 def arm() -> Body:
     """A beam of 16 cells along x from `left` to `right`."""
-    return cable("arm", models.straight(16), models.SECTION, models.MATERIAL)
+    return cable("arm", models.segment(16), models.SECTION, models.MATERIAL)
 
 
 @cache

@@ -30,7 +30,7 @@ def platform() -> System:
 
 def slider() -> System:
     """A beam whose tip carries a mass on a rail."""
-    beam = body.cable("beam", models.straight(20), models.SECTION, models.MATERIAL, dim=2)
+    beam = body.cable("beam", models.segment(20), models.SECTION, models.MATERIAL, dim=2)
     parts = [beam, body.point_mass("slider", 0.5, np.array([1.0, 0.0]))]
     held = [
         joints.Pin("root", At("beam", "left")),
@@ -66,7 +66,7 @@ def test_rigid_bodies_keep_their_directions(make: object, rigid_modes: dict[str,
 
 def swinging() -> System:
     """A cantilever from whose tip a rigid bar swings in space."""
-    beam = body.cable("beam", models.straight(20), models.SECTION, models.MATERIAL)
+    beam = body.cable("beam", models.segment(20), models.SECTION, models.MATERIAL)
     bar = rigid("bar", 0.2, np.diag([1e-4, 4e-3, 4e-3]), (1.25, 0.0, 0.0), places={"end": (1.0, 0.0, 0.0)})
     held = [joints.Pin("root", At("beam", "left")), joints.Pin("tip", At("beam", "right"), At("bar", "end"))]
     return assemble([beam, bar], held, [loads.Gravity((0.0, 2.0, -9.81))])
@@ -130,7 +130,7 @@ def test_noise_of_the_snapshots_costs_no_rows() -> None:
 
 def hub() -> System:
     """A beam that is welded to a hub on an axle."""
-    beam = body.cable("beam", models.straight(10), models.SECTION, models.MATERIAL, dim=2)
+    beam = body.cable("beam", models.segment(10), models.SECTION, models.MATERIAL, dim=2)
     held = [joints.Revolute("axle", At("hub", "frame")), joints.Weld("root", At("beam", "left"), At("hub", "frame"))]
     return assemble([beam, rigid("hub", 0.5, 0.02, (0.0, 0.0), dim=2)], held, [loads.Gravity((0.0, -9.81))])
 

@@ -52,7 +52,7 @@ INTERVAL = 5e-3
 def spun(values: Mapping[str, float]) -> Case:
     """A beam on a driven hinge over 0.5 s: Young's modulus E and length L."""
     material = sections.Material(values.get("E", 1e9), 1800.0)
-    mesh = models.straight(10, end=(values.get("L", 1.0), 0.0, 0.0))
+    mesh = models.segment(10, end=(values.get("L", 1.0), 0.0, 0.0))
     root = At("beam", "left")
     drives = [joints.Pin("hinge", root), joints.DrivenAngle("drive", root, SPIN)]
     part, tip = body.cable("beam", mesh, models.SECTION, material, dim=2), probes.Position(At("beam", "right"))
@@ -61,8 +61,8 @@ def spun(values: Mapping[str, float]) -> Case:
 
 def falling(values: Mapping[str, float]) -> Case:
     """Two beams, the second one hinged to the first, over 0.3 s under gravity g; the constraint between them is linear."""
-    one = body.cable("I", models.straight(6), models.SECTION, models.MATERIAL)
-    two = body.cable("II", models.straight(6, (1, 0, 0), (1, 1, 0)), models.SECTION, models.MATERIAL)
+    one = body.cable("I", models.segment(6), models.SECTION, models.MATERIAL)
+    two = body.cable("II", models.segment(6, (1, 0, 0), (1, 1, 0)), models.SECTION, models.MATERIAL)
     pins = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
     return Case(assemble([one, two], pins, [loads.Gravity((0, 0, -values["g"]))]), GeneralizedAlpha(1e-3), 0.3)
 

@@ -236,7 +236,7 @@ class Chain:
                     pieces = [(name, foot, 0.5 * (foot + tip)), (f"{name}b", 0.5 * (foot + tip), tip)]
                 for piece, start, end in pieces:
                     ends = (end, start) if self.reverse else (start, end)
-                    mesh = models.straight(self.cells // len(pieces), tuple(ends[0]), tuple(ends[1]))
+                    mesh = models.segment(self.cells // len(pieces), tuple(ends[0]), tuple(ends[1]))
                     mesh = mixed(mesh) if self.mixed else mesh
                     parts.append(bodies.cable(piece, mesh, section, material, dim=d))
                 near, far = ("right", "left") if self.reverse else ("left", "right")

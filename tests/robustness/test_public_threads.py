@@ -34,7 +34,7 @@ def solved(folder: Path, scene: str, mesh: str = "", name: str = "m.msh") -> dic
     return {column: float(last[column]) for column in table.dtype.names}
 
 
-def straight(cells: int, end: Sequence[float]) -> str:
+def segment(cells: int, end: Sequence[float]) -> str:
     """A line from the origin with its points left and right."""
     points = [tuple(i / cells * float(x) for x in end) for i in range(cells + 1)]
     return msh(points, ["15 2 1 1 1", f"15 2 2 2 {cells + 1}", *lines(*((i, i + 1) for i in range(1, cells + 1)))], ENDS)
@@ -61,7 +61,7 @@ loads: {t: {type: torque, at: hub.frame, torque: 1 N m}}
 analysis: {type: dynamic, duration: 1 s, step: 5 ms}
 outputs: {w: {type: angular_velocity, at: hub.frame}}
 """
-    assert solved(tmp_path, scene, straight(4, (1, 0)))["w"] == pytest.approx(3 / 16, rel=1e-6)
+    assert solved(tmp_path, scene, segment(4, (1, 0)))["w"] == pytest.approx(3 / 16, rel=1e-6)
 
 
 def test_reactions_of_a_small_oblique_beam(tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ loads: {f: {type: point_force, at: b.right, force: [1 N, 1 N]}}
 analysis: {type: static, load_steps: 1}
 outputs: {r: {type: reaction, joint: c}}
 """
-    found = solved(tmp_path, scene, straight(2, (2e-3, 2e-3)))
+    found = solved(tmp_path, scene, segment(2, (2e-3, 2e-3)))
     assert [found["r_x"], found["r_y"]] == pytest.approx([-1, -1], abs=1e-10)
 
 
@@ -91,7 +91,7 @@ joints: {a: {type: pin, at: b.left}, s: {type: slider, at: b.right, direction: [
 loads: {t: {type: point_force, at: b.right, force: [100 N, 0]}}
 analysis: {type: modes, count: 1}
 """
-    found = solved(tmp_path, scene, straight(20, (1, 0)))
+    found = solved(tmp_path, scene, segment(20, (1, 0)))
     assert found["frequency_hz"] == pytest.approx(0.5 * np.sqrt(1e4 / 1.001), rel=1e-5)
 
 
@@ -107,7 +107,7 @@ loads: {{f: {{type: point_force, at: b.right, force: {across.tolist()}}}}}
 analysis: {{type: static, load_steps: 1}}
 outputs: {{p: {{type: position, at: b.right}}}}
 """
-    found = solved(tmp_path, scene, straight(4, L * np.array(along)))
+    found = solved(tmp_path, scene, segment(4, L * np.array(along)))
     moved = np.array([found["p_x"], found["p_y"], found["p_z"]]) - L * np.array(along)
     np.testing.assert_allclose(moved, L**3 / 3e6 * across, rtol=1e-6, atol=1e-9)
 
@@ -121,7 +121,7 @@ loads: {f: {type: moment, at: b.right, moment: [0, 1000, 1000]}}
 analysis: {type: static, load_steps: 1}
 outputs: {s: {type: section_forces, at: {body: b, s: 5 m}}, p: {type: position, at: b.right}}
 """
-    found = solved(tmp_path, scene, straight(10, (10, 0, 0)))
+    found = solved(tmp_path, scene, segment(10, (10, 0, 0)))
     assert [found["s_Mx"], found["s_My"], found["s_Mz"]] == pytest.approx([0, 1000, 1000], abs=1e-4)
     assert [found["p_y"], found["p_z"]] == pytest.approx([5e-3, -5e-3], rel=1e-6)
 
@@ -136,7 +136,7 @@ loads: {f: {type: moment, at: b.right, moment: 0.1}}
 analysis: {type: static, load_steps: 1}
 outputs: {p: {type: position, at: b.right}, a: {type: angle, at: b.right}}
 """
-    found = solved(tmp_path, scene, straight(1, (1, 0)))
+    found = solved(tmp_path, scene, segment(1, (1, 0)))
     assert [found["p_x"], found["p_y"]] == pytest.approx([np.sin(0.1) / 0.1, (1 - np.cos(0.1)) / 0.1], rel=1e-6)
     assert found["a"] == pytest.approx(0.1, rel=1e-6)
 
@@ -154,7 +154,7 @@ joints:
 analysis: {type: dynamic, duration: 1 s, step: 10 ms}
 outputs: {p: {type: position, at: b.right}}
 """
-    assert solved(tmp_path, scene, straight(2, (0, 1, 0)))["p_z"] == pytest.approx(np.sin(0.01), rel=1e-3)
+    assert solved(tmp_path, scene, segment(2, (0, 1, 0)))["p_z"] == pytest.approx(np.sin(0.01), rel=1e-3)
 
 
 # ---------------------------------------------------------------------------------------------------------------- plates, shells
@@ -375,13 +375,13 @@ outputs: {{p: {{type: position, at: b.right, component: y}}}}
 @pytest.mark.parametrize("E", ["210 GPa", "210000 N/mm^2", "2.1e8 kg/mm/s^2"])
 def test_one_modulus_in_three_units(E: str, tmp_path: Path) -> None:
     """F L^3 / (3 EI). https://github.com/FreeCAD/FreeCAD/issues/27486"""
-    found = solved(tmp_path, BAR.format(E=E), straight(4, (1, 0)))
+    found = solved(tmp_path, BAR.format(E=E), segment(4, (1, 0)))
     assert found["p"] == pytest.approx(-4 / (210e9 * 0.01**4), rel=1e-5)
 
 
 def test_a_modulus_a_thousand_times_too_small_is_noticed(tmp_path: Path) -> None:
     """https://github.com/FreeCAD/FreeCAD/issues/27486"""
-    (tmp_path / "m.msh").write_text(straight(4, (1, 0)))
+    (tmp_path / "m.msh").write_text(segment(4, (1, 0)))
     (tmp_path / "scene.yaml").write_text("schema: 1\n" + BAR.format(E="210000"))
     assert "is Young's modulus given in MPa?" in fmbs("check", tmp_path / "scene.yaml").err
     (tmp_path / "scene.yaml").write_text("schema: 1\n" + BAR.format(E="2.1e8 kg/(mm*s^2)"))

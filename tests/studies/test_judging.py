@@ -68,7 +68,7 @@ def test_nothing_is_said_of_the_round_off_of_what_rests(size: float, said: bool)
 
 def test_nothing_is_said_of_a_beam_that_no_load_has_moved_yet() -> None:
     """Its strains have round-off of their own, which moves it by 1e-16 m."""
-    beam = cable("b", models.straight(10), sections.Circular(0.02), sections.Material(1e9, 1800.0), dim=2)
+    beam = cable("b", models.segment(10), sections.Circular(0.02), sections.Material(1e9, 1800.0), dim=2)
     pull = loads.PointForce("f", At("b", "right"), (0.0, 3.0), of_time("where(t < 0.1, 0, 1)"))
     scheme = GeneralizedAlpha(5e-4)
     motion = integrate(eliminate(assemble([beam], [joints.Clamp("c", At("b", "left"))], [pull])), scheme, 1.5e-3)

@@ -20,7 +20,7 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.verification.plates import rectangle
 
-from ..models import straight
+from ..models import segment
 
 ROOT = Path(__file__).parents[2]
 BARS = """\
@@ -119,7 +119,7 @@ def test_lobes_to_both_sides_are_seen_and_differ(tmp_path: Path) -> None:
 
 def test_the_state_behind_lines_is_a_line(tmp_path: Path) -> None:
     """A rod that is shifted across itself: a thin grey line where it was, no tube."""
-    part = body.cable("rod", straight(2), sections.Given(EA=1e9, EI=1e3, rhoA=1.0), dim=2, degree=3)
+    part = body.cable("rod", segment(2), sections.Given(EA=1e9, EI=1e3, rhoA=1.0), dim=2, degree=3)
     system = eliminate(assemble([part]))
     linear = dynamics.linearise(system)
     free = dynamics.find_free(system, linear)
@@ -131,7 +131,7 @@ def test_the_state_behind_lines_is_a_line(tmp_path: Path) -> None:
 
 
 def shaft(spin: float) -> System:
-    part = body.cable("shaft", straight(8), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
+    part = body.cable("shaft", segment(8), sections.Given(EA=1e4, EI=1.0, rhoA=1.0), dim=3, degree=5)
     ends = [joints.Spherical("a", At("shaft", "left")), joints.Spherical("b", At("shaft", "right"))]
     raw = assemble([part], ends, [])
     return eliminate(dynamics.in_rotating_frame(raw, dynamics.Spin(spin, (1.0, 0.0, 0.0))))
@@ -154,7 +154,7 @@ def test_a_whirling_shaft_goes_round_in_a_circle() -> None:
 
 def test_a_soft_spring_holds_a_stiff_rod() -> None:
     """A rod turns freely about its pin; a spring with a thousand-millionth of its stiffness holds it."""
-    part = body.cable("rod", straight(2), sections.Given(EA=1e9, EI=1e3, rhoA=1.0), dim=2, degree=3)
+    part = body.cable("rod", segment(2), sections.Given(EA=1e9, EI=1e3, rhoA=1.0), dim=2, degree=3)
     system = eliminate(assemble([part], [joints.Pin("top", At("rod", "left"))], []))
     linear = dynamics.linearise(system)
     assert dynamics.find_free(system, linear).names == ("rod turns about (0, 0)",)

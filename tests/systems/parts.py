@@ -13,7 +13,7 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.system import Signal
 
-from ..models import straight
+from ..models import segment
 
 SECTION = Given(EA=2000.0, EI=3.0, rhoA=0.5)
 A0, A1, B0, B1, C0, C1 = (At(name, end) for name in "abc" for end in ("left", "right"))
@@ -23,7 +23,7 @@ BOB = At("bob", "center")
 def beams(dim: int, cells: int = 4, law: Law = Law.EXACT, **options: Any) -> list[Body]:
     """a from (0, 0) to (1, 0), b in line to (2, 0), c from (1, 0) to (1.8, 0.6), and the point mass bob at (2, 1)."""
     ends = {"a": ((0, 0, 0), (1, 0, 0)), "b": ((1, 0, 0), (2, 0, 0)), "c": ((1, 0, 0), (1.8, 0.6, 0))}
-    lines = [cable(name, straight(cells, *points), SECTION, dim=dim, law=law, **options) for name, points in ends.items()]
+    lines = [cable(name, segment(cells, *points), SECTION, dim=dim, law=law, **options) for name, points in ends.items()]
     return [*lines, point_mass("bob", 0.7, np.array([2.0, 1.0, 0.0][:dim]))]
 
 

@@ -14,7 +14,7 @@ from fmbs_skfem.shapes.surface import Surface
 from fmbs_skfem.systems import At
 from fmbs_skfem.systems.connections import joints
 
-from ..models import straight
+from ..models import segment
 from .parts import swing
 
 A0, A1, B1, B2, BEAM, RIM = At("a", "O"), At("a", "P"), At("b", "P"), At("b", "Q"), At("beam", "left"), At("plate", "rim")
@@ -47,7 +47,7 @@ def bodies(dim: int) -> list[Body]:
         inertia = 0.3 if dim == 2 else np.array([0.2, 0.25, 0.3])
         return rigid(name, 1.5, inertia, (*center, *rest), dim=dim, rotation=turn, places=named)
 
-    beam = cable("beam", straight(3, (1, 0, 0), (1.8, 0.6, 0)), Given(EA=2000.0, EI=3.0, rhoA=0.5), dim=dim)
+    beam = cable("beam", segment(3, (1, 0, 0), (1.8, 0.6, 0)), Given(EA=2000.0, EI=3.0, rhoA=0.5), dim=dim)
     shape, rims = grid(2, 2), {"rim": Rim(("left",), (1.0, 0.0, 0.0)[:dim])}
     origin = np.array([1.0, 0.0, 0.0][:dim])
     sheets = [plate(name, shape, 0.02, Material(1e5, 500.0), dim=dim, rims=rims, origin=origin) for name in ("plate", "lid")]

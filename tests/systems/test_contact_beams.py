@@ -27,7 +27,7 @@ from fmbs_skfem.systems.measures import probes
 
 from ..dynamics.test_checkpoint import stopped
 from ..forms import forms
-from ..models import polyline, straight
+from ..models import polyline, segment
 from ..tangents import check_tangent_behind
 
 SOFT, STIFF = Given(EA=2000.0, EI=3.0, rhoA=0.5), Given(EA=1e7, EI=1e6, rhoA=0.5)
@@ -38,7 +38,7 @@ def pair(angle: float, up: tuple[float, ...], dim: int = 3, section: Given = SOF
     """Beams of 1 m and 1.1 m: one along x about the origin, the other one at an angle about a point, each with its own mesh."""
     along, at = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([*up, 0.0])[:3]
     ends = {"lower": ((-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)), "upper": (at - 0.55 * along, at + 0.55 * along)}
-    return [cable(n, straight(cells + (n == "upper"), *map(tuple, e)), section, dim=dim) for n, e in ends.items()]
+    return [cable(n, segment(cells + (n == "upper"), *map(tuple, e)), section, dim=dim) for n, e in ends.items()]
 
 
 def touch(**more: Any) -> ContactBeam:
@@ -181,8 +181,8 @@ def test_friction_acts_where_planar_beams_touch() -> None:
 
 def crossing(cells: int = 6, height: float = 0.12) -> System:
     """A cantilever falls on another one, below and across, and slides."""
-    lower = cable("lower", straight(cells, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), SOFT)
-    upper = cable("upper", straight(cells, (0.7, -0.5, height), (0.7, 0.5, height)), SOFT)
+    lower = cable("lower", segment(cells, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), SOFT)
+    upper = cable("upper", segment(cells, (0.7, -0.5, height), (0.7, 0.5, height)), SOFT)
     held = [joints.Clamp("root", At("lower", "left")), joints.Pin("hinge", At("upper", "left"))]
     start, measured = (
         {"upper": Motion(velocity=(0.0, 0.0, -0.2))},
@@ -237,7 +237,7 @@ def test_wrong_scenes_are_named(old: str, new: str, message: str) -> None:
 
 def limbs(angle: float) -> System:
     """A part of few functions falls on another one, held below at an angle, and slides."""
-    full = cable("low", straight(8, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), SOFT)
+    full = cable("low", segment(8, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), SOFT)
     low = parts.reduced_body(full, parts.shape_functions(full, excite(full, Excitation(runs=1, duration=0.1, step=1e-3)), None, 5))
     c, s = np.cos(angle), np.sin(angle)
     place = np.array([0.7 * s, -0.5 * s, 0.1001])
@@ -309,9 +309,9 @@ def test_a_beam_slides_along_another_one(dim: int) -> None:
     """Its nodes pass from cell to cell of the other one."""
     stiffness, v, mu = 500.0, 1.0, 0.2
     high = 0.1 - 0.5 * 9.81 / (16 * stiffness)
-    low = cable("low", straight(14, (-0.3, 0.0, 0.0), (2.0, 0.0, 0.0)), HARD, dim=dim)
+    low = cable("low", segment(14, (-0.3, 0.0, 0.0), (2.0, 0.0, 0.0)), HARD, dim=dim)
     ends = [((x, 0.0, high) if dim == 3 else (x, high, 0.0)) for x in (0.0, 1.0)]
-    up = cable("up", straight(5, *ends), Given(EA=1e6, EI=1e4, rhoA=0.5), dim=dim)
+    up = cable("up", segment(5, *ends), Given(EA=1e6, EI=1e4, rhoA=0.5), dim=dim)
     law = ContactBeam("touch", body="up", other="low", points=16, radius=0.05, stiffness=stiffness, friction=mu)
     assert_slides(slide([low], up, [law], (v, 0.0, 0.0)[:dim], 0.6), ["touch"], v, mu, 0.5)
 
@@ -321,8 +321,8 @@ def test_a_beam_slides_across_rails() -> None:
     """Its closest points pass from cell to cell of the rails."""
     stiffness, v, mu = 2000.0, 1.0, 0.2
     high = 0.1 - 0.5 * 9.81 / (2 * stiffness)
-    rails = [cable(n, straight(14, (-0.2, y, 0.0), (1.0, y, 0.0)), HARD) for n, y in (("port", -0.3), ("starboard", 0.3))]
-    up = cable("up", straight(5, (0.0, -0.5, high), (0.0, 0.5, high)), STIFF)
+    rails = [cable(n, segment(14, (-0.2, y, 0.0), (1.0, y, 0.0)), HARD) for n, y in (("port", -0.3), ("starboard", 0.3))]
+    up = cable("up", segment(5, (0.0, -0.5, high), (0.0, 0.5, high)), STIFF)
     laws = [
         ContactBeam(f"on {part.name}", body="up", other=part.name, radius=0.05, stiffness=stiffness, friction=mu) for part in rails
     ]
@@ -338,7 +338,7 @@ def test_a_cable_on_a_beam() -> None:
     limp, thick = Given(EA=2e4, EI=2e-5, rhoA=0.1, radius=thin), Given(EA=1e9, EI=1e6, rhoA=1.0, radius=radius)
     bodies = [
         cable("c", polyline(np.pad(points, ((0, 0), (0, 1)))), limp),
-        cable("b", straight(3, (0, 0, -0.1), (0, 0, 0.1)), thick),
+        cable("b", segment(3, (0, 0, -0.1), (0, 0, 0.1)), thick),
     ]
 
     def drawn(t: np.ndarray) -> np.ndarray:

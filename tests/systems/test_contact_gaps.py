@@ -23,7 +23,7 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.measures import probes
 
 from ..bodies.test_plate import rectangle
-from ..models import straight
+from ..models import segment
 
 RADIUS = 1e-3  #: of the section
 LAW: dict[str, Any] = {"name": "c", "body": "b", "stiffness": 2e4}
@@ -33,7 +33,7 @@ SOFT = Material(1e6, 100.0)
 
 def beam(dim: int, EI: float = 1.0) -> Body:
     """1 m along x in five cells, the points of which are 100 mm apart by default."""
-    return cable("b", straight(5), Given(EA=1e6, EI=EI, rhoA=0.2, radius=RADIUS), dim=dim)
+    return cable("b", segment(5), Given(EA=1e6, EI=EI, rhoA=0.2, radius=RADIUS), dim=dim)
 
 
 def is_found(part: Body, contact: Contact, *others: Body) -> bool:
@@ -74,7 +74,7 @@ def test_what_is_thin_is_found_all_along_a_beam(kind: str, dim: int) -> None:
 @pytest.mark.parametrize("dim", [2, 3])
 def test_edges_are_found_between_points_of_a_slender_beam(dim: int, radius: float) -> None:
     """By a seventh of its radius, however large the box is."""
-    thin = cable("b", straight(5), Given(EA=1e6, EI=1.0, rhoA=0.2, radius=radius), dim=dim)
+    thin = cable("b", segment(5), Given(EA=1e6, EI=1.0, rhoA=0.2, radius=radius), dim=dim)
     up: dict[str, Any] = {"along": (1.0, 1.0, 0.0)[:dim]} | ({} if dim == 2 else {"across": (1.0, -1.0, 0.0)})
     for x in np.random.default_rng(4).uniform(0.02, 0.98, 5):
         for overlap, seen in ((radius / 7, True), (-1e-9, False)):
@@ -99,10 +99,10 @@ def of_beams(**more: Any) -> ContactBeam:
 def across_a_beam(dim: int, x: float, overlap: float) -> Body:
     """What touches the beam "b" at x: in the plane with its end, in space with a length that is hardly at an angle."""
     if dim == 2:
-        return cable("o", straight(5, (x, 0.01 - overlap, 0.0), (x + 0.02, 0.5, 0.0)), Given(EA=1e6, EI=1.0, rhoA=0.2), dim=2)
+        return cable("o", segment(5, (x, 0.01 - overlap, 0.0), (x + 0.02, 0.5, 0.0)), Given(EA=1e6, EI=1.0, rhoA=0.2), dim=2)
     way = 0.4 * np.array([np.cos(0.15), np.sin(0.15), 0.0])
     ends = (tuple(np.array([x, 0.0, 0.01 - overlap]) + side * way) for side in (-0.9, 1.1))
-    return cable("o", straight(5, *ends), Given(EA=1e6, EI=1.0, rhoA=0.2), dim=3)
+    return cable("o", segment(5, *ends), Given(EA=1e6, EI=1.0, rhoA=0.2), dim=3)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

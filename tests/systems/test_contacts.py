@@ -190,7 +190,7 @@ def test_nothing_but_a_potential_acts_without_friction_and_damping(dim: int, num
 @pytest.mark.parametrize("count", [3, 9])
 def test_sticking_damping_is_by_default_that_of_the_points_together(count: int) -> None:
     """ct = sqrt(kt m / t) in every one of t points of a beam of m = 2 kg that lies on a floor and is pushed along it by 1 um/s."""
-    beam = cable("beam", models.straight(4), sections.Given(EA=1e6, EI=1.0, rhoA=2.0, radius=0.01), dim=2)
+    beam = cable("beam", models.segment(4), sections.Given(EA=1e6, EI=1.0, rhoA=2.0, radius=0.01), dim=2)
     law: dict[str, Any] = {"stiffness": 50.0, "friction": 0.3, "points": count, "radius": 0.0}
     rests = ContactPlane("floor", body="beam", point=(0.0, 1e-2), normal=(0.0, 1.0), **law)
     with pytest.warns(Notice, match="points overlap"):
@@ -584,7 +584,7 @@ def test_a_cable_on_a_drum(part: float, mu: float) -> None:
 
 def lying(dim: int) -> System:
     """A pinned beam falls onto a ball and a floor, two contacts on it."""
-    beam = cable("beam", models.straight(8), sections.Circular(0.02), sections.Material(1e8, 1200.0), dim=dim)
+    beam = cable("beam", models.segment(8), sections.Circular(0.02), sections.Material(1e8, 1200.0), dim=dim)
     low = (0.0, -0.1, 0.0)[:dim]
     on_floor = ContactPlane(
         "floor", body="beam", points=17, point=low, normal=(0.0, 1.0, 0.0)[:dim], stiffness=2e3, friction=0.2, dissipation=1.0
@@ -736,7 +736,7 @@ def test_a_cable_falls_over_a_drum_and_is_held() -> None:
 
 def test_statics_report_the_friction_that_they_balance() -> None:
     """A cantilever is pressed onto a rough floor in load steps: its root carries what weight and floor leave."""
-    part = cable("beam", models.straight(10), sections.Given(EA=1e5, EI=0.5, rhoA=0.1), dim=2)
+    part = cable("beam", models.segment(10), sections.Given(EA=1e5, EI=0.5, rhoA=0.1), dim=2)
     law = ContactPlane(
         "floor", at=At("beam", "right"), radius=0.0, point=(0.0, -0.05), normal=(0.0, 1.0), stiffness=1e4, friction=0.5
     )

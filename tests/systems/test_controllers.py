@@ -189,7 +189,7 @@ def test_the_run_that_is_stepped_is_that_of_integrate() -> None:
 
 def arm() -> System:
     """A flexible arm whose hinge a PID brings to its goal."""
-    beam = cable("beam", models.straight(4), sections.Circular(0.02), sections.Material(1e9, 2300.0), dim=2)
+    beam = cable("beam", models.segment(4), sections.Circular(0.02), sections.Material(1e9, 2300.0), dim=2)
     root, tip = At("beam", "left"), At("beam", "right")
     error = of_state("0.15 * (1 - cos(4 * min(t, pi / 4))) - hinge.angle")
     rate = of_state("-hinge.rate")
@@ -332,7 +332,7 @@ def test_inputs_of_controllers_are_read_by_others() -> None:
 
 def loop(kd: float, beam: bool, sample: float = SAMPLE) -> System:
     """A rod, or a beam, whose rate at a hinge is fed back at once."""
-    part = cable("rod", models.straight(8), sections.Rectangular(0.02, 0.008), sections.Material(2e9, 1500.0), dim=2)
+    part = cable("rod", models.segment(8), sections.Rectangular(0.02, 0.008), sections.Material(2e9, 1500.0), dim=2)
     places = {"root": (0.0, 0.0)}
     rod = part if beam else rigid.rigid("rod", 2.0, 0.1, (0.5, 0.0), dim=2, places=places)
     root = At("rod", "left" if beam else "root")

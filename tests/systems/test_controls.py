@@ -178,7 +178,7 @@ def test_a_torsion_spring_between_bodies_in_space() -> None:
 def arm(dim: int) -> System:
     """A beam on a hinge whose angle is held at a goal that moves."""
     axis = None if dim == 2 else (0.0, 0.0, 1.0)
-    beam = cable("beam", models.straight(4), sections.Circular(0.02), sections.Material(1e9, 2300.0), dim=dim)
+    beam = cable("beam", models.segment(4), sections.Circular(0.02), sections.Material(1e9, 2300.0), dim=dim)
     root, tip = At("beam", "left"), At("beam", "right")
     torque = of_state("Kp * (0.3 * (1 - cos(4 * t)) - hinge.angle) - Kd * hinge.rate - 0.1 * tip.vy", "", {"Kp": 60.0, "Kd": 8.0})
     return assemble(

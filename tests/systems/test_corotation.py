@@ -33,8 +33,8 @@ def complete(raw: System) -> System:
 
 def spun(dim: int = 2, beta: float = 0.0, torque: float = 0.2, cells: int = 4) -> System:
     """Two beams hinged to each other and to the ground, driven by a moment."""
-    one = body.cable("one", models.straight(cells), models.SECTION, models.MATERIAL, dim=dim)
-    two = body.cable("two", models.straight(3, (1, 0, 0), (1.7, 0, 0)), models.SECTION, models.MATERIAL, dim=dim)
+    one = body.cable("one", models.segment(cells), models.SECTION, models.MATERIAL, dim=dim)
+    two = body.cable("two", models.segment(3, (1, 0, 0), (1.7, 0, 0)), models.SECTION, models.MATERIAL, dim=dim)
     held = [joints.Pin("A", At("one", "left")), joints.Pin("B", At("one", "right"), At("two", "left"))]
     pushes = [loads.Moment("motor", At("one", "left"), torque)] if dim == 2 else [loads.Gravity((0.0, 0.0, -9.81))]
     return complete(assemble([one, two], held, pushes, Rayleigh(0.0, beta) if beta else None))
@@ -93,14 +93,14 @@ def spun_without_turning(system: System) -> System:
 
 def test_systems_in_space_and_full_systems_assemble() -> None:
     assert len(compile_system(spun(dim=3)).arrays.corotation.table) == 0
-    beam = body.cable("beam", models.straight(3), models.SECTION, models.MATERIAL, dim=2)
+    beam = body.cable("beam", models.segment(3), models.SECTION, models.MATERIAL, dim=2)
     assert len(compile_system(assemble([beam], [joints.Pin("A", At("beam", "left"))], [])).arrays.corotation.table) == 0
 
 
 def test_a_space_without_the_turned_shapes_assembles() -> None:
     """Small motions of a clamped beam: a basis that cannot turn the beam has no turned tangents."""
     raw = assemble(
-        [body.cable("beam", models.straight(4), models.SECTION, models.MATERIAL, dim=2)],
+        [body.cable("beam", models.segment(4), models.SECTION, models.MATERIAL, dim=2)],
         [joints.Clamp("A", At("beam", "left"))],
         [],
     )

@@ -156,7 +156,7 @@ def test_drag(kind: Any) -> None:
 
 
 def swinging(*held: loads.Load) -> System:
-    beam = cable("beam", models.straight(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=2)
+    beam = cable("beam", models.segment(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=2)
     pin = joints.Pin("pin", At("beam", "left"))
     tip = {"tip": probes.Position(At("beam", "right"))}
     return assemble([beam], [pin], [loads.Gravity((0.0, -9.81)), *held], outputs=tip)

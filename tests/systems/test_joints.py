@@ -20,7 +20,7 @@ from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes, stresses
 from fmbs_skfem.systems.places import Draft
 
-from ..models import straight
+from ..models import segment
 from .parts import A0, A1, B0, B1, BOB, C0, C1, beams, displaced, every_joint, swing
 
 SPACES: list[dict[str, Any]] = [{"ancf": True}, {"degree": 3}, {"degree": 4, "continuity": 2}]
@@ -190,7 +190,7 @@ def test_rods_of_other_stiffness_share_no_slope(between: bool, force: float) -> 
     """Rods of EA and 4 EA pulled by 1 N: one stretch at the weld makes EA times it 1/2.5 and 4/2.5 N, a hub between leaves 1 N."""
     section = Given(EA=1e5, EI=10.0, rhoA=1.0)
     a, b = (
-        cable(n, straight(4, (k, 0, 0), (k + 1, 0, 0)), replace(section, EA=s * 1e5), dim=2)
+        cable(n, segment(4, (k, 0, 0), (k + 1, 0, 0)), replace(section, EA=s * 1e5), dim=2)
         for k, s, n in ((0, 1, "a"), (1, 4, "b"))
     )
     hub = rigid.rigid("hub", 1e-3, 1e-3, (1.0, 0.0), dim=2)

@@ -30,7 +30,7 @@ SCHEME, SHARP = GeneralizedAlpha(1e-3), Newton(tolerance=1e-13)
 @cache
 def arm() -> Body:
     """A beam of 8 cells with five functions."""
-    full = cable("arm", models.straight(8), models.SECTION, models.MATERIAL)
+    full = cable("arm", models.segment(8), models.SECTION, models.MATERIAL)
     states = excite(full, Excitation(runs=1, duration=0.1, step=1e-3))
     return parts.reduced_body(full, parts.shape_functions(full, states, None, 5))
 

@@ -27,7 +27,7 @@ def beams(cells: int, ancf: bool = False) -> System:
 
 def mixed() -> System:
     """A beam, a rigid body with inertia about one axis only, and a mass point."""
-    beam = bodies.cable("beam", models.straight(8), models.SECTION, models.MATERIAL)
+    beam = bodies.cable("beam", models.segment(8), models.SECTION, models.MATERIAL)
     rod = rigid("rod", 0.5, np.diag([0.0, 0.02, 0.02]), (1.0, 0.5, 0.0), places={"end": (0.3, 0.0, 0.0)})
     return assemble([beam, rod, bodies.point_mass("mass", 2.0, np.array([0.0, 0.0, 1.0]))])
 
@@ -42,7 +42,7 @@ def test_a_translation_is_as_long_as_it_is(system: System) -> None:
 @pytest.mark.parametrize("cells", [3, 20])
 def test_a_small_rotation_of_a_beam(cells: int) -> None:
     """About its middle by an angle a: a L / sqrt(12)."""
-    beam = bodies.cable("beam", models.straight(cells), models.SECTION, models.MATERIAL, dim=2)
+    beam = bodies.cable("beam", models.segment(cells), models.SECTION, models.MATERIAL, dim=2)
     system = assemble([beam])
     turned = (beam.reference - np.outer(beam.constant, [0.5, 0.0])) @ np.array([[0.0, 1e-3], [-1e-3, 0.0]])
     assert sizes(system, turned.ravel())[0] == pytest.approx(1e-3 / np.sqrt(12.0), rel=1e-12)
@@ -65,7 +65,7 @@ def test_an_axis_without_inertia_has_a_weight() -> None:
 @pytest.mark.parametrize("length", [1e-7, 1.0, 1e7])
 def test_slopes_and_axes_of_a_body_of_any_size_have_their_mass(length: float) -> None:
     """Those of a beam of 0.1 micrometres are 1e-15 of its mass in kg, and no less a part of it."""
-    beam = bodies.cable("beam", models.straight(3, (0.0, 0.0, 0.0), (length, 0.0, 0.0)), models.SECTION, models.MATERIAL, ancf=True)
+    beam = bodies.cable("beam", models.segment(3, (0.0, 0.0, 0.0), (length, 0.0, 0.0)), models.SECTION, models.MATERIAL, ancf=True)
     rod = rigid("rod", 1e-3 * beam.total_mass, 1e-3 * beam.total_mass * length**2 * np.eye(3), (length, 0.0, 0.0))
     system = assemble([beam, rod])
     assert (system.metric.diagonal() == system.mass.diagonal()).all()
@@ -114,8 +114,8 @@ def pendulum(shift: float) -> System:
     """Example 2 with 10 cells a beam, moved along all axes."""
     place = np.full(3, shift)
     corner, end = tuple(place + np.array([1.0, 0.0, 0.0])), tuple(place + np.array([1.0, 1.0, 0.0]))
-    first = bodies.cable("I", models.straight(10, tuple(place), corner), models.SECTION, models.MATERIAL)
-    second = bodies.cable("II", models.straight(10, corner, end), models.SECTION, models.MATERIAL)
+    first = bodies.cable("I", models.segment(10, tuple(place), corner), models.SECTION, models.MATERIAL)
+    second = bodies.cable("II", models.segment(10, corner, end), models.SECTION, models.MATERIAL)
     held = [joints.Pin("A", At("I", "left"), tuple(place)), joints.Pin("B", At("I", "right"), At("II", "left"))]
     sensed = {"C": probes.Position(At("II", "right")), "A": probes.Reaction("A")}
     return eliminate(assemble([first, second], held, [loads.Gravity((0, 0, -GRAVITY))], outputs=sensed))

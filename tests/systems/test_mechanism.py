@@ -15,7 +15,7 @@ from fmbs_skfem.systems import At, System, assemble, free_motions
 from fmbs_skfem.systems.connections import joints, mechanism
 from fmbs_skfem.systems.forces import loads
 
-from ..models import cantilever, double_pendulum, mass_pendulum, polyline, spin_up, straight
+from ..models import cantilever, double_pendulum, mass_pendulum, polyline, segment, spin_up
 from .parts import displaced
 from .rigid_parts import grid
 
@@ -196,7 +196,7 @@ def test_flexible_bodies_count_as_rigid_ones() -> None:
     shape = grid(2, 2)
     for dim, axis in ((2, None), (3, Z)):
         sheet = plate("sheet", shape, 0.02, Material(1e5, 500.0), dim=dim, rims={"rim": Rim(("left",))})
-        rod = cable("rod", straight(3, (1, 1, 0), (2, 1, 0)), SECTION, dim=dim)
+        rod = cable("rod", segment(3, (1, 1, 0), (2, 1, 0)), SECTION, dim=dim)
         ties = [hinge("A", At("sheet", "rim"), None, axis), joints.Pin("B", At("sheet", "corner"), At("rod", "left"))]
         found = mechanism.analyse(assemble([sheet, rod], ties))
         assert found.bodies == ({"sheet": 3, "rod": 3} if dim == 2 else {"sheet": 6, "rod": 5})
@@ -274,7 +274,7 @@ def test_a_held_body_has_no_free_motion_and_a_spring_holds_too() -> None:
 
 def test_a_straight_line_in_space_does_not_turn_about_itself() -> None:
     """Two balls at its ends hold a straight line; a curved one swings about the line between them."""
-    points = [straight(4).points, np.array([(s, s * (1 - s), 0.0) for s in np.linspace(0, 1, 5)])]
+    points = [segment(4).points, np.array([(s, s * (1 - s), 0.0) for s in np.linspace(0, 1, 5)])]
     for line, free in zip(points, (0, 1), strict=True):
         beam = cable("beam", polyline(line), SECTION)
         ties = [joints.Spherical("A", At("beam", "left")), joints.Slider("B", At("beam", "right"), X)]

@@ -213,7 +213,7 @@ def test_turns_are_counted() -> None:
 
 def swinging(dim: int) -> System:
     """A beam on a pin, held by a spring and damper and a cubic spring, in drag."""
-    beam = cable("beam", models.straight(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=dim)
+    beam = cable("beam", models.segment(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=dim)
     tip, push = At("beam", "right"), (3.0, -0.2, 0.1)
     return assemble(
         [beam],

@@ -88,7 +88,7 @@ def test_contract(dim: int, joint: OwnJoint) -> None:
 
 
 def swinging(dim: int, *links: joints.Joint) -> System:
-    beam = cable("beam", models.straight(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=dim)
+    beam = cable("beam", models.segment(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=dim)
     return assemble(
         [beam],
         [joints.Pin("pin", At("beam", "left")), *links] if not isinstance(links[0], Rail) else links,

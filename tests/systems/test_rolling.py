@@ -24,7 +24,7 @@ from fmbs_skfem.systems.connections.frame_joints import Revolute
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 
-from ..models import polyline, straight
+from ..models import polyline, segment
 
 G, R, M, K = 9.81, 0.1, 1.0, 1e6  #: gravity, radius and mass of a ball, stiffness of what it rolls on
 BALL, TABLE = At("ball", "center"), At("table")
@@ -218,7 +218,7 @@ def test_an_arc_rolls_on_a_bar() -> None:
     bend = np.linspace(-0.6, 0.6, 13)
     corners = np.column_stack([np.sin(bend), 0.3 * np.sin(bend), 0.095 + 1.0 - np.cos(bend)])
     section, radius = Given(EA=2000.0, EI=3.0, rhoA=0.5), 0.05
-    arc, bar = cable("arc", polyline(corners), section), cable("bar", straight(3, (0, -1, 0), (0, 1, 0)), section)
+    arc, bar = cable("arc", polyline(corners), section), cable("bar", segment(3, (0, -1, 0), (0, 1, 0)), section)
     touch = ContactBeam("c", body="arc", other="bar", radius=radius, stiffness=K, friction=9.0, sticking=1.0, sticking_damping=0.0)
     system = replace(assemble([arc, bar], loads=[touch]), elastic=())
     model, first = compiled.compile_system(system), arc.reference.size

@@ -14,7 +14,7 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints, mechanism, redundancy
 
-from ..models import straight
+from ..models import segment
 from .test_mechanism import FOUR_BAR, Z, counts, hinge, link, loop
 
 FLAT = [(0, 0, 0), (0.5, 0, 0), (1.5, 0, 0), (1.0, 0, 0)]  #: a parallelogram with all bars in one line
@@ -33,7 +33,7 @@ def facts(system: System) -> tuple[Any, ...]:
 
 def held_beam(size: float, ancf: bool) -> System:
     section = Given(EA=1.0, EI=size**2, rhoA=1.0)
-    body = cable("b", straight(10, (0, 0, 0), (size, 0, 0)), section, dim=2, ancf=ancf)
+    body = cable("b", segment(10, (0, 0, 0), (size, 0, 0)), section, dim=2, ancf=ancf)
     return assemble([body], [joints.Clamp("clamp", At("b", "left")), joints.Pin("pin", At("b", "right"))])
 
 
@@ -67,9 +67,9 @@ def test_joints_are_the_same_at_every_size(name: str) -> None:
 def pinned(size: float, gap: float, to_body: bool, dim: int = 2, origin: float = 0.0) -> System:
     """A beam of a length, pinned at a distance from its end to a fixed point or to another beam."""
     section, rest = Given(EA=1.0, EI=size**2, rhoA=1.0), (0.0,) * (dim - 2)
-    first = cable("a", straight(4, (origin, 0, 0), (origin + size, 0, 0)), section, dim=dim)
+    first = cable("a", segment(4, (origin, 0, 0), (origin + size, 0, 0)), section, dim=dim)
     start = origin + size + gap
-    second = cable("b", straight(4, (start, 0, 0), (start + size, 0, 0)), section, dim=dim)
+    second = cable("b", segment(4, (start, 0, 0), (start + size, 0, 0)), section, dim=dim)
     other: Any = At("b", "left") if to_body else (start, 0.0, *rest)
     return assemble([first, second], [joints.Pin("pin", At("a", "right"), other)])
 

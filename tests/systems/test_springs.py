@@ -219,7 +219,7 @@ def test_places_at_one_point() -> None:
 
 def swinging(dim: int) -> System:
     """A beam on a pin, held by a spring, a rope and a stop."""
-    beam = cable("beam", models.straight(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=dim)
+    beam = cable("beam", models.segment(4), sections.Circular(0.01), sections.Material(1e9, 2300.0), dim=dim)
     tip = At("beam", "right")
     springs = [
         SpringDamper("spring", tip, (1.2, 0.4, 0.3)[:dim], 60.0, 0.5, 0.2),

@@ -23,7 +23,7 @@ from fmbs_skfem.systems.forces.controls import Actuator, ControlTorque
 from fmbs_skfem.systems.measures import probes
 
 from ..forms import forms
-from ..models import straight
+from ..models import segment
 from .parts import B1, BOB, beams
 
 TIGHT = Newton(tolerance=1e-12)
@@ -140,7 +140,7 @@ def test_a_motor_by_its_curve() -> None:
 
 
 def test_reduced_hyper_reduced_and_saved_models(tmp_path: Path) -> None:
-    beam = cable("beam", straight(4), sections.Circular(0.02), sections.Material(1e9, 2300.0), dim=2)
+    beam = cable("beam", segment(4), sections.Circular(0.02), sections.Material(1e9, 2300.0), dim=2)
     root, tip = At("beam", "left"), At("beam", "right")
     table = Table("hold", "N m", (-1.0, -0.1, 0.1, 1.0), (90.0, 40.0, -40.0, -90.0), True, of="rad")
     raw = assemble(

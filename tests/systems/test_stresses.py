@@ -13,8 +13,8 @@ from fmbs_skfem import scenes
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.shapes import meshes, plate_meshes
+from fmbs_skfem.shapes.meshes import polyline
 from fmbs_skfem.systems.measures.probes import column_labels, column_units
-from fmbs_skfem.verification.beams import polyline
 
 FOLDER = Path(__file__).parents[2] / "meshes"
 BEAM = """\

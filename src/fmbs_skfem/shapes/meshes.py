@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -47,6 +47,20 @@ class LineMesh:
 Named: TypeAlias = dict[str, Ints]  #: name -> members of a group
 Groups: TypeAlias = dict[str, Named]  #: kind of groups -> name -> members
 Curve: TypeAlias = Callable[[Floats], Floats]  #: coordinate along a line (n,) -> points (n,3) [m]
+
+
+def polyline(points: Floats) -> LineMesh:
+    """One cell between neighbouring points (n, 3) [m], with the point groups `left` and `right`."""
+    count = len(points) - 1
+    ends = {"left": np.array([0]), "right": np.array([count])}
+    cells = np.stack([np.arange(count), np.arange(1, count + 1)], 1)
+    return LineMesh(points=np.asarray(points, dtype=float), cells=cells, point_groups=ends)
+
+
+def segment(cells: int, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)) -> LineMesh:
+    """Equal cells from `start` to `end` [m] with the point groups `left` and `right`."""
+    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+    return polyline(a + (b - a) * np.linspace(0.0, 1.0, cells + 1)[:, None])
 
 
 def _foreign(path: Path, where: str) -> Raw:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from functools import partial
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from .. import __version__, verification
-from ..core.errors import FmbsError
+from .. import __version__
+from ..core.errors import FmbsError, MissingFeature, say
 from ..core.storage import durable
 from ..core.storage.records import dataclass
 from ..results import verification_plots
@@ -17,6 +18,12 @@ from . import reports
 from .job import Job
 from .result import Figures, ReportTable, Result, conclude
 from .running import compiling
+
+if find_spec("..verification", __package__) is None:
+    CLONE = "clone the project, which has them, and install it from there: pip install -e ."
+    raise MissingFeature(say("verify", "the cases of verification", "a package without them", CLONE))
+
+from .. import verification
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,4 +1,4 @@
-r"""Lines: meshes of cases, hanging cables, and manufactured solutions for every law and interpolation of cables.
+r"""Lines: hanging cables, and manufactured solutions for every law and interpolation of cables.
 
 Manufactured: a motion r*(S) of our own with r*'' = 0 at the free end solves the equations under the dead force
 
@@ -12,7 +12,6 @@ argument of the same source gives h^p. That is what C1 interpolations show; thos
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -27,7 +26,7 @@ from ..bodies.laws import Law
 from ..core.storage.records import dataclass
 from ..dynamics import Newton, outputs, solve_statics
 from ..shapes import line
-from ..shapes.meshes import LineMesh
+from ..shapes.meshes import polyline, segment
 from ..systems import At, assemble, eliminate
 from ..systems.connections import joints
 from ..systems.forces import loads
@@ -36,20 +35,6 @@ from .registry import CheckedNumber, case, farthest, order, refined
 
 GRAVITY = 9.81  #: [m/s2]
 TIGHT = Newton(tolerance=1e-12)
-
-
-def polyline(points: np.ndarray) -> LineMesh:
-    """One cell between neighbouring points (n, 3), with the point groups `left` and `right`."""
-    count = len(points) - 1
-    ends = {"left": np.array([0]), "right": np.array([count])}
-    cells = np.stack([np.arange(count), np.arange(1, count + 1)], 1)
-    return LineMesh(points=np.asarray(points, dtype=float), cells=cells, point_groups=ends)
-
-
-def straight(cells: int, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)) -> LineMesh:
-    """Equal cells from `start` to `end` with the point groups `left` and `right`."""
-    a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    return polyline(a + (b - a) * np.linspace(0.0, 1.0, cells + 1)[:, None])
 
 
 # ------------------------------------------------------------------------------------------------------ hanging cables
@@ -260,7 +245,7 @@ def contact_force(S: np.ndarray, law: Law, dim: int) -> np.ndarray:
 
 def manufactured(space: str, cells: int, law: Law, dim: int) -> float:
     """Error of the cantilever under the load of `bent`: the mean-square distance from r* [m]."""
-    part = body.cable("line", straight(cells), MANUFACTURED, dim=dim, law=law, **SPACES[space][0])
+    part = body.cable("line", segment(cells), MANUFACTURED, dim=dim, law=law, **SPACES[space][0])
     assert isinstance(part.space, line.BSpline | line.Hermite)
     table, values, weights = body.arc_length_table(part.space, part.reference, POINTS)
     S = np.einsum("epb,eb->ep", values[:, :, 0], part.reference[table.nodes][..., 0])

@@ -15,11 +15,12 @@ from scipy.integrate import solve_ivp
 from ..bodies import Body, body, sections
 from ..bodies.laws import Law
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
+from ..shapes.meshes import polyline, segment
 from ..systems import At, Motion, assemble, eliminate
 from ..systems.connections import joints
 from ..systems.forces import loads
 from ..systems.measures import probes
-from .beams import GRAVITY, polyline, straight
+from .beams import GRAVITY
 from .registry import CheckedNumber, case, farthest, order
 
 TIGHT = Newton(tolerance=1e-11)
@@ -53,7 +54,7 @@ hub_angle = partial(spun_up, 15.0, 6.0)
 def spin_up(h: float) -> tuple[np.ndarray, np.ndarray]:
     """Times (s,) and tip displacement in the rotating frame (s, 2): L = 10, EA = 2.8e7, EI = 1.4e4, rhoA = 1.2."""
     section = sections.Given(2.8e7, 1.4e4, 1.2)
-    part = body.cable("rod", straight(16, end=(10, 0, 0)), section, dim=2, law=Law.MATERIAL)
+    part = body.cable("rod", segment(16, end=(10, 0, 0)), section, dim=2, law=Law.MATERIAL)
     root = At("rod", "left")
     driven: list[joints.Joint] = [joints.Pin("hub", root), joints.DrivenAngle("motor", root, hub_angle)]
     system = eliminate(assemble([part], driven, outputs={"tip": probes.Position(At("rod", "right"))}))
@@ -100,7 +101,7 @@ def rotating_cantilever() -> list[CheckedNumber]:
     """A planar cantilever on a driven hinge, 100 cells, h = 5e-4 s: largest tip deflection in the rotating frame."""
 
     def deflection(cells: int, h: float) -> np.ndarray:
-        part, root = body.cable("beam", straight(cells), SECTION, MATERIAL, dim=2), At("beam", "left")
+        part, root = body.cable("beam", segment(cells), SECTION, MATERIAL, dim=2), At("beam", "left")
         held: list[joints.Joint] = [joints.Pin("hinge", root), joints.DrivenAngle("drive", root, spin_angle)]
         system = eliminate(assemble([part], held, outputs={"d": probes.Deflection(At("beam", "right"), root)}))
         return outputs(integrate(system, GeneralizedAlpha(h), 0.9, TIGHT))["d"]
@@ -127,8 +128,8 @@ def beams_double_pendulum() -> list[CheckedNumber]:
     """Spatial double pendulum of two beams: free end at 1 s and 2 s beside another code, drift of the energy."""
 
     def motion(cells: int, h: float, law: Law) -> Trajectory:
-        first = body.cable("I", straight(cells), SECTION, MATERIAL, law=law)
-        second = body.cable("II", straight(cells, (1, 0, 0), (1, 1, 0)), SECTION, MATERIAL, law=law)
+        first = body.cable("I", segment(cells), SECTION, MATERIAL, law=law)
+        second = body.cable("II", segment(cells, (1, 0, 0), (1, 1, 0)), SECTION, MATERIAL, law=law)
         held = [joints.Pin("A", At("I", "left")), joints.Pin("B", At("I", "right"), At("II", "left"))]
         sensed = {"C": probes.Position(At("II", "right"))}
         system = eliminate(assemble([first, second], held, [loads.Gravity((0, 0, -GRAVITY))], outputs=sensed))
@@ -169,7 +170,7 @@ def flexible_pendulum() -> list[CheckedNumber]:
     found, h = [], 2.5e-4
     for name, ancf in (("B-spline", False), ("ANCF", True)):
         section = sections.Given(1e4, 1.0, 1.0)
-        part = body.cable("rod", straight(20), section, dim=2, law=Law.MATERIAL, ancf=ancf)
+        part = body.cable("rod", segment(20), section, dim=2, law=Law.MATERIAL, ancf=ancf)
         tip, middle = At("rod", "right"), At("rod", 0.5)
         sensed: dict[str, probes.Probe] = {"tip": probes.Position(tip), "middle": probes.Position(middle)}
         sensed |= {"v": probes.Velocity(tip), "E": probes.Energy()}
@@ -226,7 +227,7 @@ def pulse(time: np.ndarray) -> np.ndarray:
 def flown(stiffness: float, moment: float, h: float, duration: float = 10.0) -> tuple[Trajectory, Body]:
     """Free rod L = 10, EA = 1e4, rhoA = 1 from (6, 0) to (0, 8): force 8 and a moment at its first end, a smooth pulse of 2.5 s."""
     section = sections.Given(1e4, stiffness, 1.0)
-    part = body.cable("rod", straight(20, (6, 0, 0), (0, 8, 0)), section, dim=2, law=Law.MATERIAL)
+    part = body.cable("rod", segment(20, (6, 0, 0), (0, 8, 0)), section, dim=2, law=Law.MATERIAL)
     end = At("rod", "left")
     pushes: list[loads.Load] = [loads.PointForce("F", end, (8.0, 0.0), pulse), loads.Moment("M", end, moment, pulse)]
     system = assemble([part], [], pushes, outputs={"a": probes.Position(end), "b": probes.Position(At("rod", "right"))})
@@ -337,7 +338,7 @@ def modal_rod(times: np.ndarray) -> np.ndarray:
 
 def flexible_rod(h: float, duration: float) -> tuple[np.ndarray, np.ndarray]:
     """Times (s,) and deflection (s,) of the middle of the connecting rod from its chord."""
-    part = body.cable("rod", straight(12, (CRANK, 0, 0), (CRANK + ROD, 0, 0)), sections.Given(1e9, BENDING, DENSITY), dim=2)
+    part = body.cable("rod", segment(12, (CRANK, 0, 0), (CRANK + ROD, 0, 0)), sections.Given(1e9, BENDING, DENSITY), dim=2)
     ends = {"B": At("rod", "left"), "M": At("rod", ROD / 2), "C": At("rod", "right")}
     circle = (lambda t: CRANK * (np.cos(RATE * t) - 1), lambda t: CRANK * np.sin(RATE * t))
     held: list[joints.Joint] = [joints.DrivenPosition("crank", ends["B"], circle), joints.Slider("guide", ends["C"], (1.0, 0.0))]

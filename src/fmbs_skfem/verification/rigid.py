@@ -16,11 +16,12 @@ from ..bodies import Body, body, sections
 from ..bodies.rigid import rigid
 from ..core.notices import Notice
 from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
+from ..shapes.meshes import segment
 from ..systems import At, Motion, System, assemble, eliminate
 from ..systems.connections import joints
 from ..systems.forces import loads
 from ..systems.measures import probes
-from .beams import GRAVITY, straight
+from .beams import GRAVITY
 from .integrator import mass_pendulum
 from .registry import CheckedNumber, case, farthest, order
 
@@ -194,8 +195,8 @@ def stiff_double_pendulum() -> list[CheckedNumber]:
     """Two beams stiff as rods (EA = 1e6 N, EI = 1e5 N m2): the rigid double pendulum over 1 s."""
     section = sections.Given(1e6, 1e5, 1.0)
     parts = [
-        body.cable("I", straight(3), section, dim=2),
-        body.cable("II", straight(3, (1, 0, 0), (2, 0, 0)), section, dim=2),
+        body.cable("I", segment(3), section, dim=2),
+        body.cable("II", segment(3, (1, 0, 0), (2, 0, 0)), section, dim=2),
     ]
     found = tips(double_pendulum(parts, ("left", "right")), 2.5e-4, 1.0)
     return [farthest("positions", np.array(list(DOUBLE.values())[:2]), found, 1e-4, "m")]
@@ -205,7 +206,7 @@ def stiff_double_pendulum() -> list[CheckedNumber]:
 def compound_pendulum() -> list[CheckedNumber]:
     """A rod from the horizontal, rigid and as a stiff beam: time and kinetic energy at the vertical."""
     quarter = float(np.sqrt(2 / (3 * GRAVITY)) * 1.8540746773013719)
-    beam = body.cable("rod", straight(4), sections.Given(1e6, 1e4, 1.0), dim=2)
+    beam = body.cable("rod", segment(4), sections.Given(1e6, 1e4, 1.0), dim=2)
     found = []
     for name, part, start, end in (("rigid", rod("rod", (0, 0), (1, 0), 1.0), "s", "e"), ("stiff beam", beam, "left", "right")):
         tip: dict[str, probes.Probe] = {"tip": probes.Position(At("rod", end)), "v": probes.Velocity(At("rod", end))}

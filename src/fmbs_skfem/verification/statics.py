@@ -22,11 +22,12 @@ from ..bodies import body, sections
 from ..bodies.laws import Law
 from ..dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
 from ..results.verification_plots import LoadPath
+from ..shapes.meshes import segment
 from ..systems import At, System, assemble, eliminate
 from ..systems.connections import joints
 from ..systems.forces import loads
 from ..systems.measures import probes
-from .beams import TIGHT, straight
+from .beams import TIGHT
 from .registry import CheckedNumber, case, farthest, pairs, refined
 
 FINE: dict[str, Any] = {"degree": 5, "continuity": 2}
@@ -83,7 +84,7 @@ def cantilever(
     cells: int, load: Callable[[At], Any], section: sections.Section, length: float = 1.0, dim: int = 2, **options: Any
 ) -> System:
     """A beam along x, clamped at its start, with a load on its end; outputs `tip`, `slope` of the end, `clamp`, the reaction."""
-    beam, end = body.cable("beam", straight(cells, end=(length, 0.0, 0.0)), section, dim=dim, **options), At("beam", "right")
+    beam, end = body.cable("beam", segment(cells, end=(length, 0.0, 0.0)), section, dim=dim, **options), At("beam", "right")
     sensed: dict[str, probes.Probe] = {"tip": probes.Position(end), "slope": probes.Slope(end), "clamp": probes.Reaction("clamp")}
     return eliminate(assemble([beam], [joints.Clamp("clamp", At("beam", "left"))], [load(end)], outputs=sensed))
 
@@ -136,10 +137,10 @@ def lee_frame(cells: int = 20, load: float = 2.0, all_multipliers: bool = False)
     """Lee's frame: two legs of 120 cm with a rigid corner, hinged at both ends, a force down at 24 cm from the corner."""
     section = sections.Given(720.0 * 6.0, 720.0 * 2.0, 1.0)
     options: dict[str, Any] = {**FINE, "dim": 2, "law": Law.MATERIAL}
-    beam = straight(cells, (0.0, 120.0, 0.0), (120.0, 120.0, 0.0))
+    beam = segment(cells, (0.0, 120.0, 0.0), (120.0, 120.0, 0.0))
     beam = replace(beam, point_groups={**beam.point_groups, "loaded": np.array([cells // 5])})
     parts = [
-        body.cable("column", straight(cells, end=(0.0, 120.0, 0.0)), section, **options),
+        body.cable("column", segment(cells, end=(0.0, 120.0, 0.0)), section, **options),
         body.cable("beam", beam, section, **options),
     ]
     held: list[joints.Joint] = [
@@ -166,7 +167,7 @@ def lee_path(trajectory: Trajectory, load: float = 2.0) -> tuple[np.ndarray, np.
 def truss(height: float = 0.1, stiffness: float = 1e4, load: float = 8.0) -> System:
     """Two bars from (-1, 0) and (1, 0), hinged to each other at (0, height), under a force down there; they do not buckle."""
     apex, section = (0.0, height, 0.0), sections.Given(stiffness, 100.0, 1.0)
-    bars = [body.cable(name, straight(1, (x, 0.0, 0.0), apex), section, dim=2) for name, x in (("a", -1.0), ("b", 1.0))]
+    bars = [body.cable(name, segment(1, (x, 0.0, 0.0), apex), section, dim=2) for name, x in (("a", -1.0), ("b", 1.0))]
     top = At("a", "right")
     held = [joints.Pin("foot a", At("a", "left")), joints.Pin("foot b", At("b", "left")), joints.Pin("apex", top, At("b", "right"))]
     force = loads.PointForce("P", top, (0.0, -load))

@@ -18,10 +18,11 @@ from ..bodies import Material, body, sections
 from ..bodies.plate import plate
 from ..dynamics import Spin, in_rotating_frame, solve_statics, vibration_modes
 from ..shapes import ancf_plate
+from ..shapes.meshes import segment
 from ..shapes.surface import Surface
 from ..systems import At, System, assemble, eliminate
 from ..systems.connections import joints
-from .beams import TIGHT, straight
+from .beams import TIGHT
 from .plates import rectangle
 from .registry import CheckedNumber, case, farthest, refined
 
@@ -53,7 +54,7 @@ BLEVINS = "Blevins, Formulas for Natural Frequency and Mode Shape (1979), ISBN 9
 
 def beam(supports: str, cells: int, dim: int = 2, EA: float = 1e6, **options: Any) -> System:
     """Beam with EI = rhoA = L = 1; its axial frequencies are above the bending ones of the table."""
-    part = body.cable("beam", straight(cells), sections.Given(EA=EA, EI=1.0, rhoA=1.0), dim=dim, **options)
+    part = body.cable("beam", segment(cells), sections.Given(EA=EA, EI=1.0, rhoA=1.0), dim=dim, **options)
     kinds = zip(supports.split("-"), ("left", "right"), strict=True)
     return assemble([part], [joint for kind, end in kinds for joint in ENDS[kind](end)])
 
@@ -108,7 +109,7 @@ def beam_frequency_order() -> list[CheckedNumber]:
 def beam_frequencies_space() -> list[CheckedNumber]:
     """In space the bending frequencies of a cantilever come in pairs; the first axial one is pi/2 sqrt(EA/rhoA)/L."""
     found = vibration_modes(beam("clamped-free", 20, dim=3, degree=5), 6).angular_frequencies
-    axial = body.cable("bar", straight(10), sections.Given(EA=1.0, EI=1e3, rhoA=1.0), dim=2)
+    axial = body.cable("bar", segment(10), sections.Given(EA=1.0, EI=1e3, rhoA=1.0), dim=2)
     system = assemble([axial], [joints.Clamp("clamp", At("bar", "left"))])
     exact = np.repeat(np.square(ROOTS["clamped-free"][:3]), 2)
     return [
