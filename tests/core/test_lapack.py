@@ -131,8 +131,8 @@ def test_local_arrays_live_until_the_call_returns() -> None:
 
 USER = """
 import numpy as np
-from fmbs_skfem.core import lapack
-from fmbs_skfem.core.jit import jit
+from fmbs_skfem.core.compiling import lapack
+from fmbs_skfem.core.compiling.jit import jit
 
 @jit
 def factor(addresses, band):

@@ -18,7 +18,7 @@ SIGNATURE = "int64(CPointer(int64), int64)"
 LOAD = """
 import ctypes, sys
 from pathlib import Path
-from fmbs_skfem.core import machine_code
+from fmbs_skfem.core.compiling import machine_code
 numbers = (ctypes.c_int64 * 3)(4, 5, 6)
 kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
 found = kind(machine_code.read(Path(sys.argv[1])).address)

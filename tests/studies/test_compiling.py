@@ -19,7 +19,8 @@ from tests.hard_cases import alive
 
 BEGIN = """
 import signal
-from fmbs_skfem.studies import Job, compiling
+from fmbs_skfem.studies import Job
+from fmbs_skfem.studies.running import compiling
 compiling.announce(Job())
 print(compiling._BESIDE[0].pid, flush=True)
 signal.pause()
