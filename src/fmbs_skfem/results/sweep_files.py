@@ -29,6 +29,7 @@ from ..core.storage.container import Dataset, FileKind
 from ..core.storage.records import dataclass
 from ..core.values import tables
 from ..core.values.ranges import Parameter
+from ..core.values.units import add_unit
 from ..families.members import Record, Result, Status
 
 MEMBERS = "members"
@@ -166,11 +167,6 @@ def extremes(sweep: Sweep, output: str) -> dict[str, np.ndarray]:
     final = values[np.arange(len(values)), last]
     known = np.column_stack([np.where(there, values, np.nan), more])
     return {"min": np.fmin.reduce(known, axis=1), "max": np.fmax.reduce(known, axis=1), "final": final}
-
-
-def add_unit(name: str, unit: str) -> str:
-    """`E [Pa]`; a name alone where there is no unit."""
-    return f"{name} [{unit}]" if unit else name
 
 
 def check_names(parameters: Sequence[Parameter]) -> None:

@@ -12,12 +12,13 @@ import numpy as np
 
 from ..core.errors import InputError, closest, say
 from ..core.values.ranges import Parameter, Scale
+from ..core.values.units import add_unit
 from ..families.members import Status
 from ..families.response_surfaces import ResponseSurface
 from ..reduction.parameters import from_box
 from . import charts, palette
 from .frames import Array
-from .sweep_files import Sweep, add_unit, extremes
+from .sweep_files import Sweep, extremes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

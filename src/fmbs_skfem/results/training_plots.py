@@ -18,12 +18,12 @@ from ..core.algebra import ranks
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from ..core.values.ranges import Parameter, Scale
+from ..core.values.units import add_unit
 from ..families import kriging
 from ..families.kriging import Surrogate
 from ..reduction import parameters as boxes
 from . import charts, palette
 from .frames import Array
-from .sweep_files import add_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,7 +15,6 @@ from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..dynamics import initial, rest
-from ..results import segments
 from ..scenes import build, consistency, plausibility, where
 from ..systems import compiled, free_motions, layouts
 from ..systems.connections import hinged_rims
@@ -27,7 +26,7 @@ from . import reports
 from .job import Job
 from .result import ReportTable, Result
 from .running import estimates
-from .running.solving import heading, sizes
+from .running.facts import heading, sizes
 
 if TYPE_CHECKING:
     from ..bodies.body import Body
@@ -88,6 +87,8 @@ def check_scene(job: Job, scene: Scene) -> Check:
 
 def compare_checksums(job: Job) -> Result:
     """The results in the folder of a job beside their checksums."""
+    from ..results import segments  # with all that draws, which no scene needs
+
     found = reports.verify_checksums(job.path)
     if segments.exists(job.path):
         segments.read(job.path)

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import dynamics
+from ..core.values.units import add_unit
 from ..reduction import residual_norms
 from ..results import plots
 from ..results.speed import Point
-from ..results.sweep_files import add_unit
 from ..scenes import build
 from ..systems.connections.joints import Pin, Revolute, Slider
 from ..systems.measures import probes

@@ -20,12 +20,13 @@ import numpy as np
 from ..core.errors import FmbsError
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values.units import add_unit
 from ..families import comparators, prediction
 from ..families import training_store as store
 from ..families.comparators import Comparator, Row
 from ..reduction import full_runs, parameters, reduced_models
 from ..reduction.full_runs import Full
-from ..results import sweep_files, training_plots
+from ..results import training_plots
 from ..results.training_plots import SurrogatePanel
 from .job import Job
 from .result import Figures, ReportTable
@@ -218,7 +219,7 @@ def figures(order: TrainingOrder, found: FinishedTraining, checked: Checked | No
         return Figures(rules)
     known, true, used = found.task.parameters, checked.true[checked.known], checked.known
     errors = {row.name: np.array([row.trials[k].error for k in used]) for row in checked.rows}
-    places, label = checked.points[used, 0], sweep_files.add_unit(known[0].name, known[0].unit)
+    places, label = checked.points[used, 0], add_unit(known[0].name, known[0].unit)
     if len(known) > 1:
         places, label = np.argsort(np.argsort(true)) + 1.0, "hold-out point, by its error"
     rules["errors"] = functools.partial(training_plots.errors_over, places, errors, label, order.measure, order.tolerance)
@@ -232,7 +233,7 @@ def figures(order: TrainingOrder, found: FinishedTraining, checked: Checked | No
 
 def surrogate(found: FinishedTraining) -> Figure:
     """The surrogate of the indicator after every iteration, with its samples."""
-    labels = [sweep_files.add_unit(p.name, p.unit) for p in found.task.parameters]
+    labels = [add_unit(p.name, p.unit) for p in found.task.parameters]
     columns = {label: found.search.candidates[:, k] for k, label in enumerate(labels)}
     panels = [panel(iteration, found.outcome.points[: iteration.number]) for iteration in found.outcome.iterations]
     return training_plots.surrogate(columns, panels, "indicator (49)")

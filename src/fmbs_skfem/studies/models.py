@@ -16,10 +16,10 @@ from ..core.errors import InputError, say
 from ..core.storage import container, durable
 from ..core.values import quantities, units
 from ..core.values.problems import Problem
+from ..core.values.units import add_unit
 from ..families import parametric_model, prediction
 from ..reduction import cases, files
 from ..reduction import parameters as boxes
-from ..results import sweep_files
 from ..results.rendering import painter
 from . import job as jobs
 from . import reports
@@ -149,7 +149,7 @@ def views(found: Mapping[str, Any]) -> list[ReportTable]:
     columns = ("parameter", "from", "to", "nominal", "scale", "degree")
     keys = ("low", "high", "nominal", "scale", "degree")
     rows: list[tuple[object, ...]] = [
-        (sweep_files.add_unit(name, facts["unit"]), *(facts[key] for key in keys)) for name, facts in known.items()
+        (add_unit(name, facts["unit"]), *(facts[key] for key in keys)) for name, facts in known.items()
     ]
     rows = rows or [(name, "", "", value, "", "") for name, value in found["parameters"].items()]
     facts = [(key, format_value(found[key])) for key in found if key not in ("status", "parameters", "notes")]

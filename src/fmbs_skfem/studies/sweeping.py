@@ -14,6 +14,7 @@ import numpy as np
 from ..core.errors import InputError, SweepFailure, closest, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values.units import add_unit
 from ..families import parametric_model, prediction, response_surfaces, sensitivity, sweeps
 from ..families.members import OUTSIDE, Status
 from ..families.sweeps import SweepOptions
@@ -237,7 +238,7 @@ def errors_of(found: Mapping[str, Mapping[str, ResponseSurface]]) -> dict[str, A
 def surface_table(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str]) -> ReportTable:
     """Errors of all surfaces at samples that they have not seen."""
     rows = [
-        (sweep_files.add_unit(output, units.get(output, "")), kind, one.rms_error, one.largest_error, one.q2)
+        (add_unit(output, units.get(output, "")), kind, one.rms_error, one.largest_error, one.q2)
         for output, kinds in found.items()
         for kind, one in kinds.items()
     ]
@@ -333,9 +334,7 @@ def responses(table: Sweep) -> ReportTable:
     for name in table.columns:
         ends = sweep_files.extremes(table, name)
         final = ends["final"]
-        rows.append(
-            (sweep_files.add_unit(name, table.units.get(name, "")), low(ends["min"]), -low(-ends["max"]), low(final), -low(-final))
-        )
+        rows.append((add_unit(name, table.units.get(name, "")), low(ends["min"]), -low(-ends["max"]), low(final), -low(-final)))
     return ReportTable("Outputs over all samples (SI units)", ("output", "min", "max", "smallest final", "largest final"), rows)
 
 

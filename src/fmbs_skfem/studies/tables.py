@@ -10,6 +10,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..core.values.units import add_unit
 from .result import ReportTable
 
 if TYPE_CHECKING:
@@ -132,10 +133,9 @@ def accuracy(study: Comparison) -> ReportTable:
 
 def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[ReportTable]:
     """Largest error of every output column of one model, in its unit and as a part of its range; nothing without outputs."""
-    from ..results import sweep_files
 
     rows = [
-        (sweep_files.add_unit(column, one["unit"]), part(one["error"]), f"{one['range']:.3g}", part(one["relative"]))
+        (add_unit(column, one["unit"]), part(one["error"]), f"{one['range']:.3g}", part(one["relative"]))
         for column, one in found.items()
     ]
     heads = ("output", "largest error", "range", "part of the range")
@@ -150,7 +150,6 @@ def left_out(found: Mapping[str, str]) -> list[ReportTable]:
 
 def errors_of_outputs(study: Comparison) -> list[ReportTable]:
     """Largest errors of all output columns, and those as parts of their ranges, with a column a model."""
-    from ..results import sweep_files
 
     found = {record.name: {name: asdict(one) for name, one in record.outputs.items()} for record in main(study) if record.outputs}
     if not found:
@@ -161,7 +160,7 @@ def errors_of_outputs(study: Comparison) -> list[ReportTable]:
     for key, title in titles.items():
         rows = [
             (
-                sweep_files.add_unit(name, one["unit"]),
+                add_unit(name, one["unit"]),
                 f"{one['range']:.3g}",
                 *(part(columns[name][key]) for columns in found.values()),
             )

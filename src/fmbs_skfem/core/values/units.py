@@ -158,6 +158,11 @@ def _written(exponents: Exponents) -> str:
     return (" ".join(above) or "1") + "".join(below)
 
 
+def add_unit(name: str, unit: str) -> str:
+    """`E [Pa]`, as in heads of tables; a name alone where there is no unit."""
+    return f"{name} [{unit}]" if unit else name
+
+
 def finite(value: float, got: object) -> float:
     try:
         finite = math.isfinite(value)

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.errors import FmbsError, InputError, MissingFeature, say
+from ...core.values.units import add_unit
 from ...dynamics.near_state.shapes import say_shares, shares
 from ...results import mode_shapes, response_plots, segments, series
 from ...results.plots import PANELS
-from ...results.sweep_files import add_unit
 from .. import job as jobs
 from .. import reports
 from ..job import Job
 from ..result import Figures, ReportTable, conclude, describe_error, list_files
 from . import recording
+from .facts import heading, sizes
 from .outcome import Run
-from .solving import heading, sizes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,10 +13,10 @@ import numpy as np
 
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
+from ...core.values.units import add_unit
 from ...results import frames, mode_shapes
 from ...results import motion as motions
 from ...results.frames import nearest
-from ...results.sweep_files import add_unit
 from .. import reports
 from ..result import Result
 

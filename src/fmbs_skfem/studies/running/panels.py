@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...core.values.units import add_unit
 from ...results.frames import SILENT
 from ...results.plots import PANELS, Panel, panel_grid
-from ...results.sweep_files import add_unit
 from ...systems.measures import probes
 from ..result import Figures
 from .outcome import OUTPUTS

@@ -20,8 +20,9 @@ from .. import reports
 from ..job import Job
 from ..result import conclude
 from . import judging
+from .facts import heading, sizes
 from .outcome import SERIES, Run
-from .solving import RunTask, heading, sizes, solve
+from .solving import RunTask, solve
 
 if TYPE_CHECKING:
     from ...scenes import Scene

@@ -38,7 +38,6 @@ from .outcome import OUTPUTS, UNITS, Run, write_outputs
 if TYPE_CHECKING:
     from ...dynamics.checkpoint import Resumed
     from ...dynamics.trajectory import Gap
-    from ...scenes import Scene
     from ...systems import System
 
 DIGITS = float(np.finfo(np.float64).eps)  #: of a value beside the largest of its column, below which it is shown as zero
@@ -201,26 +200,6 @@ def attempt(
             failures.write_failed_start(job, error, task.origin)
             raise
         return error.partial, error
-
-
-def heading(scene: Scene) -> dict[str, Any]:
-    """Which scene, with which parameters, and what is done with it."""
-    return {
-        "scene": jobs.title(scene),
-        "file": scene.path,
-        "parameters": dict(scene.parameters),
-        "analysis": scene.analysis.word,
-    }
-
-
-def sizes(raw: System, reduced: System) -> dict[str, int]:
-    """Coordinates and constraint rows with all multipliers, and what is left to solve for."""
-    return {
-        "dofs": raw.size,
-        "constraints": len(raw.constraints.names),
-        "unknowns": reduced.size,
-        "multipliers": len(reduced.constraints.names),
-    }
 
 
 def extremes(values: np.ndarray) -> dict[str, float]:
