@@ -34,6 +34,7 @@ from .facet_pairs import (
     find_flat,
     follow,
     gap_of,
+    is_active,
     limit_of,
     measure_extents,
     opened,
@@ -45,7 +46,6 @@ from .facet_pairs import (
     read_rates,
     record_of,
     share_out,
-    wakes,
 )
 from .facets import NINE, correction, trace, weigh_vectors
 from .law import STEP, UNKNOWN, E, K, harden, size, stored
@@ -100,7 +100,7 @@ def push(table: Any, record: Any) -> int:
     """g += F."""
     s, F = evaluation(table).space, opened(record)
     way = ahead(s, F)
-    if not wakes(s, F, way):
+    if not is_active(s, F, way):
         return 0
     y, v, out, w, W = make_room(F)
     read(table, F, y)
@@ -121,7 +121,7 @@ def slopes(table: Any, record: Any) -> int:
     """H += - c (dF/dy + gh dF/dy') by complex steps along d, X,u, X,v and their rates, with one correction of the closest place."""
     s, F = evaluation(table).space, opened(record)
     way, before = ahead(s, F), s.memory[F.memory : F.memory + len(F.rows)]
-    if not wakes(s, F, way):
+    if not is_active(s, F, way):
         return 0
     y, v, _, w, W = make_room(F)
     out, wc, Wc = np.empty(READ, np.complex128), np.zeros((ROOM, 3), np.complex128), np.empty((6, NINE), np.complex128)
@@ -232,7 +232,7 @@ def accept(table: Any, record: Any) -> int:
 
 @routine
 def judge(table: Any, record: Any) -> int:
-    """jolt += as of contact with shapes; infinite where a point passed through the middle of the surface."""
+    """impulse += as of contact with shapes; infinite where a point passed through the middle of the surface."""
     s, F = evaluation(table).space, opened(record)
     way = ahead(s, F)
     y, v, out, w, W = make_room(F)
@@ -246,12 +246,12 @@ def judge(table: Any, record: Any) -> int:
             within, read_now = measure_extents(F, y), True
         gap, f, _, _, held, beyond = meet(s, F, k, y, within, way, w, W)
         if beyond and last[0] <= 0.0:
-            s.jolt[0] = np.inf
+            s.impulse[0] = np.inf
             return 0
         if gap < 0.0:
             N = press_on(table, F, k, f, held, beyond, v, w, W, out)
         if last[1] > 0.0:
-            s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
+            s.impulse[0] += abs(N - max(last[0], 0.0)) * F.share
     return 0
 
 
@@ -260,7 +260,7 @@ def store(table: Any, record: Any) -> int:
     """energy += what is stored, and the elastic forces out of g."""
     s, F = evaluation(table).space, opened(record)
     way = ahead(s, F)
-    if not wakes(s, F, way):
+    if not is_active(s, F, way):
         return 0
     y, _, out, w, W = make_room(F)
     read(table, F, y)

@@ -101,7 +101,7 @@ def ahead(s: Any, F: Any) -> float:
 
 
 @jit
-def wakes(s: Any, F: Any, way: float) -> bool:
+def is_active(s: Any, F: Any, way: float) -> bool:
     """Whether a point may have come near."""
     found = False
     for k in range(len(F.radius)):

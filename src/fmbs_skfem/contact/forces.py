@@ -201,7 +201,7 @@ def approach(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> tuple
 
 
 @jit
-def asleep(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> bool:
+def is_inactive(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> bool:
     """Whether a point cannot have come near since the room was filled, by how much all has moved; without looking at it."""
     return s.room[F.room + SEEN * k] > approach(s, F, k, moved)[0]
 
@@ -227,7 +227,7 @@ def push(table: Any, record: Any) -> int:
     y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many))
     moved = carry(s, F)
     for k in range(len(F.rows)):
-        if not asleep(s, F, k, moved) and near(table, F, k, y, v, w):
+        if not is_inactive(s, F, k, moved) and near(table, F, k, y, v, w):
             first = F.memory + k * (2 + dim + many)
             last = s.memory[first : first + 2 + dim + many]
             recall(F, k, last, w)
@@ -246,7 +246,7 @@ def slopes(table: Any, record: Any) -> int:
     yc, vc, out = (np.empty(many, np.complex128), np.empty(many, np.complex128), np.empty(many, np.complex128))
     w, moved = np.empty((WORK, many), np.complex128), carry(s, F)
     for k in range(len(F.rows)):
-        if not asleep(s, F, k, moved) and near(table, F, k, y, v, real):
+        if not is_inactive(s, F, k, moved) and near(table, F, k, y, v, real):
             first = F.memory + k * (2 + dim + many)
             last = s.memory[first : first + 2 + dim + many]
             recall(F, k, last, w)
@@ -269,8 +269,8 @@ def accept(table: Any, record: Any) -> int:
     y, v, out, w, moved = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many)), carry(s, F)
     for k in range(len(F.rows)):
         first, seen, N = F.memory + k * (2 + dim + many), F.room + SEEN * k, 0.0
-        last, sleeps = s.memory[first : first + 2 + dim + many], asleep(s, F, k, moved)
-        if sleeps:
+        last, inactive = s.memory[first : first + 2 + dim + many], is_inactive(s, F, k, moved)
+        if inactive:
             nearer, farther = approach(s, F, k, moved)
             s.room[seen] -= nearer
             s.room[seen + 1] += farther
@@ -295,7 +295,7 @@ def accept(table: Any, record: Any) -> int:
 
 @routine
 def judge(table: Any, record: Any) -> int:
-    """jolt += how fast the change of normal forces since the last accepted state changes speeds, over the change that is allowed.
+    """impulse += how fast the change of normal forces since the last accepted state changes speeds, over the change allowed.
 
     What has touched from the start on never came: its vibration is no impact. What passed through the shape in between, or through
     its middle, is infinite.
@@ -307,17 +307,17 @@ def judge(table: Any, record: Any) -> int:
     for k in range(len(F.rows)):
         first = F.memory + k * (2 + dim + many)
         last = s.memory[first : first + 2 + dim + many]
-        touches = not asleep(s, F, k, moved) and near(table, F, k, y, v, w)
+        touches = not is_inactive(s, F, k, moved) and near(table, F, k, y, v, w)
         if touches and last[0] > 0.0 and turned(F, k, last[2 + dim :], y, w) < 0.0:
-            s.jolt[0] = np.inf
+            s.impulse[0] = np.inf
         elif last[1] > 0.0 and (touches or last[0] > 0.0):
             N = 0.0
             if touches:
                 recall(F, k, last, w)
                 N = press(F, k, y, v, last, w, out)
-            s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
-        elif not touches and last[0] == 0.0 and not asleep(s, F, k, moved) and passed(F, k, last[2 + dim :], y, w):
-            s.jolt[0] = np.inf
+            s.impulse[0] += abs(N - max(last[0], 0.0)) * F.share
+        elif not touches and last[0] == 0.0 and not is_inactive(s, F, k, moved) and passed(F, k, last[2 + dim :], y, w):
+            s.impulse[0] = np.inf
     return 0
 
 
@@ -375,7 +375,7 @@ def store(table: Any, record: Any) -> int:
     many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
     y, w, moved = np.empty(many), np.empty((WORK, many)), carry(s, F)
     for k in range(len(F.rows)):
-        if asleep(s, F, k, moved):
+        if is_inactive(s, F, k, moved):
             continue
         read(table, F, k, y)
         overlap = -place(F, k, y, w)

@@ -24,6 +24,7 @@ from .pairs import (
     extents,
     find,
     follow,
+    is_active,
     limits_of,
     opened,
     pieces,
@@ -33,7 +34,6 @@ from .pairs import (
     record_of,
     row_of,
     share_out,
-    wakes,
     weigh,
 )
 
@@ -46,7 +46,7 @@ def push(table: Any, record: Any) -> int:
     """g += F."""
     s, F = evaluation(table).space, opened(record)
     way, many, dim = ahead(s, F), len(F.rows), F.dim
-    if not wakes(s, F, way):
+    if not is_active(s, F, way):
         return 0
     y, v, out, w, before = (
         np.empty(many),
@@ -79,7 +79,7 @@ def slopes(table: Any, record: Any) -> int:
     """
     s, F = evaluation(table).space, opened(record)
     way, many, dim, second = ahead(s, F), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1)
-    if not wakes(s, F, way):
+    if not is_active(s, F, way):
         return 0
     y, v, w, before = np.empty(many), np.empty(many), np.empty((ROOM, 3)), s.memory[F.memory : F.memory + many]
     out, wc = np.empty(8 * dim, np.complex128), np.empty((ROOM, 3), np.complex128)
@@ -192,7 +192,7 @@ def accept(table: Any, record: Any) -> int:
 
 @routine
 def judge(table: Any, record: Any) -> int:
-    """jolt += as of contact with shapes; infinite where beams passed through one another."""
+    """impulse += as of contact with shapes; infinite where beams passed through one another."""
     s, F = evaluation(table).space, opened(record)
     way, many, dim = ahead(s, F), len(F.rows), F.dim
     y, v, out, w, before = (
@@ -215,7 +215,7 @@ def judge(table: Any, record: Any) -> int:
         gap, p, q, held = find(F, k, y, within, w)
         if not (gap + F.radii[0] + F.radii[1] >= way or loose(F, held)):  # in the first step the way is not a number
             if crossed(F, k, w, before):
-                s.jolt[0] = np.inf
+                s.impulse[0] = np.inf
                 return 0
             find(F, k, y, within, w)
         if gap < 0.0:
@@ -223,7 +223,7 @@ def judge(table: Any, record: Any) -> int:
             follow(F, v, before, p, q, w)
             N = press(F, k, before, last, p, q, w, out)
         if last[1] > 0.0:
-            s.jolt[0] += abs(N - max(last[0], 0.0)) * F.share
+            s.impulse[0] += abs(N - max(last[0], 0.0)) * F.share
     return 0
 
 
@@ -250,7 +250,7 @@ def store(table: Any, record: Any) -> int:
     """energy += W times what is stored, and the elastic forces out of g."""
     s, F = evaluation(table).space, opened(record)
     way, many, dim = ahead(s, F), len(F.rows), F.dim
-    if not wakes(s, F, way):
+    if not is_active(s, F, way):
         return 0
     y, out, w = np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
     read(table, F, y)

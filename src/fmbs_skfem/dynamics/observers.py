@@ -38,7 +38,7 @@ class Observer:
     name: str = ""  #: of the one of several of a kind; what it keeps in checkpoints goes by it
 
     def begin(self, run: OpenRun) -> None:
-        """The run stands at its start."""
+        """The run is at its start."""
 
     def before(self, run: OpenRun) -> None:
         """A step is to be taken."""

@@ -111,7 +111,7 @@ class Space(NamedTuple):
     c: Vector  #: (1,) factor of forces
     gh: Vector  #: (1,) factor of damping in W
     energy: Vector  #: (1,) [J]
-    jolt: Vector  #: (1,) changes of speed by forces that begin and end, a second of a step, over those allowed [m/s2]
+    impulse: Vector  #: (1,) changes of speed by forces that begin and end, a second of a step, over those allowed [m/s2]
     f: Vector  #: (n,) forces, the front of `rhs`
     rhs: Matrix  #: (1, n + m) residual
     W: Matrix
@@ -291,15 +291,15 @@ def take_over(table: Any, _: int = 0) -> int:
 
 
 @jit
-def find_jolt(table: Any) -> float:
+def find_impulse(table: Any) -> float:
     """How fast forces that begin and end change speeds, since the last accepted state, over what they allow a step [m/s2]."""
     E = evaluation(table)
-    E.space.jolt[0] = 0.0
+    E.space.impulse[0] = 0.0
     if len(E.arrays.forces.judged) > 0:
         read_probes(table)
         for k in range(len(E.arrays.forces.judged)):
             invoke(E.arrays.forces.judge[k], table, E.arrays.forces.judged[k])
-    return E.space.jolt[0]
+    return E.space.impulse[0]
 
 
 @routine

@@ -185,11 +185,11 @@ def too_long(table: Any) -> bool:
     for i in range(len(S.state.v)):
         square += S.arrays.norm[i] * S.state.v[i] * S.state.v[i]
     S.state.speed[0] = max(S.state.speed[0], np.sqrt(square))
-    jolt = evaluation.find_jolt(table)
+    impulse = evaluation.find_impulse(table)
     if not S.method.judging:
-        S.job.done[1] += jolt == np.inf
+        S.job.done[1] += impulse == np.inf
         return False
-    return S.method.h * jolt > S.state.speed[0]
+    return S.method.h * impulse > S.state.speed[0]
 
 
 @jit

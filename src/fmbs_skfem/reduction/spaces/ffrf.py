@@ -92,7 +92,7 @@ def bending_modes(
 
 
 def frame_rows(terms: TermCollector, name: str, e: int, dim: int, modes: int) -> None:
-    """|e|^2 = 1 and m_i . e = 0; the frame axis stands at probe row `e`, the amplitudes behind it."""
+    """|e|^2 = 1 and m_i . e = 0; the frame axis is probe row `e`, the amplitudes behind it."""
     terms.row(name, "frame", *[(0.5, -1, e + c, e + c) for c in range(dim)], (-0.5, -1, -1, -1))
     for i in range(modes):
         m = e + (i + 1) * dim

@@ -182,14 +182,14 @@ def reduce_system(
     classes = classify(system, components)
     V, mean, spans = block_basis(system, components, found)
     check_interfaces(system, components, found, classes)
-    felt = opened_rows(system, V, classes.inside)
-    kept = np.sort(np.concatenate([classes.linking, classes.others, felt]))
+    opened = opened_rows(system, V, classes.inside)
+    kept = np.sort(np.concatenate([classes.linking, classes.others, opened]))
     reduced = replace(change_coordinates(keep_constraints(system, kept), V, mean), components=spans, full=None)
     reduced = vectors.with_shape_points(system, reduced, [(rows_of(system, one), found[k]) for k, one in components.items()])
     reduced = replace(reduced, mass=clean_diagonal(reduced.mass), damping=clean_diagonal(reduced.damping))
     if eliminate and len(classes.linking):
         numbers, D, d = linear_part(reduced)
-        linking = ~np.isin(numbers, np.searchsorted(kept, felt))
+        linking = ~np.isin(numbers, np.searchsorted(kept, opened))
         length = kept_rows.row_lengths(system, reduced)[numbers[linking]]
         D, d = as_dense(D)[linking] / length[:, None], d[linking] / length
         apart = pivots.independent_rows([np.column_stack([D, d / system.scale])])  # others follow, or hold for every mode

@@ -239,7 +239,7 @@ def along(
             c, first = coordinate(read(s, F, k, room), 0.0), F.memory + IMPACT * k
             if s.memory[first + 1] > 0.0:
                 N = abs(law(c, dot(room[SLOPE], room[V]), F.numbers[k], history(s, F, k))[0])
-                s.jolt[0] += abs(N - s.memory[first]) * F.numbers[k, numbers - 1]
+                s.impulse[0] += abs(N - s.memory[first]) * F.numbers[k, numbers - 1]
         return 0
 
     pairs = tuple((i, j) for i in range(rows) for j in range(rows))

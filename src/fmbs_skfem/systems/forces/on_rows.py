@@ -33,7 +33,7 @@ class ForceRoutines(NamedTuple):
     slopes: Routine | Callback | None = None  #: H += - c (dF/dy + gh dF/dy') on its pairs, from the place it was given on
     accept: Routine | Callback | None = None  #: its memory in the state of the space, which is accepted
     energy: Routine | Callback | None = None  #: energy += E and g += dE/dy, where a potential E makes F or a part of it
-    judge: Routine | Callback | None = None  #: jolt += how much too fast it changes in a step, before the state is accepted
+    judge: Routine | Callback | None = None  #: impulse += how much too fast it changes in a step, before the state is accepted
 
 
 class Place(NamedTuple):
