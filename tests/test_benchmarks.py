@@ -91,7 +91,8 @@ def test_greedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_sweep(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With scenes of a tenth of the time."""
     shorten_examples(tmp_path)
-    assert "| tolerance 1e-4 |" in script("sweep", tmp_path, monkeypatch, EXAMPLES=tmp_path / "examples").main(3, workers=1)
+    module = script("sweep", tmp_path, monkeypatch, EXAMPLES=tmp_path / "examples", CALLS=2, STEPS=(50,))
+    assert "| tolerance 1e-4 | 50 |" in module.main(3, workers=1)
 
 
 def test_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,7 +33,8 @@ from ..systems import fields
 from ..systems.additions import Addition, adds
 from ..systems.connections.constraint_functions import AXES, Joint, Term, basis, mark, where
 from ..systems.places import QUARTER, At, Draft, TermCollector
-from ..systems.system import Constraints, Lock, System, Trigger, remembered
+from ..systems.prepared import remembered
+from ..systems.system import Constraints, Lock, System, Trigger
 
 CYCLES = (1, 2), (2, 0), (0, 1)  #: components of the parts of a cross product
 DIRECTIONS = {"rising": 1, "falling": -1, "both": 0}

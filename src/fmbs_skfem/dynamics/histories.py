@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeVar
+
 import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.algebra.linalg import as_dense
 from ..core.errors import Reason, SolverError
-from ..systems.compiled import signal_table
+from ..systems.compiled import repeatable, signal_table
 from ..systems.forces import on_rows as forces
+from ..systems.prepared import prepare
 from ..systems.system import System, driven_rows, driving
 from .names import owners
+
+Found = TypeVar("Found")
+ROOM = 200_000  #: values of signals in a run, up to which they are found at once, and kept for other runs
 
 
 def signal_names(system: System) -> list[str]:
@@ -38,6 +45,23 @@ def leading_signals(system: System, times: np.ndarray, step: float) -> tuple[np.
     if not driven_rows(system.constraints).any():
         return table, broken
     return np.hstack([table, *derivatives(system, times[: len(table)], table, step)]), broken
+
+
+def signals_of_steps(system: System, step: float, steps: int, first: int, many: int) -> tuple[np.ndarray, SolverError | None]:
+    """`leading_signals` at the ends of some of the steps of a run, from the number `first` on."""
+    if steps * len(system.signals) > ROOM:
+        return leading_signals(system, step * (first + 1 + np.arange(many)), step)
+    all_of_them = lambda: leading_signals(system, step * (1 + np.arange(steps)), step)[0]  # noqa: E731
+    table = of_histories(system, "steps", step, steps, all_of_them)[first : first + many]
+    return table, None if len(table) == many else leading_values(system, step * (first + 1 + np.arange(many)))[1]
+
+
+def of_histories(system: System, name: str, step: float, steps: int, make: Callable[[], Found]) -> Found:
+    """What follows from the histories of a system in a run, and from nothing else: of data it is found once for all its numbers."""
+    if not repeatable(system):
+        return make()
+    parts = system.signals, system.constraints, system.loads.forces, system.probes, step, steps
+    return prepare(system).find(name, parts, make)
 
 
 def derivatives(system: System, times: np.ndarray, table: np.ndarray, step: float) -> list[np.ndarray]:

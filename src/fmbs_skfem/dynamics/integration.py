@@ -19,7 +19,7 @@ from .compiled_step import stepping
 from .compiled_step.large import Large
 from .compiled_step.single_steps import SingleSteps
 from .dividing import HALVINGS, divided
-from .histories import leading_signals, leading_values
+from .histories import leading_values, signals_of_steps
 from .initial import Instant, Start, consistent_start, first_step, startable
 from .loose_rows import open_at_start
 from .names import as_text, row_names, worst
@@ -171,7 +171,7 @@ def march(run: OpenRun, many: int) -> None:
 def whole_steps(run: OpenRun, many: int) -> int:
     """Take some steps as long as they need not be halved; the status."""
     scheme = run.scheme
-    signals, broken = leading_signals(run.model.system, scheme.step * (run.done + 1 + np.arange(many)), scheme.step)
+    signals, broken = signals_of_steps(run.model.system, scheme.step, run.steps, run.done, many)
     status, taken = run.take(run.step.method, signals, run.rows[run.done + 1 :])
     run.done += taken
     if status == stepping.DONE and broken is not None:

@@ -31,7 +31,8 @@ from ..dynamics.run import OpenRun
 from ..dynamics.trajectory import Trajectory
 from ..systems import finer_systems
 from ..systems.assembly import eliminate
-from ..systems.system import Elastic, System, remembered
+from ..systems.prepared import remembered
+from ..systems.system import Elastic, System
 from . import departures, loads_met
 
 #: least part of the range of its output that a column counts with: a small motion across a large one hardly counts

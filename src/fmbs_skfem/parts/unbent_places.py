@@ -10,7 +10,8 @@ from scipy.sparse import csc_array
 from ..bodies.body import Body, ShapePoints
 from ..core.algebra.linalg import as_dense
 from ..core.notices import remark
-from ..systems.system import System, remembered
+from ..systems.prepared import remembered
+from ..systems.system import System
 from . import departures
 
 REMEDY = "train them on such motions, or with moments where they are clamped (fmbs part train --alone)"

@@ -29,6 +29,7 @@ from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from ..core.storage.validation import Indices, Reals
 from ..core.values.ranges import Parameter, Scale
+from ..systems.prepared import alike, prepare
 from . import cases, family_samples
 from . import parameters as boxes
 from .cases import Case, Family, Place
@@ -88,6 +89,7 @@ class ParametricCase:
             numbers = weights[part.order] @ part.mixture @ part.values
             cases.insert(tree, part.place, cases.fill(cases.leaf_at(self.nominal, part.place), part.positions, numbers))
         case: Case = cases.rebuild(self.nominal, tree)
+        alike(prepare(self.nominal.system), case.system)
         return case
 
 
@@ -190,7 +192,7 @@ def lagrange(nodes: Sequence[np.ndarray], order: Order, row: np.ndarray) -> np.n
     weights = np.ones(1)
     for points, degree, logarithmic, x in zip(nodes, order.degrees, order.logarithmic, row, strict=True):
         if degree:
-            weights = np.kron(weights, basis(points[: degree + 1], float(x), logarithmic))
+            weights = np.outer(weights, basis(points[: degree + 1], float(x), logarithmic)).ravel()
     return weights
 
 

@@ -91,6 +91,8 @@ def at_times(
         found.append(f"a step of {step:g} s, trained with {trained.scheme.step:g} s")
     if found:
         notify(f"the reduced model runs outside its training: {'; '.join(found)}; check its error against a full run")
+    if (duration, step) == (trained.duration, trained.scheme.step):
+        return trained, found
     return with_step(replace(trained, duration=duration), step), found
 
 

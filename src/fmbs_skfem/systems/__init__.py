@@ -10,6 +10,7 @@ from .forces import bushing, controls, gauges, loads, springs
 from .measures import probes, stresses
 from .operators import constraints, force, strain_energy, tangent
 from .places import At
+from .prepared import Prepared, alike, prepare
 from .system import System, change_coordinates
 
 __all__ = [
@@ -35,6 +36,9 @@ __all__ = [
     "strain_energy",
     "Compiled",
     "compile_system",
+    "Prepared",
+    "prepare",
+    "alike",
     "check_joint",
     "check_force",
     "check_system",

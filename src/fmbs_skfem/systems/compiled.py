@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
-from ..core.algebra.linalg import as_dense, is_sparse
+from ..core.algebra.linalg import Array, as_dense, is_sparse
 from ..core.compiling.structs import packed
+from ..core.storage import container
 from ..core.storage.records import dataclass
 from . import evaluation, layouts, work
 from .connections import constraint_laws
@@ -21,15 +22,17 @@ from .evaluation import Arrays, ConstraintTerms, ElasticTerms, Evaluation, Sampl
 from .forces import low_rank
 from .forces import on_rows as attachments
 from .forces.on_rows import Force, Place
-from .kernels import Operator, Pairs, Terms
+from .kernels import Csr, Operator, Pairs, Terms
 from .layouts import Layout, Pieces, Storage
 from .matrices import constant, permuted, triple
 from .measures.angles import continuous
-from .system import System, remembered
+from .prepared import Prepared, prepare, remembered
+from .system import Constraints, System
 from .terms import cells, corotation, lifts, sparse
 from .terms import elastic as storages
 from .terms.elastic import Lifts, Piece, Setting, Targets, Term
 
+FEW, INSTANTS = 10, 32  #: instants whose signals are remembered together, and how often: a start reads them at seven times
 NEARBY = 1e-4  #: distance of the states that rates of angles are taken from, over the time between two stored states
 
 
@@ -120,7 +123,8 @@ def flatten(system: System) -> Compiled:
     layout = layouts.chosen(system, parts, pairs, any(force.skew for force in pushing))
     order, large = layout.order, layout.storage is Storage.SPARSE
     local, reduced = [storages.couplings(one) for one in parts.storages], isinstance(parts.matrix, np.ndarray)
-    pattern = sparse.pattern(len(parts.offset), local, parts.matrix if large else None) if large or (reduced and local) else None
+    there = large or (reduced and len(parts.offset) > 0)
+    pattern = sparse.pattern(len(parts.offset), local, parts.matrix if large else None) if there else None
     lift = lifts.piece(parts.matrix if reduced else triple(permuted(parts.matrix, order)), parts.offset, local, pattern)
 
     def targets(local: np.ndarray) -> Targets:
@@ -130,43 +134,50 @@ def flatten(system: System) -> Compiled:
     found = list[Term]()
     for one, b in zip(parts.storages, beta, strict=True):
         setting = Setting(system.dim, b, targets, sum(term.kept for term in found), sum(term.turned for term in found))
-        found.append(replace(storages.compile_term(one, setting), follows=one.law.follows))
-    probes = permuted(system.probes.matrix, order)
+        term = storages.compile_term(one, setting)
+        found.append(replace(term, follows=True) if one.law.follows else term)
+    known = prepare(system) if system.size < layouts.WIDE else Prepared()
 
-    def operator(A: csr_array | np.ndarray) -> Operator:
-        return constant(permuted(A, order, True), layout.store(A), layout.dense, layout.by_rows, system.dim)
+    def operator(name: str, A: Array) -> Operator:
+        make = lambda: constant(permuted(A, order, True), layout.store(A), layout.dense, layout.by_rows, system.dim)  # noqa: E731
+        return known.find(name, (A, layout), make)
 
+    def probes() -> tuple[Csr, Csr]:
+        rows = permuted(system.probes.matrix, order)
+        found = triple(rows)
+        return found, triple(without(rows, alone)) if len(alone) else found
+
+    turning = corotation.turning_of(system)
+    alone = np.array([row for force in pushing for row in force.alone], dtype=np.int64)
+    read, shown = known.find("probes", (system.probes.matrix, layout, alone.tobytes()), probes)
     arrays = Arrays(
         elastic=sum_of(found),
         lift=lifts.addressed(lift),
-        mass=operator(system.mass),
-        damping=operator(system.damping),
-        stiffness=operator(system.stiffness),
+        mass=operator("mass", system.mass),
+        damping=operator("damping", system.damping),
+        stiffness=operator("stiffness", system.stiffness),
         dense=layout.dense,
         tree=layout.tree,
-        blocks=triple(layout.pattern),
-        probes=triple(probes),
-        shown=triple(without(probes, [row for force in pushing for row in force.alone])),
+        blocks=known.find("blocks", (layout,), lambda: triple(layout.pattern)),
+        probes=read,
+        shown=shown,
         probes_offset=np.ascontiguousarray(system.probes.offset),
         terms=constraints,
         laws=ConstraintTerms(*addresses(laws)),
         forces=attachments.addressed(pushing),
         pairs=Pairs(np.ascontiguousarray(pairs[:0] if large else pairs), len(pairs), any(force.skew for force in pushing)),
         load=np.ascontiguousarray(system.loads.constant[order]),
-        corotation=corotation.nothing(system.size),
+        corotation=corotation.room(system, turning),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
     model = Compiled(system, arrays, tuple(found), parts.owners, lift, laws, pushing, pairs, layout, pattern if large else None)
-    if not is_sparse(system.lift.matrix):
-        turned = corotation.corotational_tangent(system, partial(part_tangent, model))
-        model = replace(model, arrays=arrays._replace(corotation=turned))
+    if turning and not corotation.fill(arrays.corotation, turning, partial(part_tangent, model)):
+        model = replace(model, arrays=arrays._replace(corotation=corotation.nothing(system.size)))
     return model
 
 
-def without(rows: csr_array, left_out: Sequence[int]) -> csr_array:
+def without(rows: Array, left_out: np.ndarray) -> csr_array:
     """Rows, some of them empty."""
-    if not len(left_out):
-        return rows
     kept = np.ones(rows.shape[0])
     kept[left_out] = 0.0
     found = csr_array(diags_array(kept) @ rows)
@@ -210,18 +221,24 @@ def storage(system: System) -> Layout:
 
 def attached(system: System) -> tuple[Terms, tuple[Constraint, ...], tuple[Force, ...], np.ndarray]:
     """Constraints and forces of a system for compiled code, and the pairs (h, 2) of probe rows with second derivatives."""
-    terms, laws, found = system.constraints, list[Constraint](), list[Force]()
-    first, pairs = constraint_pairs(system)
-    for own in terms.laws:
-        laws.append(constraint_laws.compile_rows(own, len(pairs)))
-        pairs = np.concatenate([pairs, laws[-1].pairs])
+    own, found = system.constraints, list[Force]()
+    terms, laws, pairs = prepare(system).find("constraints", (own,), lambda: compile_constraints(own))
     place = Place(len(pairs), 0, 0)
     for one in system.loads.forces:
         found.append(attachments.compile_force(one, place))
         last = found[-1]
         place = Place(place.pair + len(last.pairs), place.memory + len(last.memory), place.room + last.room)
-    pairs = np.concatenate([pairs, *(force.pairs for force in found)])
-    return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, first), tuple(laws), tuple(found), pairs
+    return terms, laws, tuple(found), np.concatenate([pairs, *(force.pairs for force in found)])
+
+
+def compile_constraints(terms: Constraints) -> tuple[Terms, tuple[Constraint, ...], np.ndarray]:
+    """Constraints for compiled code, and the pairs (h, 2) of probe rows with second derivatives."""
+    laws = list[Constraint]()
+    first, pairs = constraint_pairs(terms)
+    for own in terms.laws:
+        laws.append(constraint_laws.compile_rows(own, len(pairs)))
+        pairs = np.concatenate([pairs, laws[-1].pairs])
+    return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, first), tuple(laws), pairs
 
 
 def size(model: Compiled, displacement: np.ndarray) -> float:
@@ -232,14 +249,26 @@ def size(model: Compiled, displacement: np.ndarray) -> float:
 def part_tangent(model: Compiled, number: int) -> Callable[[np.ndarray], np.ndarray]:
     """x -> the tangent of one elastic part of a dense system (n, n), from all its terms."""
     mine = [term for term, owner in zip(model.terms, model.owners, strict=True) if owner == number]
-    alone = replace(model, arrays=model.arrays._replace(elastic=sum_of(mine)))
-    return lambda x: as_dense(elastic_tangent(alone, x, 0.0))
+
+    def tangent(x: np.ndarray) -> np.ndarray:
+        found, table = model.evaluation
+        W = found.space.W
+        W[:], found.space.x[:], found.space.gh[0] = 0.0, x[model.order], 0.0
+        if model.lift:
+            model.lift.routines.place(table, model.lift.address)
+        for term in mine:
+            term.routines.tangent(table, term.address)
+        if model.lift:
+            model.lift.routines.tangent(table, model.lift.address)
+        model.check()
+        return as_dense(model.layout.matrix(W))
+
+    return tangent
 
 
-def constraint_pairs(system: System) -> tuple[np.ndarray, np.ndarray]:
+def constraint_pairs(terms: Constraints) -> tuple[np.ndarray, np.ndarray]:
     """First pair of every constraint term, -1 for none, and the pairs (h, 2) of probe rows with second derivatives."""
     pairs: list[tuple[int, int]] = []
-    terms = system.constraints
     first = np.full(len(terms.row), -1, dtype=np.int64)
     for k in np.flatnonzero(terms.j >= 0):
         first[k] = len(pairs)
@@ -249,11 +278,30 @@ def constraint_pairs(system: System) -> tuple[np.ndarray, np.ndarray]:
 
 
 def signal_table(system: System, times: np.ndarray) -> np.ndarray:
+    """Values of all signals, (s, k); at a few instants, as those of a start, they are remembered."""
+    if len(times) > FEW or not repeatable(system):
+        return tabulated(system, times)
+    known, key = prepare(system).find("signals", (system.signals,), dict[bytes, np.ndarray]), times.tobytes()
+    found = known.get(key)
+    if found is None:
+        if len(known) >= INSTANTS:
+            known.clear()
+        found = known[key] = tabulated(system, times)
+    return found.copy()
+
+
+def tabulated(system: System, times: np.ndarray) -> np.ndarray:
     """Values of all signals, (s, k)."""
     found = np.empty((len(times), len(system.signals)))
     for k, signal in enumerate(system.signals):
         found[:, k] = signal(times)
     return found
+
+
+def repeatable(system: System) -> bool:
+    """Whether there are signals, and all are data: a function of Python may have other values in another run."""
+    signals = system.signals
+    return bool(signals) and prepare(system).find("data", (signals,), lambda: container.can_hold(signals))
 
 
 def place(
@@ -387,9 +435,9 @@ def gaps(model: Compiled, x: np.ndarray, times: np.ndarray) -> np.ndarray:
 def constraints_at(model: Compiled, x: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Phi (s, m) of states x (s, n) at some times (s,), and the derivatives of the last one by the probe rows (m, j)."""
     (found, table), signals = model.evaluation, signal_table(model.system, times)
-    phi, s = np.zeros((len(x), model.constraints)), found.space
+    phi, s, states = np.zeros((len(x), model.constraints)), found.space, x[:, model.order]
     for k in range(len(x)):
-        s.x[:], s.signals[: signals.shape[1]] = x[k, model.order], signals[k]
+        s.x[:], s.signals[: signals.shape[1]] = states[k], signals[k]
         evaluation.probe_constraints(table)
         phi[k] = s.rhs[0, len(s.x) :]
     return phi, s.Jy

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from ..bodies.body import ShapePoints
-from .system import COMPILED, System, remembered
+from .prepared import COMPILED, remembered
+from .system import System
 
 KEY = "finer system"
 

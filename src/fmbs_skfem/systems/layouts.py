@@ -16,15 +16,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, diags_array, eye_array, triu
-from scipy.sparse.linalg import splu
+from scipy.sparse import coo_array, csr_array, eye_array, triu
 
-from ..core.algebra import supernodes
+from ..core.algebra import saddle, supernodes
 from ..core.algebra.linalg import as_dense, distinct, is_sparse, mirrored
 from ..core.algebra.supernodes import Tree
 from ..core.storage.records import dataclass
 from .lengths import LIGHT
-from .matrices import band_order, from_lower_band, lower_band
+from .matrices import band_order, from_lower_band, lower_band, nonzeros
+from .prepared import prepare
 from .system import System
 from .terms import elastic as terms
 
@@ -127,12 +127,12 @@ class Layout:
 
 def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layout:
     """How the iteration matrix of a system is stored; `pairs` (h, 2) of probe rows have second derivatives, `skew` ones or not."""
+    if not is_sparse(system.lift.matrix):
+        size, loose = system.size, massless(system, parts)
+        return prepare(system).find("layout", (size, loose), lambda: Layout(Storage.DENSE, np.arange(size), size - 1, loose=loose))
     natural = np.arange(system.size)
-    reduced = not is_sparse(system.lift.matrix)
-    if not reduced and system.size >= WIDE:
+    if system.size >= WIDE:
         return Layout(Storage.SPARSE, natural, system.size - 1)
-    if reduced:
-        return Layout(Storage.DENSE, natural, system.size - 1, loose=massless(system, parts))
     pattern, small = coupling(system, parts, pairs), system.size <= DENSE
     order, width = (natural, system.size - 1) if small else band_order(pattern)
     dense = small or (3 * width > system.size and system.size <= 4 * BAND)
@@ -181,14 +181,17 @@ def coupling(system: System, parts: Pieces, pairs: np.ndarray) -> csr_array:
 def massless(system: System, parts: Pieces) -> bool:
     """Whether unknowns have neither mass nor elastic energy, as axes of thin rigid parts: only joints determine them."""
     rows = [terms.couplings(one).ravel() for one in parts.storages]
-    used = coo_array(parts.matrix[distinct(np.concatenate(rows))]) if rows else coo_array((0, system.size))
-    held = distinct(used.col[used.data != 0.0])
+    read = distinct(np.concatenate([np.zeros(0, np.int64), *rows]))
+    held = distinct(nonzeros(parts.matrix[read])[1])
+    return prepare(system).find("massless", (system.mass, system.metric, held.tobytes()), lambda: weightless(system, held))
+
+
+def weightless(system: System, held: np.ndarray) -> bool:
+    """Whether some unknowns beside those that are held (h,) have no mass."""
     free = np.setdiff1d(np.arange(system.size), held)
-    sizes = diags_array(1.0 / np.sqrt(system.metric.diagonal()[free]))  # of positions and axes alike
-    try:
-        pivots = (
-            splu((sizes @ csr_array(system.mass)[free][:, free] @ sizes).tocsc()).U.diagonal() if len(free) else np.array([np.inf])
-        )
-    except RuntimeError:  # SuperLU: exactly singular
-        return True
-    return bool(np.abs(pivots).min() <= LIGHT)
+    if not len(free):
+        return False
+    mass = system.mass if len(free) == system.size else csr_array(system.mass)[free][:, free]
+    sizes = 1.0 / np.sqrt(system.metric.diagonal()[free])  # of positions and axes alike
+    found = saddle.factor(as_dense(mass) if len(free) <= saddle.SMALL else mass, scale=sizes)
+    return found is None or bool(np.abs(found.factors.pivots()).min() <= LIGHT)

@@ -11,9 +11,9 @@ Source of the equations: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cm
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from dataclasses import field, replace
-from typing import Annotated, Any, TypeAlias, TypeVar
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
@@ -26,12 +26,12 @@ from ..core.storage.records import dataclass
 from ..core.storage.validation import Attributes, Indices, Inside, Number, Range, Reals
 from .connections.constraint_laws import LawRows
 from .forces.on_rows import is_force
+from .prepared import COMPILED
 from .terms import elastic as terms
 
 SPRINGS = 1e-13  #: part of the sizes that a sum of forces of springs is made of which is round-off
 
 Matrix: TypeAlias = csr_array | np.ndarray
-Found = TypeVar("Found")
 Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
 
 
@@ -169,9 +169,6 @@ class Output:
 storable(Output, labels=lambda values: (), body=lambda values: "", place=lambda values: ())
 
 
-COMPILED = "compiled"  #: where a system remembers what was found of it, see `remembered`
-
-
 @dataclass(frozen=True, repr=False)
 class System:
     """A mechanical system in unknowns x (n,), with body coordinates q = lift(x)."""
@@ -235,14 +232,6 @@ storable(
     near=lambda values: np.zeros(0),
     monitors=lambda values: (),
 )
-
-
-def remembered(system: System, key: Hashable, find: Callable[[], Found]) -> Found:
-    """What is found of a system, by a key, the first time; it goes with the system, and copies begin without it."""
-    known: dict[Hashable, Found] = system.__dict__.setdefault(COMPILED, {})
-    if key not in known:
-        known[key] = find()
-    return known[key]
 
 
 def in_scene(system: System, q: np.ndarray) -> np.ndarray:

@@ -290,6 +290,15 @@ def encode(value: Any, arrays: Arrays, where: str) -> Any:
     raise InputError(say(where, "numbers, texts, arrays, tuples, lists or dicts", kind.__name__, remedy))
 
 
+def can_hold(value: Any) -> bool:
+    """Whether a file can hold a value: it is data, and no function of Python."""
+    try:
+        encode(value, [], "")
+    except InputError:
+        return False
+    return True
+
+
 def encode_array(value: np.ndarray, arrays: Arrays) -> Tree:
     """An array by number; the memory order is kept, because it decides the order of summation in products."""
     fortran = value.ndim > 1 and value.flags.f_contiguous and not value.flags.c_contiguous

@@ -19,7 +19,7 @@ from ...systems.forces.force_laws import ForceLaw, LawForces, evaluate
 from ...systems.measures.angles import DOUBT
 from ...systems.signals import Cosine, Sine, read_inputs
 from ...systems.system import System, driving
-from ..histories import pushed_body, signal_names
+from ..histories import of_histories, pushed_body, signal_names
 from ..observers import Judge, Looks, Observer, Setting, offered
 from ..run import OpenRun
 from ..trajectory import Statistics, Trajectory
@@ -125,7 +125,7 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
 
 def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:
     """A warning where a function of time that drives a joint, or its rate, jumps from one step [s] to the next: an impulse."""
-    for name, (what, t) in drives_that_jump(plain, step, steps).items():
+    for name, (what, t) in of_histories(plain, "jumps", step, steps, lambda: drives_that_jump(plain, step, steps)).items():
         text = f"{name} is driven by a function{what} jumps within one step, at t = {t:.4g} s"
         notify(f"{text}: forces there are impulses that depend on the step; let it change over many steps")
 
@@ -218,7 +218,8 @@ def coordinate_of(law: str) -> str:
 def coarse_histories(system: System, step: float, steps: int) -> Iterator[tuple[str, float]]:
     """What is driven by histories that are too far off, and the share that is missed."""
     known = [k for k, signal in enumerate(system.signals) if not read_inputs(signal)]
-    size, missed = integrals(lambda times: signal_table(system, times.ravel())[:, known], step, steps)
+    values = lambda times: signal_table(system, times.ravel())[:, known]  # noqa: E731
+    size, missed = of_histories(system, "integrals", step, steps, lambda: integrals(values, step, steps))
     for k in np.flatnonzero(missed > MISSED * size):
         yield signal_names(system)[known[k]], missed[k] / size[k]
 

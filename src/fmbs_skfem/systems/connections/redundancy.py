@@ -28,8 +28,9 @@ from ...core.errors import Reason, SolverError
 from ...core.notices import notify
 from ...core.storage.records import dataclass
 from .. import kernels
-from ..compiled import signal_table
-from ..system import System, driven_rows, is_linear, keep_constraints, linear_rows, loose_rows, reads, remembered, sizes
+from ..compiled import repeatable, signal_table
+from ..prepared import Prepared, alike, prepare, remembered
+from ..system import Constraints, System, driven_rows, is_linear, keep_constraints, linear_rows, loose_rows, reads, sizes
 from . import constraint_laws, echelon
 from .constraint_laws import LawRows
 
@@ -120,6 +121,12 @@ def rows_of(system: System) -> tuple[StartRows, np.ndarray]:
 
 def scale_of(system: System) -> np.ndarray:
     """Changes (n,) of the unknowns that move positions by the size of the system, or turn axes and slopes by 1, and none more."""
+    parts = system.lift, system.unit, system.scale, system.dim
+    return prepare(system).find("scale", parts, lambda: large_changes(system))
+
+
+def large_changes(system: System) -> np.ndarray:
+    """`scale_of`, found anew."""
     matrix, factor = system.lift.matrix, np.repeat(np.where(system.unit > 0.5, 1.0 / system.scale, 1.0), system.dim)
     if isinstance(matrix, np.ndarray):
         largest = np.abs(factor[:, None] * matrix).max(axis=0)
@@ -197,42 +204,47 @@ def singular_start(system: System) -> bool:
 
 def without_redundant(system: System) -> System:
     """The system without rows that follow from the others in all positions near the start; a notice names them."""
-    system = without_redundant_linear(system)
-    terms = system.constraints
+    parts = system.constraints, system.probes, system.lift, system.unit, system.scale
+    system = left_out(system, prepare(system).find("redundant linear", parts, lambda: redundant_linear_rows(system)))
+    parts, known = (system.constraints, *parts[1:]), prepare(system) if repeatable(system) or not system.signals else Prepared()
+    return left_out(system, known.find("redundant", (*parts, system.x0, system.signals), lambda: redundant_rows(system)))
+
+
+def redundant_rows(system: System) -> np.ndarray:
+    """Rows (i,), linear ones or others, that follow from the others in all positions near the start."""
+    none, terms = np.zeros(0, np.int64), system.constraints
     driven, loose = driven_rows(terms), loose_rows(terms)
     candidate = ~is_linear(terms) & ~driven & ~loose
     if not candidate.any():
-        return system
+        return none
     lasting = np.flatnonzero(~loose)  # what follows from a joint that is released later does not follow then
     near = lasting[doubtful(*rows_of(keep_constraints(system, lasting)))]
     if not len(near):
-        return system
+        return none
     rows, z = rows_of(keep_constraints(system, near))
     if ranks.rank(relative(rows, z)[1], ranks.NEAR) == rows.count:
-        return system
+        return none
     best = max(nearby(rows, z), key=lambda J: ranks.rank(J, ranks.CLOSED), default=None)
     if best is None or ranks.rank(best, ranks.CLOSED) == rows.count:
-        return system
-    dropped = near[dependent_rows(best, candidate[near], driven[near])]
-    if not len(dropped):
-        return system
-    return left_out(system, dropped)
+        return none
+    return near[dependent_rows(best, candidate[near], driven[near])]
 
 
-def without_redundant_linear(system: System) -> System:
-    """The system without rows that follow from other linear ones; SolverError where those contradict each other."""
+def redundant_linear_rows(system: System) -> np.ndarray:
+    """Rows (i,) that follow from other linear ones; SolverError where those contradict each other."""
+    none = np.zeros(0, np.int64)
     rows, entries, a = linear_rows(system)
     if not len(rows) or (len(rows) ** 2 * system.size <= CHEAP and apart(entries)):
-        return system
+        return none
     A = csr_array(entries)
     shared = connected_components(csr_array(abs(A) @ abs(A).T), directed=False)[1]
     mine = np.flatnonzero(np.bincount(shared)[shared] > 1)
     if not len(mine) or apart(A[mine]):
-        return system
+        return none
     found = echelon.solve(csr_array(A[mine]), a[mine], units=scale_of(system))
     dropped = rows[mine[found.left]]
     refuse_gaps([system.constraints.names[k] for k in dropped], found.gap, ranks.EXACT * system.scale)
-    return left_out(system, dropped) if len(dropped) else system
+    return dropped
 
 
 def apart(A: Array) -> bool:
@@ -251,11 +263,16 @@ def refuse_gaps(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float)
 
 def left_out(system: System, rows: np.ndarray) -> System:
     """The system without some rows, always the same, which a notice names; their reactions are zero."""
+    if not len(rows):
+        return system
     notify_left_out([system.constraints.names[k] for k in rows])
 
+    def keep() -> tuple[Constraints, Prepared]:
+        return keep_constraints(system, np.setdiff1d(np.arange(len(system.constraints.names)), rows)).constraints, Prepared()
+
     def find() -> System:
-        kept = keep_constraints(system, np.setdiff1d(np.arange(len(system.constraints.names)), rows))
-        return replace(kept, full=system.full or system)
+        kept, known = prepare(system).find("left out", (system.constraints, rows.tobytes()), keep)
+        return alike(known, replace(system, constraints=kept, full=system.full or system))
 
     return remembered(system, ("left out", *rows), find)
 

@@ -21,6 +21,7 @@ from ...core.algebra.linalg import as_dense, support
 from ...core.compiling.entries import view
 from ...core.compiling.jit import jit
 from ...core.compiling.structs import Cube, IntegerMatrix, Matrix, Vector
+from ..prepared import prepare
 
 if TYPE_CHECKING:
     from ..system import System
@@ -45,33 +46,62 @@ def nothing(size: int) -> CorotationalTangent:
     return CorotationalTangent(np.zeros((0, 3), np.int64), np.zeros((0, 2, size)), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
 
 
-def corotational_tangent(system: System, tangent: Callable[[int], Callable[[np.ndarray], np.ndarray]]) -> CorotationalTangent:
-    """The tangents of all elastic parts of a reduced system from `tangent` (number of the part) (x) (n, n), or `nothing`."""
-    none = nothing(system.size)
+class Turning(NamedTuple):
+    """How the bodies of a reduced system turn, whatever their tangents are."""
+
+    table: np.ndarray  #: of `CorotationalTangent`, as are
+    rows: np.ndarray
+    offset: np.ndarray
+    places: tuple[Callable[[float], np.ndarray], ...]  #: by the angle [rad], the unknowns (n,) in which a body is turned by it
+
+
+def turning_of(system: System) -> Turning | None:
+    """How all elastic parts of a reduced system turn; None where one of them does not, or its space does not hold it turned."""
     if system.dim != 2 or not isinstance(system.lift.matrix, np.ndarray) or not system.elastic:
-        return none
+        return None
+    names = "\n".join(elastic.name for elastic in system.elastic)
+    parts = system.lift, system.x0, system.unit, system.coordinates, names
+    return prepare(system).find("turning", parts, lambda: find_turning(system))
+
+
+def find_turning(system: System) -> Turning | None:
+    """`turning_of` a planar system."""
     spans = {name: slice(first, last) for name, first, last in system.coordinates}
-    table, rows, offsets, numbers, first = [], [], [], [], 0
-    for number, elastic in enumerate(system.elastic):
+    table, rows, offsets, places, first = [], [], [], [], 0
+    for elastic in system.elastic:
         if elastic.name not in spans:
-            return none
+            return None
         row, offset, place, miss = fit(system, spans[elastic.name])
         if miss > REACH:
-            return none
-        at = tangent(number)
-        Ka, Kb, half, proof = (at(place(theta)) for theta in (0.0, 0.5 * np.pi, 0.25 * np.pi, PROOF))
-        Kc, c, s = 2.0 * half - Ka - Kb, np.cos(PROOF), np.sin(PROOF)
-        if np.linalg.norm(c * c * Ka + s * s * Kb + c * s * Kc - proof) > ALIKE * np.linalg.norm(proof):
-            return none
+            return None
         on = support(as_dense(system.lift.matrix[spans[elastic.name]]))
         count = on.stop - on.start
         table.append((on.start, count, first))
-        numbers += [K[on, on].ravel() for K in (Ka, Kb, Kc)]
         rows.append(row)
         offsets.append(offset)
+        places.append(place)
         first += 3 * count * count
+    return Turning(np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), tuple(places))
+
+
+def room(system: System, turning: Turning | None) -> CorotationalTangent:
+    """What `fill` puts the tangents into; nothing where bodies do not turn."""
+    if turning is None:
+        return nothing(system.size)
     beta = np.array([elastic.beta for elastic in system.elastic])
-    return CorotationalTangent(np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), beta, np.concatenate(numbers))
+    return CorotationalTangent(*turning[:3], beta, np.zeros(3 * int((turning.table[:, 1] ** 2).sum())))
+
+
+def fill(T: CorotationalTangent, turning: Turning, tangent: Callable[[int], Callable[[np.ndarray], np.ndarray]]) -> bool:
+    """Put K_a, K_b and K_c of all parts in, by `tangent` (number of the part) (x) (n, n); False where one does not turn so."""
+    for number, ((first, count, at), place) in enumerate(zip(T.table, turning.places, strict=True)):
+        K, on = tangent(number), slice(first, first + count)
+        Ka, Kb, half, proof = (K(place(theta)) for theta in (0.0, 0.5 * np.pi, 0.25 * np.pi, PROOF))
+        Kc, c, s = 2.0 * half - Ka - Kb, np.cos(PROOF), np.sin(PROOF)
+        if np.linalg.norm(c * c * Ka + s * s * Kb + c * s * Kc - proof) > ALIKE * np.linalg.norm(proof):
+            return False
+        T.numbers[at : at + 3 * count * count] = np.concatenate([part[on, on].ravel() for part in (Ka, Kb, Kc)])
+    return True
 
 
 def fit(system: System, span: slice) -> tuple[np.ndarray, np.ndarray, Callable[[float], np.ndarray], float]:

@@ -170,6 +170,8 @@ def split(points: Sampled, lifts: Lifts) -> list[Sampled]:
     count, modes = points.section.shape[2], points.rows.shape[1]
     gradients, offset = points.rows.reshape(-1, count, modes), points.offset.reshape(-1, count)
     parts = max(1, round(points.rows.size / ROOM))
+    if parts == 1:
+        return [points]
     return [
         replace(
             points,

@@ -1,0 +1,61 @@
+"""What systems of one structure share: what follows from parts that they have in common is found once.
+
+    prepare(system).find("probes", (system.probes.matrix,), make)      what `make` gives, or gave for the same parts before
+
+A member of a family is a system with other numbers in some arrays; all its other parts are the same objects (`alike`). A part is
+known by its identity, as arrays of a system never change: nothing is compared, no structure is guessed, and whatever a number may
+change is found anew where the part that holds it is another one. There is one entry a name, which keeps its parts alive: the
+memory goes with the systems, and calls do not let it grow. What is found is read by many threads, and written by none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from .system import System
+
+Found = TypeVar("Found")
+COMPILED = "compiled"  #: where a system remembers what was found of it
+NAME = "prepared"  #: and of its parts
+VALUES = (bool, int, float, str, bytes)  #: parts that are known by their value
+
+
+class Prepared:
+    """What was found of parts of systems, by name."""
+
+    def __init__(self) -> None:
+        self.known: dict[str, tuple[tuple[Any, ...], Any]] = {}
+
+    def find(self, name: str, parts: tuple[Any, ...], make: Callable[[], Found]) -> Found:
+        """What is made of some parts, the same as the last time where these are the same; numbers count by value."""
+        known = self.known.get(name)
+        if known is None or len(known[0]) != len(parts) or not all(map(same, known[0], parts)):
+            known = self.known[name] = parts, make()
+        found: Found = known[1]
+        return found
+
+
+def same(a: object, b: object) -> bool:
+    """Whether two parts are one object, or equal numbers."""
+    return a is b or (type(a) is type(b) and isinstance(a, VALUES) and a == b)
+
+
+def remembered(system: System, key: Hashable, find: Callable[[], Found]) -> Found:
+    """What is found of a system, by a key, the first time; it goes with the system, and copies begin without it."""
+    known: dict[Hashable, Found] = system.__dict__.setdefault(COMPILED, {})
+    if key not in known:
+        known[key] = find()
+    return known[key]
+
+
+def prepare(system: System) -> Prepared:
+    """What is found of the parts of a system, which it remembers."""
+    return remembered(system, NAME, Prepared)
+
+
+def alike(known: Prepared, system: System) -> System:
+    """A system that shares what is known of the parts of another one, as `replace(other, ...)` has them: `prepare(other)`."""
+    system.__dict__.setdefault(COMPILED, {})[NAME] = known
+    return system
