@@ -36,6 +36,7 @@ from ..systems import fields
 from ..systems.connections.constraint_functions import size_of
 from ..systems.forces.loads import where
 from ..systems.places import At, Draft
+from . import pair_forces as pair_forces  # which says how these contacts are compiled
 from .contacts import CLEAR, ContactGauge, Length, Touch
 from .pair_states import gaps_of, measures
 from .pairs import BeamContacts, whole_line
