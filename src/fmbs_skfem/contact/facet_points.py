@@ -11,6 +11,7 @@ from ..bodies.body import Body, own
 from ..shapes import surface
 from ..shapes.surface import Surface
 from ..systems.places import At, Draft
+from . import facet_forces as facet_forces  # which says how these contacts are compiled
 from .facet_forces import measures
 from .facet_pairs import FacetContacts
 from .forces import ContactForces
