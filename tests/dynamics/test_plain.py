@@ -51,7 +51,7 @@ def sheet() -> System:
 
 def arms() -> System:
     """Three reduced beams at one hub, with a spring between two tips."""
-    full = cable("arm", models.straight(4), models.SECTION, models.MATERIAL)
+    full = cable("arm", models.segment(4), models.SECTION, models.MATERIAL)
     random = np.random.default_rng(1).normal(size=(len(full.reference), 2))
     shapes = np.linalg.qr(np.column_stack([full.constant, full.reference[:, :1], random]))[0]
     one = reduced_body(full, shapes)
@@ -67,7 +67,7 @@ def arms() -> System:
 
 def touching() -> System:
     """A beam that hangs at one end, is pulled, and lies on a ball with friction."""
-    beam = cable("beam", models.straight(8), models.SECTION, models.MATERIAL, dim=2)
+    beam = cable("beam", models.segment(8), models.SECTION, models.MATERIAL, dim=2)
     under = ContactSphere("ball", body="beam", points=33, center=(0.5, -0.1), diameter=0.2, stiffness=1e3, friction=0.3)
     pull = loads.PointForce("pull", At("beam", "right"), (0.5, -1.0))
     return eliminate(assemble([beam], [joints.Pin("a", At("beam", "left"))], [loads.Gravity((0.0, -9.81)), under, pull]))
