@@ -10,7 +10,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
-from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import Any
@@ -50,11 +49,16 @@ class Finder:
 
     def find_spec(self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
         place = _NAMES.get(fullname)
-        return None if place is None or ":" in place else ModuleSpec(fullname, OtherName(place))
+        if place is None or ":" in place:
+            return None
+        return ModuleSpec(fullname, OtherName(place))  # type: ignore[arg-type]  # has what is called of a loader
 
 
-class OtherName(Loader):
-    """Loads the module itself, which keeps its own name."""
+class OtherName:
+    """Loads the module itself, which keeps its own name.
+
+    It is no `importlib.abc.Loader`, which loads a dozen modules that `fmbs --help` has no use for.
+    """
 
     def __init__(self, place: str) -> None:
         self.module = import_module(place)
