@@ -32,14 +32,17 @@ def find_drift(table: Any, _: int = 0) -> int:
     """rhs = (0, r), r what the accepted state is off (4), and a copy of r in the trial multipliers; the trial v is overwritten."""
     S = opened(table)
     s, t, method, A = S.state, S.space, S.method, S.arrays
+    # v differs by O(h^2) from Phi_q v + Phi_t = 0 on purpose: on that multipliers are of first order
     n, lead = len(s.x), method.h * (0.5 - method.beta)
     t.leads[0], t.leads[1] = lead, method.h * method.h * (1.0 / 6.0 - method.beta * (1.0 + method.am - method.af))
     for i in range(n):
         t.v[i] = s.v[i] + lead * s.a[i]
+    # four products with the same rows, which are read once
     kernels.probe_paths(A.shown, A.probes_offset, s.x, t.v, s.v, s.acceleration, t.paths)
     kernels.clear(t.f)
     evaluation.find_drift(table)
     for k in range(len(t.multipliers)):
+        # r is needed twice: for the direction of now, and to tell what the factors have left of it
         t.multipliers[k] = t.rhs[0, n + k]
     return 0
 
@@ -48,16 +51,22 @@ def find_drift(table: Any, _: int = 0) -> int:
 def settle(table: Any, _: Any) -> int:
     """Put the accepted velocities onto (4) with the factors that are there, or with new ones of the accepted state."""
     S = opened(table)
+    # new factors at once where the old ones do not do: the reaction of a fast pendulum is right to 4e-5 of its size, for 9e-3
+    # where velocities were left as they were
     for attempt in range(2):
         find_drift(table)
+        # W^-1 J^T alone: the front of rhs is zero, so that one of two applications of W^-1 is saved
         invoke(S.doors.solve, table, 1)
         turn(table)
         invoke(S.doors.solve, table, 0)
+        # a second failure is no error: near a singular position (4) determines nothing, and the motion goes on without
         if move_velocities(table) == 1 or attempt == 1:
             return 0
+        # factors are those of the accepted state, not of the trial v that (4) was evaluated with
         restore(table)
         S.job.counters[FACTORISATIONS] += 1
         if invoke(S.doors.factorise, table, 0) != 0:
+            # the step itself has converged: the next one factors anew, and reports what it finds
             S.work.kind[0] = 0
             return 0
     return 0
@@ -67,6 +76,7 @@ def settle(table: Any, _: Any) -> int:
 def restore(table: Any) -> None:
     """The trial state of velocities and multipliers is the accepted one."""
     S = opened(table)
+    # what `factorise` reads of the trial state and (4) has overwritten; positions and memory are the accepted ones already
     for i in range(len(S.state.x)):
         S.space.v[i] = S.state.v[i]
     for k in range(len(S.state.multipliers)):
@@ -83,9 +93,11 @@ def turn(table: Any) -> None:
     t, probes, y, n = S.space, S.arrays.shown, S.space.paths[0], len(S.space.x)
     kernels.clear(t.g)
     kernels.add_combination(t.Jy, t.rhs[0, n:], t.g)
+    # the room of the positions of probes, which nothing reads any more in this step
     kernels.clear(y)
     kernels.add_product(probes, 1.0, t.f, y)
     for k in range(len(t.multipliers)):
+        # a product a row with probes in place of a new J in the unknowns
         t.rhs[0, n + k] = 2.0 * t.multipliers[k]
         for j in range(len(y)):
             t.rhs[0, n + k] -= t.Jy[k, j] * y[j]
@@ -106,6 +118,7 @@ def move_velocities(table: Any, _: int = 0) -> int:
         square += norm[i] * s.v[i] * s.v[i]
         change += norm[i] * t.f[i] * t.f[i]
     kernels.clear(t.g)
+    # of the probe rows: Phi_q d without Phi_q in the unknowns
     kernels.add_product(S.arrays.shown, 1.0, t.f, t.g)
     for k in range(len(t.multipliers)):
         rest = t.multipliers[k]
@@ -113,6 +126,7 @@ def move_velocities(table: Any, _: int = 0) -> int:
         for j in range(len(t.g)):
             rest -= t.Jy[k, j] * t.g[j]
         missed += rest * rest
+    # in the sum over all rows: those that old factors meet well do not hide a share of r that they miss
     if missed > OLD * OLD * wanted:
         return 0
     if change <= square:

@@ -31,11 +31,15 @@ class SingleSteps(Source):
         self.plain = self.system = plain
         self.scheme = scheme
         self.ahead, self.first = np.zeros((0, 0)), 0
+        # one memory for the row of all steps, whose address the packed step holds
         self.row = np.zeros((1, len(plain.signals) * (4 if driven_rows(plain.constraints).any() else 1)))
+        # likewise the row of the trajectory: a step one by one costs some 2.5 us beside the compiled one, and 14 us with an
+        # observer for 290 us without this struct
         self.stored = np.array([-1])
         self.table, self.address = np.zeros(0, np.int64), 0  #: of the packed step, once there is one
 
     def take(self, run: OpenRun) -> int:
+        # inputs may have changed since the last step, so that the row is written anew for each
         self.fill(run.done)
         self.stored[0] = run.row(run.done + 1)
         return self.call(run, stepping.advance)
@@ -45,6 +49,7 @@ class SingleSteps(Source):
 
     def fill(self, number: int) -> None:
         """The row of signals at the end of a step."""
+        # reading an empty table and names twice in every step took 4 of 6 us
         if self.row.size:
             self.row[0] = self.tabulated(number)
 
@@ -55,17 +60,20 @@ class SingleSteps(Source):
             h = self.scheme.step
             self.ahead, broken = leading_signals(self.plain, h * (number + 1 + np.arange(AHEAD)), h)
             self.first, k = number, 0
+            # a history that is no number at a later step of the table stops the run when that step comes
             if broken is not None and not len(self.ahead):
                 raise broken
         return self.ahead[k]
 
     def call(self, run: OpenRun, routine: Routine) -> int:
         """Call a routine of steps on the run."""
+        # their factors are functions of Python: nothing can be kept packed
         if run.large:
             return run.call(routine, run.step.method, self.row, self.stored)
         if self.address == 0:
             job = run.step.job._replace(signals=self.row, rows=self.stored)
             run.step = run.step._replace(job=job)
+            # once a run: packing finds all addresses of a model
             self.table = packed(run.step)
             self.address = address_of(self.table)
         return int(routine.call(self.address, 0))

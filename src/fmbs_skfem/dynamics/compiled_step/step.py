@@ -8,6 +8,7 @@ from ...core.compiling.structs import Cube, Integers, Matrix, Shorts, Vector, op
 from ...systems.evaluation import Arrays, Space
 
 
+# all numbers that depend on h: a divided step replaces this struct alone, and compiles nothing
 class Method(NamedTuple):
     """Coefficients of one step size, and the controls of the iteration."""
 
@@ -28,6 +29,7 @@ class Method(NamedTuple):
     trusting: bool  #: whether a contraction of steps before may be relied on
 
 
+# arrays in place, so that addresses of a packed step stay valid from step to step
 class State(NamedTuple):
     """Motion at one instant; arrays are updated in place."""
 
@@ -50,6 +52,7 @@ class State(NamedTuple):
     signals: Vector  #: (s,) their values, none where histories change nothing at a standstill
 
 
+# made once a run by `initial.workspace`; empty arrays where a storage needs none
 class Workspace(NamedTuple):
     """Factors, and preallocated space of the solver."""
 
@@ -78,6 +81,7 @@ class Workspace(NamedTuple):
     kind: Integers  #: (4,) kind of the factors, 0: anew; 1 if the next tangents are turned; kind of those there are; their age
 
 
+# by address, so that a model compiles the routines of its own storage alone, and large ones may have functions of Python there
 class Doors(NamedTuple):
     """Addresses of the routines that a step calls."""
 
@@ -116,6 +120,7 @@ class Step(NamedTuple):
     job: StepJob
 
 
+# places in an array and no fields: compiled steps add to them, Python reads them while a run is watched
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters of a job
 
 opened = opener(Step)

@@ -51,10 +51,16 @@ def predict(table: Any) -> None:
     """Trial state from extrapolated q'' and multipliers."""
     S = opened(table)
     s, t, method = S.state, S.space, S.method
+    # spin-up of 14 cells, h = 5 ms: 2.25 corrections a step from constant q'', 2.14 from linear, 2.0 from quadratic; at 0.5 ms 2
+    # from each
     order, h = min(s.order[0], s.known[0] - 1), method.h
     extrapolate(s.history, order, t.acceleration)
+    # with (4) multipliers are smooth enough for it: both together save rigid rods a tenth of the corrections and nine of ten
+    # factorisations (2.0 and 0.05 a step for 2.2 and 0.6)
     extrapolate(s.past, order, t.multipliers)
+    # no correction of this step has been made yet, so that the first one of the multipliers never counts as growth
     S.work.pull[0] = np.inf
+    # x and v follow from the guess of q'' by the method itself: a correction d of q then is gh d in v and bh d in q''
     for i in range(len(s.x)):
         a1 = algorithmic(method, t.acceleration[i], s.acceleration[i], s.a[i])
         t.x[i] = s.x[i] + h * s.v[i] + h * h * ((0.5 - method.beta) * s.a[i] + method.beta * a1)
@@ -66,12 +72,14 @@ def predict(table: Any) -> None:
 @jit
 def algorithmic(method: Method, new: float, old: float, a: float) -> float:
     """a1 from q1'', q0'' and a0."""
+    # a product with the inverse: the divisor is one for all unknowns, and a division costs several products
     return ((1.0 - method.af) * new + method.af * old - method.am * a) * (1.0 / (1.0 - method.am))
 
 
 @jit
 def extrapolate(history: np.ndarray, order: int, guess: np.ndarray) -> None:
     """Polynomial extrapolation by one step."""
+    # values at equal steps alone: steps of another size begin with one known value (`dividing.restart`)
     latest, before, first = history[0], history[1], history[2]
     if order <= 0:
         for i in range(len(guess)):
@@ -87,6 +95,7 @@ def extrapolate(history: np.ndarray, order: int, guess: np.ndarray) -> None:
 @summing
 def best_order(norm: np.ndarray, history: np.ndarray, known: int, true: np.ndarray) -> tuple[int, float]:
     """Order of the extrapolation that came closest to what is `true` now, and the size of the second difference."""
+    # all three in one pass, known or not: those that are not known are left out below
     latest, before, first = history[0], history[1], history[2]
     constant, linear, quadratic = 0.0, 0.0, 0.0
     for i in range(len(true)):
@@ -94,14 +103,17 @@ def best_order(norm: np.ndarray, history: np.ndarray, known: int, true: np.ndarr
         constant += norm[i] * a * a
         linear += norm[i] * b * b
         quadratic += norm[i] * c * c
+    # a tie keeps the lower order, which carries less noise on
     order = 1 if known > 1 and linear < constant else 0
     order = 2 if known > 2 and quadratic < min(constant, linear) else order
+    # what linear extrapolation misses is the second difference of q'', of the size of the method's own error of q''
     return order, np.sqrt(linear) if known > 1 else np.inf
 
 
 @jit
 def remember(history: np.ndarray, new: np.ndarray) -> None:
     """Put the newest values before the earlier ones."""
+    # rows move, so that all readers find the latest first; an index that turns would be in every loop
     for i in range(len(new)):
         history[2, i], history[1, i], history[0, i] = history[1, i], history[0, i], new[i]
 
@@ -111,18 +123,22 @@ def accept(table: Any) -> None:
     """Take over the converged trial state and choose the predictor of the next step."""
     S = opened(table)
     s, t = S.state, S.space
+    # before the history is moved on: the guesses of this step are judged by what it has found
     s.order[0], s.change[0] = best_order(S.arrays.norm, s.history, s.known[0], t.acceleration)
     for i in range(len(s.x)):
+        # of the old q'', which is overwritten below
         s.a[i] = algorithmic(S.method, t.acceleration[i], s.acceleration[i], s.a[i])
         t.way[i] = t.x[i] - s.x[i]
         s.x[i], s.v[i], s.acceleration[i] = t.x[i], t.v[i], t.acceleration[i]
     remember(s.history, t.acceleration)
     remember(s.past, t.multipliers)
+    # an order that was not known before has not been judged: it is tried once, and judged by the next step
     if s.known[0] < HISTORY:
         s.known[0] += 1
         s.order[0] = min(s.order[0] + 1, s.known[0] - 1)
     for k in range(len(s.multipliers)):
         s.multipliers[k] = t.multipliers[k]
+    # forces read the trial state here: what touches and sticks is that of the converged iteration
     evaluation.take_over(table)
     for k in range(len(s.memory)):
         s.memory[k] = t.memory[k]
@@ -133,6 +149,7 @@ def place_accepted(table: Any) -> None:
     """The trial state is the accepted one."""
     S = opened(table)
     s, t = S.state, S.space
+    # forces are evaluated in the space, where settling has left other velocities
     kernels.copy(s.x, t.x)
     kernels.copy(s.v, t.v)
     kernels.copy(s.multipliers, t.multipliers)
@@ -147,6 +164,7 @@ def change_signals(table: Any, signals: np.ndarray) -> float:
     count = len(S.state.signals)
     if count == 0:
         return 0.0
+    # histories of potentials and drives do work at a standstill, of which the sum over the way sees nothing
     place_accepted(table)
     return work.changed(table, S.state.signals, signals[:count])
 
@@ -156,12 +174,14 @@ def add_work(table: Any, begun: float, signals: np.ndarray) -> None:
     """Add the work of the step that was accepted, `begun` that of its signals at its begin, by the trapezoidal rule."""
     S = opened(table)
     s, t, count = S.state, S.space, len(S.state.signals)
+    # strains and rates of the last evaluation give the heat of damping; forces evaluated again for it took 10 to 90 % of a step
     if S.arrays.elastic.damped:
         s.work[0] -= work.find_heat(table, S.method.h)
         kernels.copy(t.gradients[0], s.gradients)
     if count == 0 and work.idle(table):
         return
     place_accepted(table)
+    # the same way under the forces of both ends: of second order, and no matter which states are stored
     begun += kernels.dot(s.push, t.way)
     work.find_forces(table)
     kernels.copy(t.f, s.push)
@@ -181,11 +201,13 @@ def too_long(table: Any) -> bool:
     S = opened(table)
     if len(S.arrays.forces.judged) == 0:
         return False
+    # beside the largest speed so far: what comes to rest would divide its steps for touches that change nothing
     square = 0.0
     for i in range(len(S.state.v)):
         square += S.arrays.norm[i] * S.state.v[i] * S.state.v[i]
     S.state.speed[0] = max(S.state.speed[0], np.sqrt(square))
     impulse = evaluation.find_impulse(table)
+    # an infinite impulse stands for something that has passed through what it touches
     if not S.method.judging:
         S.job.done[1] += impulse == np.inf
         return False
@@ -207,6 +229,7 @@ def add_secants(table: Any, repeated: bool) -> None:
     kept, n = len(w.updates), len(w.moved)
     if kept == 0:
         return
+    # latest last, each on what those before have made of d; of more than there is room for the oldest are overwritten
     for k in range(max(0, w.secants[0] - kept), w.secants[0]):
         add_update(w.updates[k % kept], kernels.dot(w.shares[k % kept], d[:n]), d)
     if repeated:
@@ -214,6 +237,7 @@ def add_secants(table: Any, repeated: bool) -> None:
         for i in range(n):
             square += norm[i] * w.moved[i] * w.moved[i]
             part += norm[i] * w.moved[i] * d[i]
+        # 1 - g d is the divisor: a correction far along the one before asks for new factors rather than for a secant
         if abs(part) < CLEAR * square:
             place = w.secants[0] % kept
             for i in range(len(d)):
@@ -223,12 +247,14 @@ def add_secants(table: Any, repeated: bool) -> None:
                 w.shares[place, i] = norm[i] * w.moved[i] / square
             w.secants[0] += 1
     for i in range(n):
+        # with the secants in it: the next one corrects what all of them have left
         w.moved[i] = d[i]
 
 
 @jit
 def add_update(u: np.ndarray, factor: float, d: np.ndarray) -> None:
     """d += factor u."""
+    # multipliers as well: u is of all unknowns, its share is that of displacements
     for i in range(len(d)):
         d[i] += factor * u[i]
 
@@ -244,6 +270,7 @@ def apply(table: Any) -> float:
     t, w, method, norm = S.space, S.work, S.method, S.arrays.norm
     square, pull = 0.0, 0.0
     for i in range(len(t.x)):
+        # f is the front of rhs, where the solution is; x, v and q'' move in one pass
         d = t.f[i]
         square += norm[i] * d * d
         t.x[i] -= d
@@ -254,6 +281,7 @@ def apply(table: Any) -> float:
         pull += d * d
         t.multipliers[k] -= d
     pull = np.sqrt(pull)
+    # new factors from the next correction on, not a failure: the step may still converge
     if pull > w.pull[0] and pull > method.tolerance * w.pull[1]:
         w.kind[0] = 0
     w.pull[0] = pull
@@ -263,8 +291,10 @@ def apply(table: Any) -> float:
 @jit
 def goal(method: Method, change: float, iteration: int) -> float:
     """Remaining error of q [m] at which the iteration may stop after a second difference `change` of q''."""
+    # the sharper goal is beta h^2 beside q'': below the round-off of forces over c it would never be met
     if iteration >= PATIENT:
         return method.tolerance
+    # never looser than the tolerance, never below the round-off of positions
     return max(min(method.tolerance, method.sharp * change), method.floor)
 
 
@@ -284,28 +314,38 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
     S = opened(table)
     w, method = S.work, S.method
     enough = goal(method, S.state.change[0], iteration)
+    # one correction a step in place of two where a solution is the dearest part of a step: those of large models
     if method.trusting:
         if iteration == 1 and last > 0.0:
+            # falls slowly and rises at once: one step that contracts well by chance is not believed
             w.rate[0] = max(0.9 * w.rate[0], norm / last)
         if iteration == 0 and fresh == 0 and step % REMEASURE != 0 and norm * MARGIN * w.rate[0] <= enough:
             return DONE
+    # a first correction has nothing to be compared with: it counts as no contraction at all
     rate = norm / last if iteration > 0 and last > 0.0 else 1.0
     slow = CHEAP * method.slow if w.kind[1] == 1 else method.slow
+    # the second correction with new factors tells what the turned tangent that they are made of is worth
     if fresh > 1 and rate > method.slow:
         w.kind[1] = 0
     if not np.isfinite(norm):
         return NOT_FINITE
+    # `apply` has discarded old factors: nothing that they say is believed
     if w.kind[0] == 0 and fresh == 0:
         return NOT_CONVERGED
+    # the geometric series of what is left; secants make single corrections short, so that what is left counts more
     sure, rest = iteration > 0 or fresh > 0, norm * rate * (SURELY if len(w.updates) > 0 else 1.0)
     if (sure and norm <= max(FLOOR * enough, method.floor)) or (rate < 1.0 and rest <= enough * (1.0 - rate)):
+        # the step is done, and the next one begins with new factors: as cheap as now, and fresh for longer
         if rate > slow and iteration > 0:
             w.kind[0] = 0
         return DONE
+    # a soft arm of 1 J had 4.7 J after one step of 1 ms that had converged to another solution
     if method.judging and S.arrays.forces.smooth and fresh == 1 and exact > 0.0 and norm > exact:
         return DIVERGED
+    # four corrections and new factors have not helped: a shorter step costs less than the 25 that are allowed
     if iteration > 3 and fresh > 0 and rate > 2.0:
         return DIVERGED
+    # slow contraction alone is not worth new factors within a step: one more correction is cheaper
     if iteration > 0 and rate > 5.0 * slow:
         w.kind[0] = 0
     return NOT_CONVERGED
@@ -321,6 +361,8 @@ def iterate(table: Any, step: int) -> int:
         if invoke(S.doors.residual, table, 0) != 0:
             return STOPPED
         if w.kind[0] == 0:
+            # factors that last one step only are made anew at the begin of the next one: renewed in its middle, each would cost a
+            # correction with old ones before
             brief, w.kind[3], turned = iteration > 0 and w.kind[3] < 2, 0, w.kind[1] == 1
             S.job.counters[FACTORISATIONS] += 1
             if invoke(S.doors.factorise, table, 0) != 0:
@@ -328,6 +370,7 @@ def iterate(table: Any, step: int) -> int:
             fresh = 1
         if invoke(S.doors.solve, table, 0) != 0:
             return STOPPED
+        # a first correction with new factors has no one before it to be a secant of
         add_secants(table, iteration > 0 and fresh != 1)
         norm = apply(table)
         S.job.counters[ITERATIONS] += 1
@@ -336,6 +379,7 @@ def iterate(table: Any, step: int) -> int:
             w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
         if status != NOT_CONVERGED:
             return status
+        # between two factorisations corrections say little of how near the solution is
         exact = norm if fresh == 1 and not turned else exact
         last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
     return NOT_CONVERGED
@@ -351,6 +395,7 @@ def advance(table: Any, _: Any) -> int:
     # on steady joints velocities are at the end of a step, too
     job, moving = S.job, len(S.arrays.laws.records) > 0 or not kernels.steady(S.arrays.terms)
     for k in range(len(job.signals)):
+        # in the state before the step, with signals of both its ends
         begun = change_signals(table, job.signals[k])
         for i in range(job.signals.shape[1]):
             S.space.signals[i] = job.signals[k, i]
@@ -359,13 +404,16 @@ def advance(table: Any, _: Any) -> int:
         if status == DONE and too_long(table):
             status = TOO_LONG
         if status != DONE:
+            # shorter steps begin with factors of their own, of exact tangents
             S.work.kind[:] = 0
             job.done[0] = k
             return status
         accept(table)
+        # two solutions a step, for nothing on steady joints: 0.110 for 0.089 s of the reduced double pendulum with points
         if moving and invoke(S.doors.settle, table, 0) != 0:
             job.done[0] = k
             return STOPPED
+        # behind the settled velocities, which dampers and friction read
         add_work(table, begun, job.signals[k])
         job.counters[STEPS] += 1
         if job.rows[k] >= 0:
@@ -397,6 +445,7 @@ def jump(table: Any, _: Any) -> int:
         S.job.counters[FACTORISATIONS] += 1
         if invoke(S.doors.factorise, table, 0) != 0:
             return SINGULAR
+    # gaps of positions are none of a jump of accelerations
     for k in range(len(s.multipliers)):
         t.rhs[0, n + k] = 0.0
     if invoke(S.doors.solve, table, 0) != 0:
@@ -405,6 +454,7 @@ def jump(table: Any, _: Any) -> int:
         d = S.method.bh * t.f[i]
         s.acceleration[i] -= d
         s.a[i] -= d
+        # a history that jumped between its rows would be extrapolated as a slope
         for k in range(len(s.history)):
             s.history[k, i] -= d
     for m in range(len(s.multipliers)):
@@ -424,8 +474,10 @@ def store(s: State, c: float, row: int, job: StepJob) -> None:
     """Row of the trajectory; multipliers become physical."""
     out = job.out
     for i in range(len(s.x)):
+        # in the order of the model and in one array: the order of the system is made once a run, not once a step
         out[0, row, i], out[1, row, i], out[2, row, i] = s.x[i], s.v[i], s.acceleration[i]
     for m in range(len(s.multipliers)):
+        # parts of a divided step have another c
         job.multipliers[row, m] = s.multipliers[m] / c
     kernels.copy(s.memory, job.memory[row])
     job.work[row] = s.work[0]

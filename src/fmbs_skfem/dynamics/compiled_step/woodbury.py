@@ -29,6 +29,7 @@ RHS, JOINTS, COLUMNS = 0, 1, 2  #: rows that W^-1 is applied to: the front of th
 @jit
 def rank_of(table: Any) -> int:
     """Number of columns of U."""
+    # terms that act in this state: where nothing touches, corrections cost nothing
     low = opened(table).space.low
     return low.used[0] * low.left.shape[1]
 
@@ -40,6 +41,7 @@ def rows_of(table: Any, which: int) -> np.ndarray:
     if which == JOINTS:
         return S.work.spread
     n = len(S.space.x)
+    # views, no copies: the routines of a storage take any of the three
     return view(S.space.rhs, 0, (1, n)) if which == RHS else view(S.work.lows, 0, (rank_of(table), n))
 
 
@@ -51,6 +53,7 @@ def fill(table: Any, _: Any) -> int:
     for k in range(low.used[0]):
         for i in range(rank):
             row = Z[rank * k + i]
+            # rows are those of other pieces in every state
             row[:] = 0.0
             low_rank.add_column(S.arrays.probes, low.rows[k], low.left[k, i], row)
     return 0
@@ -61,6 +64,7 @@ def close(table: Any, _: Any) -> int:
     """Factors of 1 + V^T Z, or of 1 + Z V^T, from the rows Z^T of `lows`; 0, or LAPACK's info."""
     S = opened(table)
     w, low, rank, n = S.work, S.space.low, rank_of(table), len(S.space.x)
+    # the smaller one: beams that touch at very many nodes cost no more than dense factors
     size = min(rank, n)
     A, v = view(w.inner, 0, (size, size)), np.empty(n)
     kernels.clear_rows(A)
@@ -72,10 +76,12 @@ def close(table: Any, _: Any) -> int:
         kernels.clear(v)
         low_rank.add_column(S.arrays.probes, low.rows[k], low.right[k, i], v)
         for j in range(n):
+            # columns of V have entries of two pieces alone
             if v[j] != 0.0:
                 for b in range(n):
                     A[j, b] += v[j] * w.lows[a, b]
     for a in range(size):
+        # U and V differ, so that neither matrix is symmetric: LU below
         A[a, a] += 1.0
     return lapack.getrf(w.addresses, A, w.inner_pivots[:size])
 
@@ -90,10 +96,12 @@ def correct(table: Any, which: Any) -> int:
     found, size = np.empty((1, rank)), min(rank, n)
     rows, A = rows_of(table, which), view(w.inner, 0, (size, size))
     if rank > n:
+        # here the small system is that of the unknowns: it acts on whole rows
         return lapack.getrs(w.addresses, A, w.inner_pivots[:size], rows)
     for k in range(len(rows)):
         low_rank.read_terms(S.space.low, S.arrays.probes, rows[k], found[0])
         lapack.getrs(w.addresses, A, w.inner_pivots[:rank], found)
+        # Z is kept since the factors were made: r sums of length n, no further solution with W
         for a in range(rank):
             for i in range(n):
                 rows[k, i] -= found[0, a] * w.lows[a, i]
