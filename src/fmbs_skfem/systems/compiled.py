@@ -37,6 +37,7 @@ NEARBY = 1e-4  #: distance of the states that rates of angles are taken from, ov
 
 
 @dataclass(frozen=True)
+# unknowns are permuted once: residual, matrix and factors then run over rows that stand side by side
 class Compiled:
     """Arrays of a system with its unknowns permuted: compiled x = x[order]."""
 
@@ -67,6 +68,7 @@ class Compiled:
 
     def check(self) -> None:
         """Raise what went wrong in terms that are functions of Python."""
+        # an exception cannot pass compiled code: a term keeps it, and it is raised where Python goes on
         for term in (*self.terms, *self.forces):
             term.check()
 
@@ -86,6 +88,7 @@ class Compiled:
     @cached_property
     def evaluation(self) -> tuple[Evaluation, np.ndarray]:
         """A space for this model, and the table of both for routines."""
+        # apart from those of steps, so that outputs of a run in progress leave its trial state alone
         found = Evaluation(space(self), self.arrays)
         return found, packed(found)
 
@@ -95,10 +98,12 @@ def space(model: Compiled) -> Space:
     A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
     rhs, W = np.zeros((1, n + m)), np.zeros((1, len(model.pattern.indices)) if model.pattern else A.mass.store.shape)
     places, entries, room = lifts.needs(model.lift)
+    # terms run one after another in one room, as large as the largest needs: it stays in the cache
     work = max([1, room, *(term.work for term in model.terms)])
     return Space(
         *(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m)),
         *(np.zeros(4 * len(model.system.signals)), np.zeros(m), model.memory),
+        # no distance from NaN is small: the first look of a contact is at all points
         *(np.full(n, np.nan), np.zeros(2), np.zeros(sum(force.room for force in model.forces))),
         *(np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1)),
         *(rhs[0, :n], rhs, W, W.reshape(-1) if entries is None else np.zeros(entries)),
@@ -112,8 +117,10 @@ def space(model: Compiled) -> Space:
 
 def compile_system(system: System) -> Compiled:
     """A system for compiled code, which it remembers, one for every thread: each has its own space. Wide ones are too large."""
+    # a run of a wide system needs the memory that a remembered pattern would take
     if system.size >= layouts.WIDE:
         return flatten(system)
+    # several studies of one system compile it once; two threads in one space would overwrite each other
     return remembered(system, (get_ident(), layouts.DENSE, layouts.WIDE, layouts.BAND), lambda: flatten(system))
 
 
@@ -123,6 +130,7 @@ def flatten(system: System) -> Compiled:
     layout = layouts.chosen(system, parts, pairs, any(force.skew for force in pushing))
     order, large = layout.order, layout.storage is Storage.SPARSE
     local, reduced = [storages.couplings(one) for one in parts.storages], isinstance(parts.matrix, np.ndarray)
+    # K of a reduced model is sparse in the coordinates of the cells, and has a pattern as large models have
     there = large or (reduced and len(parts.offset) > 0)
     pattern = sparse.pattern(len(parts.offset), local, parts.matrix if large else None) if there else None
     lift = lifts.piece(parts.matrix if reduced else triple(permuted(parts.matrix, order)), parts.offset, local, pattern)
@@ -136,6 +144,8 @@ def flatten(system: System) -> Compiled:
         setting = Setting(system.dim, b, targets, sum(term.kept for term in found), sum(term.turned for term in found))
         term = storages.compile_term(one, setting)
         found.append(replace(term, follows=True) if one.law.follows else term)
+    # systems of one structure, as of a family, share what their parts share: more than half of a call of 1500 reduced steps was
+    # preparation
     known = prepare(system) if system.size < layouts.WIDE else Prepared()
 
     def operator(name: str, A: Array) -> Operator:
@@ -148,6 +158,7 @@ def flatten(system: System) -> Compiled:
         return found, triple(without(rows, alone)) if len(alone) else found
 
     turning = corotation.turning_of(system)
+    # rows that one force reads by itself, when something is near, are left out of the product of every step
     alone = np.array([row for force in pushing for row in force.alone], dtype=np.int64)
     read, shown = known.find("probes", (system.probes.matrix, layout, alone.tobytes()), probes)
     arrays = Arrays(
@@ -171,6 +182,7 @@ def flatten(system: System) -> Compiled:
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
     model = Compiled(system, arrays, tuple(found), parts.owners, lift, laws, pushing, pairs, layout, pattern if large else None)
+    # tangents at four angles can be compared only when all else is compiled
     if turning and not corotation.fill(arrays.corotation, turning, partial(part_tangent, model)):
         model = replace(model, arrays=arrays._replace(corotation=corotation.nothing(system.size)))
     return model
@@ -181,6 +193,7 @@ def without(rows: Array, left_out: np.ndarray) -> csr_array:
     kept = np.ones(rows.shape[0])
     kept[left_out] = 0.0
     found = csr_array(diags_array(kept) @ rows)
+    # empty rows cost a product nothing, zeros would be multiplied
     found.eliminate_zeros()
     return found
 
@@ -189,6 +202,7 @@ def split(system: System) -> Pieces:
     """All elastic storages of a system in pieces."""
     places, found, owners = Lifts(system.lift), list[Any](), list[int]()
     for number, elastic in enumerate(system.elastic):
+        # blocks that stay in the cache, see `cells.BLOCK` and `points.ROOM`
         pieces = storages.split(elastic.gather, places)
         found += pieces
         owners += [number] * len(pieces)
@@ -200,6 +214,7 @@ def sum_of(found: Sequence[Term]) -> ElasticTerms:
     force, tangent, energy, records = addresses(found)
     heat = [one.routines.dissipate.address if one.damped and one.routines.dissipate else 0 for one in found]
     follows = np.array([one.follows for one in found], dtype=bool)
+    # their work is counted: a potential -p V depends on the origin where a rim is free
     energy[follows] = 0
     numbers = np.array(heat, dtype=np.int64), np.flatnonzero(follows)
     return ElasticTerms(force, tangent, energy, records, *numbers, any(one.damped for one in found))
@@ -207,12 +222,14 @@ def sum_of(found: Sequence[Term]) -> ElasticTerms:
 
 def addresses(found: Sequence[Piece]) -> np.ndarray:
     """Those of the first three routines of every piece, and of its record, (4, t)."""
+    # numbers alone, so that one compiled loop serves all kinds of terms
     table = [[*(routine.address for routine in one.routines[:3]), one.address] for one in found]
     return np.array(table, dtype=np.int64).reshape(-1, 4).T.copy()
 
 
 def storage(system: System) -> Layout:
     """How the iteration matrix of a system is stored; nothing is made of wide systems."""
+    # known without a pattern, as `check` of a large plate asks
     if is_sparse(system.lift.matrix) and system.size >= layouts.WIDE:
         return Layout(Storage.SPARSE, np.arange(system.size), system.size - 1)
     *_, pushing, pairs = attached(system)
@@ -227,6 +244,7 @@ def attached(system: System) -> tuple[Terms, tuple[Constraint, ...], tuple[Force
     for one in system.loads.forces:
         found.append(attachments.compile_force(one, place))
         last = found[-1]
+        # each force knows where its pairs, memory and room begin: none looks for them in a step
         place = Place(place.pair + len(last.pairs), place.memory + len(last.memory), place.room + last.room)
     return terms, laws, tuple(found), np.concatenate([pairs, *(force.pairs for force in found)])
 
@@ -236,6 +254,7 @@ def compile_constraints(terms: Constraints) -> tuple[Terms, tuple[Constraint, ..
     laws = list[Constraint]()
     first, pairs = constraint_pairs(terms)
     for own in terms.laws:
+        # pairs of laws stand behind those of polynomial terms
         laws.append(constraint_laws.compile_rows(own, len(pairs)))
         pairs = np.concatenate([pairs, laws[-1].pairs])
     return Terms(terms.row, terms.coefficient, terms.signal, terms.i, terms.j, first), tuple(laws), pairs
@@ -243,6 +262,7 @@ def compile_constraints(terms: Constraints) -> tuple[Terms, tuple[Constraint, ..
 
 def size(model: Compiled, displacement: np.ndarray) -> float:
     """Root mean square of a displacement (n,) [m], with the diagonal of the metric."""
+    # the diagonal alone, as `judge` has it: one product an unknown
     return float(np.sqrt(model.system.metric.diagonal() @ displacement**2 / model.system.weight))
 
 
@@ -253,6 +273,7 @@ def part_tangent(model: Compiled, number: int) -> Callable[[np.ndarray], np.ndar
     def tangent(x: np.ndarray) -> np.ndarray:
         found, table = model.evaluation
         W = found.space.W
+        # no damping: the rotated tangent takes it as a factor 1 + gh beta
         W[:], found.space.x[:], found.space.gh[0] = 0.0, x[model.order], 0.0
         if model.lift:
             model.lift.routines.place(table, model.lift.address)
@@ -273,17 +294,20 @@ def constraint_pairs(terms: Constraints) -> tuple[np.ndarray, np.ndarray]:
     for k in np.flatnonzero(terms.j >= 0):
         first[k] = len(pairs)
         i, j = int(terms.i[k]), int(terms.j[k])
+        # both, as W takes the symmetric part of all pairs by halves
         pairs += [(i, j), (j, i)]
     return first, np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
 def signal_table(system: System, times: np.ndarray) -> np.ndarray:
     """Values of all signals, (s, k); at a few instants, as those of a start, they are remembered."""
+    # tables of runs are as long as the run, and asked for once
     if len(times) > FEW or not repeatable(system):
         return tabulated(system, times)
     known, key = prepare(system).find("signals", (system.signals,), dict[bytes, np.ndarray]), times.tobytes()
     found = known.get(key)
     if found is None:
+        # cleared rather than searched for the oldest: starts ask for the same seven again at once
         if len(known) >= INSTANTS:
             known.clear()
         found = known[key] = tabulated(system, times)
@@ -301,6 +325,7 @@ def tabulated(system: System, times: np.ndarray) -> np.ndarray:
 def repeatable(system: System) -> bool:
     """Whether there are signals, and all are data: a function of Python may have other values in another run."""
     signals = system.signals
+    # what a file can hold is data, a function of Python may depend on anything
     return bool(signals) and prepare(system).find("data", (signals,), lambda: container.can_hold(signals))
 
 
@@ -324,6 +349,7 @@ def place(
         target[:] = 0.0 if part is None else part[model.order]
     s.multipliers[:] = 0.0 if multipliers is None else multipliers
     s.signals[: len(model.system.signals)] = signal_table(model.system, np.array([t]))[0]
+    # c = 1: forces in newtons and physical multipliers
     s.memory[:], s.c[0] = model.memory if memory is None else memory, 1.0
     return found, table
 
@@ -388,6 +414,7 @@ def memories(
 
     Else it follows from the states: turns between them from the rates of angles, and what sticks as if there were no others.
     """
+    # stored memory where there is some: friction of what sticks cannot be told from stored states alone
     start = model.memory
     if known is not None and known.shape == (len(times), len(start)):
         return known
@@ -395,6 +422,7 @@ def memories(
     if not len(start):
         return found
     xc, vc, ac = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
+    # rates of angles are differences of states nearby: two stored ones may be several turns apart
     span = np.full(len(times), NEARBY * (float(np.ptp(times)) / max(len(times) - 1, 1) or 1.0))
     none, out = np.zeros((len(times), 0)), np.zeros((len(times), 3 * len(start)))
     space = model.evaluation[0].space
@@ -468,6 +496,7 @@ def probe_tangent(
 ) -> csr_array:
     """What joints and forces on probe rows add to the tangent (n, n)."""
     P = csr_array(model.system.probes.matrix)
+    # linear joints and constant loads: nothing is evaluated
     if not len(model.pairs) and not any(force.low.terms for force in model.forces):
         return csr_array((len(x), len(x)))
     found, table = place(model, x, v, t, memory, multipliers)
@@ -507,4 +536,5 @@ def elastic_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array | np
     W[:], found.space.x[:], found.space.gh[0] = 0.0, x[model.order], gh
     evaluation.sum_tangents(table)
     model.check()
+    # of large models W has no rows and columns of its own
     return model.pattern.assembled(W[0]) if model.pattern else model.layout.matrix(W)

@@ -153,6 +153,7 @@ evaluation = opener(Evaluation)
 def place_cells(table: Any) -> None:
     """Coordinates of the cells and, where a term reads them, their rates; no forces yet."""
     lift = evaluation(table).arrays.lift
+    # models of rigid bodies and of points in the unknowns have no cells
     if lift.record != 0:
         invoke(lift.place, table, lift.record)
 
@@ -163,6 +164,7 @@ def following_forces(table: Any) -> None:
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.f)
+    # most models have no loads that follow: their cells are not placed for them
     if len(A.elastic.follow) == 0:
         return
     place_cells(table)
@@ -178,10 +180,13 @@ def elastic_forces(table: Any, _: int = 0) -> int:
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.f)
+    # coordinates once for all terms of all bodies: blocks of cells read them, none computes them
     place_cells(table)
     failed = 0
     for k in range(len(A.elastic.records)):
+        # by address: what a term is does not matter here, and a first run compiles the terms of its model alone
         failed += invoke(A.elastic.force[k], table, A.elastic.records[k])
+    # one scatter for all terms, whose forces stand side by side in the coordinates of the cells
     if A.lift.record != 0:
         invoke(A.lift.scatter, table, A.lift.record)
     return failed
@@ -193,15 +198,19 @@ def evaluate(table: Any, _: int = 0) -> int:
     failed = elastic_forces(table)
     E = evaluation(table)
     A, s, c = E.arrays, E.space, E.space.c[0]
+    # into f, where elastic forces are: no array of a force of its own and no sum of them
     kernels.add_operator(A.mass, s.acceleration, s.f)
     kernels.add_operator(A.damping, s.v, s.f)
     kernels.add_operator(A.stiffness, s.x, s.f)
     for i in range(len(s.f)):
+        # times c = beta h^2: residual, matrix and multipliers keep their size as h falls (condition below 2e4 for up to 1e20)
         s.f[i] = c * (s.f[i] - A.load[i])
+    # joints and forces on places alone read probe rows: systems without go past all of it
     if len(s.y) > 0:
         failed += read_loads(table)
         constrain(table)
         for j in range(len(s.y)):
+            # forces and reactions are added on the probe rows, a few dozen, and go to the unknowns by one product
             total = -c * s.g[j]
             for m in range(len(s.multipliers)):
                 total += s.Jy[m, j] * s.multipliers[m]
@@ -215,9 +224,11 @@ def constrain(table: Any) -> None:
     """Phi, behind the forces in rhs, and dPhi/dy, with current y; of rows that are off lambda = 0 stands for Phi = 0."""
     E = evaluation(table)
     A, s = E.arrays, E.space
+    # polynomials of degree two in one loop over their terms, all other joints by address
     kernels.constrain(A.terms, s.y, s.signals, s.rhs[0, len(s.f) :], s.Jy)
     for k in range(len(A.laws.records)):
         invoke(A.laws.constrain[k], table, A.laws.records[k])
+    # released rows stay in the system, so that sizes and compiled code are those of before an event
     for m in range(len(s.off)):
         if s.off[m] != 0.0:
             kernels.clear(s.Jy[m])
@@ -227,6 +238,7 @@ def constrain(table: Any) -> None:
 @routine
 def probe_constraints(table: Any, _: Any) -> int:
     """As `constrain`, in the state of the space."""
+    # of a state by itself: a step has read them for its forces
     read_probes(table)
     constrain(table)
     return 0
@@ -240,6 +252,7 @@ def find_drift(table: Any) -> None:
     kernels.drift(A.terms, s.paths, s.signals, s.leads[0], s.leads[1], s.rhs[0, len(s.f) :])
     for k in range(len(A.laws.records)):
         invoke(A.laws.drift[k], table, A.laws.records[k])
+    # what a released row is off says nothing of velocities
     for m in range(len(s.off)):
         if s.off[m] != 0.0:
             s.rhs[0, len(s.f) + m] = 0.0
@@ -250,11 +263,15 @@ def read_probes(table: Any) -> None:
     """y = P x + y0 and, where a force reads them, y' = P v; how far x is from where forces last looked around."""
     E = evaluation(table)
     A, s = E.arrays, E.space
+    # without rows that one contact reads by itself: beams and plates have hundreds of them, nearly all far from what they may
+    # touch
     kernels.affine(A.shown, A.probes_offset, s.x, s.y)
+    # a second product with all rows, for dampers and friction alone
     if A.forces.damped:
         kernels.clear(s.rates)
         kernels.add_product(A.shown, 1.0, s.v, s.rates)
     if len(s.room) > 0:
+        # one bound for all contacts: a point that cannot have come near since is not looked at (far contacts cost 17 % of a run)
         s.moved[0], s.moved[1] = kernels.distances(s.x, s.last)
 
 
@@ -263,6 +280,7 @@ def read_loads(table: Any) -> int:
     """Probe rows, and g the forces on them; 0, or the number of forces that failed."""
     E = evaluation(table)
     read_probes(table)
+    # forces add to g: several may act on one row
     kernels.clear(E.space.g)
     failed = 0
     for k in range(len(E.arrays.forces.records)):
@@ -274,6 +292,7 @@ def read_loads(table: Any) -> int:
 def store_energies(table: Any) -> None:
     """energy += E and g += dE/dy for all potentials E of forces, with current y: no force of a potential is left in g."""
     E = evaluation(table)
+    # energies are asked for at stored states and where signals change, so that they are routines apart from forces
     for k in range(len(E.arrays.forces.stored)):
         invoke(E.arrays.forces.energy[k], table, E.arrays.forces.stored[k])
 
@@ -282,10 +301,12 @@ def store_energies(table: Any) -> None:
 def take_over(table: Any, _: int = 0) -> int:
     """What forces keep of the state of the space, which is accepted."""
     E = evaluation(table)
+    # most forces remember nothing: their probes are not read a second time in a step
     if len(E.arrays.forces.accepted) > 0:
         read_probes(table)
         for k in range(len(E.arrays.forces.accepted)):
             invoke(E.arrays.forces.accept[k], table, E.arrays.forces.accepted[k])
+        # from here on distances of contacts are bounded by the motion since
         kernels.copy(E.space.x, E.space.last)
     return 0
 
@@ -295,6 +316,7 @@ def find_impulse(table: Any) -> float:
     """How fast forces that begin and end change speeds, since the last accepted state, over what they allow a step [m/s2]."""
     E = evaluation(table)
     E.space.impulse[0] = 0.0
+    # contacts, stops and ropes alone begin and end
     if len(E.arrays.forces.judged) > 0:
         read_probes(table)
         for k in range(len(E.arrays.forces.judged)):
@@ -309,6 +331,7 @@ def sum_tangents(table: Any, _: int = 0) -> int:
     place_cells(table)
     failed = 0
     for k in range(len(A.elastic.records)):
+        # terms of full systems write into W, those of reduced ones into K, which the lift then multiplies
         failed += invoke(A.elastic.tangent[k], table, A.elastic.records[k])
     if A.lift.record != 0:
         invoke(A.lift.tangent, table, A.lift.record)
@@ -323,6 +346,7 @@ def sum_energies(table: Any, _: int = 0) -> int:
     s.energy[0] = 0.0
     place_cells(table)
     for k in range(len(A.elastic.records)):
+        # loads that follow have none: -p V depends on the origin wherever a rim is free
         if A.elastic.energy[k] != 0:
             invoke(A.elastic.energy[k], table, A.elastic.records[k])
     return 0
@@ -334,6 +358,7 @@ def slopes(table: Any) -> None:
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.H)
+    # derivatives of low rank are on the pieces that touch in this state
     s.low.used[0] = 0
     for k in range(len(A.forces.sloped)):
         invoke(A.forces.slopes[k], table, A.forces.sloped[k])
@@ -345,6 +370,7 @@ def slopes(table: Any) -> None:
 @routine
 def probe_slopes(table: Any, _: Any) -> int:
     """As `slopes`, in the state of the space."""
+    # of a state by itself, as above
     read_probes(table)
     slopes(table)
     return 0
@@ -381,6 +407,7 @@ def place_sample(table: Any, k: int) -> None:
     kernels.copy(S.multipliers[k], s.multipliers)
     kernels.copy(S.memory[k], s.memory)
     kernels.copy(S.signals[k], s.signals)
+    # forces in newtons and physical multipliers: no step stands behind a stored state
     s.c[0] = 1.0
 
 
@@ -390,6 +417,7 @@ def residuals(table: Any, _: Any) -> int:
     S = samples_of(table)
     for k in range(len(S.x)):
         place_sample(table, k)
+        # all states in one call: Python is left once for hundreds of them
         evaluate(table)
         kernels.copy(S.space.f, S.out[k])
     return 0
@@ -401,6 +429,7 @@ def pushes(table: Any, _: Any) -> int:
     S = samples_of(table)
     for k in range(len(S.x)):
         place_sample(table, k)
+        # without elastic forces, which outputs of loads do not ask for
         read_loads(table)
         kernels.copy(S.space.g, S.out[k])
     return 0
@@ -413,6 +442,7 @@ def follow(table: Any, _: Any) -> int:
     for k in range(len(S.x)):
         kernels.copy(S.x[k], S.space.x)
         kernels.copy(S.v[k], S.space.v)
+        # one after the other: what sticks at a state depends on all before it
         take_over(table)
         kernels.copy(S.space.memory, S.memory[k])
     return 0
@@ -424,8 +454,10 @@ def turn(table: Any, _: Any) -> int:
     S = samples_of(table)
     s, l = S.space, S.memory.shape[1]
     for k in range(len(S.x)):
+        # angles from zero, known but for whole turns, which `angles.continuous` counts
         kernels.clear(s.memory)
         for part in range(3):
+            # neighbours by Taylor's formula from a and v, since stored states may be many turns apart
             h = (0.0, S.span[k], -S.span[k])[part]
             for i in range(len(s.x)):
                 s.x[i] = S.x[k, i] + h * S.v[k, i] + 0.5 * h * h * S.a[k, i]

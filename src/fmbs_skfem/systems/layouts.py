@@ -35,6 +35,7 @@ WORTH = 0.3  #: part of the numbers of dense or band factors below which blocks 
 NO_TREE = Tree(*(np.zeros(0, kind) for kind in (np.int64, np.int64, np.int64, np.int32, np.int64)))
 
 
+# 100 parts of a machine take 450 us a step in blocks, 1190 us where no band fits and factors are those of large models in Python
 class Storage(Enum):
     """How the iteration matrix is stored."""
 
@@ -68,11 +69,13 @@ class Layout:
     @cached_property
     def place(self) -> np.ndarray:
         """(n,) place of every unknown."""
+        # cached: targets of all cells and entries of all matrices ask for it
         return np.argsort(self.order)
 
     @cached_property
     def keys(self) -> np.ndarray:
         """Row times n plus column of all entries of blocks, ascending."""
+        # one sorted array, in which any set of entries is found by one search
         rows = np.repeat(np.arange(len(self.order)), np.diff(self.pattern.indptr))
         return np.asarray(rows * len(self.order) + self.pattern.indices)
 
@@ -89,6 +92,7 @@ class Layout:
     def numbers(self) -> int:
         """Numbers that its factors have."""
         if self.storage is Storage.BLOCKS:
+            # what a factorisation writes and a solution reads: storages are chosen by it
             return supernodes.entries(self.tree)
         return len(self.order) * self.width if self.storage is Storage.BAND else len(self.order) ** 2 // 2
 
@@ -97,12 +101,14 @@ class Layout:
         if self.dense:
             return i * len(self.order) + j
         if self.storage is Storage.BAND:
+            # column by column, the diagonal first: where `substitute` reads a band without a jump
             return j * (self.width + 1) + i - j
         return np.searchsorted(self.keys, j * len(self.order) + i)
 
     def store(self, A: csr_array | np.ndarray) -> np.ndarray:
         """A symmetric matrix (n, n) in this storage; nothing of it where that is sparse."""
         if self.storage is Storage.SPARSE:
+            # large models keep the matrices of the system as they are
             return np.zeros((0, 1))
         if self.dense:
             return np.ascontiguousarray(as_dense(A))
@@ -121,6 +127,7 @@ class Layout:
         if self.storage is Storage.BAND:
             found = from_lower_band(W)
         else:
+            # one half is stored, since factors read no other
             found = mirrored(csr_array((W[0], self.pattern.indices, self.pattern.indptr), shape=self.pattern.shape))
         return csr_array(found[self.place][:, self.place])
 
@@ -128,17 +135,23 @@ class Layout:
 def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layout:
     """How the iteration matrix of a system is stored; `pairs` (h, 2) of probe rows have second derivatives, `skew` ones or not."""
     if not is_sparse(system.lift.matrix):
+        # bases are dense, so that W is: there is nothing to choose
         size, loose = system.size, massless(system, parts)
         return prepare(system).find("layout", (size, loose), lambda: Layout(Storage.DENSE, np.arange(size), size - 1, loose=loose))
     natural = np.arange(system.size)
+    # before the pattern is made: that of a fine plate takes memory that its run needs
     if system.size >= WIDE:
         return Layout(Storage.SPARSE, natural, system.size - 1)
     pattern, small = coupling(system, parts, pairs), system.size <= DENSE
+    # small systems are dense, without a search for a band
     order, width = (natural, system.size - 1) if small else band_order(pattern)
+    # a band of a third of the size or more has nearly as many numbers as dense factors, in shorter rows
     dense = small or (3 * width > system.size and system.size <= 4 * BAND)
     full = any(terms.numbers_read(one.gather) > 0.0 for one in system.elastic)  # of which bands are narrow, and plates turn
+    # with friction W is unsymmetric, which L D L^T is not; plates of full size turn, which factors of `large` can
     blocks = None if full or skew or not parts.storages else in_blocks(pattern)
     loose = massless(system, parts)
+    # band and blocks factor W alone, which is singular there; dense factors take W and the joints in one
     if dense or (loose and system.size <= 8 * DENSE):
         found = Layout(Storage.DENSE, natural, width, loose=loose)
     else:
@@ -150,17 +163,20 @@ def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layo
 def in_blocks(pattern: csr_array) -> Layout:
     """Blocks of a symmetric W with the pattern (n, n)."""
     n = pattern.shape[0]
+    # a full diagonal, and no zeros that stand for entries: elimination may not meet a gap
     whole = csr_array(abs(pattern) + eye_array(n), dtype=float)
     whole.sort_indices()
     tree = supernodes.analyse(whole)
     upper = csr_array(triu(whole[tree.order][:, tree.order]))
     upper.sort_indices()
     width = int((upper.indices - np.repeat(np.arange(n), np.diff(upper.indptr))).max(initial=0))
+    # unknowns are put into the order of the tree, so that its own is the natural one
     return Layout(Storage.BLOCKS, tree.order, width, tree._replace(order=np.arange(n)), upper)
 
 
 def coupling(system: System, parts: Pieces, pairs: np.ndarray) -> csr_array:
     """Pattern of the iteration matrix (n, n)."""
+    # sizes, so that entries of different sign do not cancel and vanish from the pattern
     touched = [abs(csr_array(A)) for A in (system.mass, system.damping, system.stiffness)]
     pattern = touched[0] + touched[1] + touched[2]
     read = [local for local in map(terms.couplings, parts.storages) if local.size]
@@ -171,6 +187,7 @@ def coupling(system: System, parts: Pieces, pairs: np.ndarray) -> csr_array:
         incidence = csr_array((np.ones(len(rows)), (rows, columns)), shape=(cells[-1], len(parts.offset))) @ abs(parts.matrix)
         pattern = pattern + incidence.T @ incidence
     probes = abs(csr_array(system.probes.matrix))
+    # only rows with second derivatives couple unknowns: linear joints leave the pattern as it is
     i, j = pairs.T
     pattern = pattern + probes.T @ csr_array((np.ones(len(i)), (i, j)), shape=(probes.shape[0],) * 2) @ probes
     pattern = csr_array(pattern + pattern.T)
@@ -182,6 +199,7 @@ def massless(system: System, parts: Pieces) -> bool:
     """Whether unknowns have neither mass nor elastic energy, as axes of thin rigid parts: only joints determine them."""
     rows = [terms.couplings(one).ravel() for one in parts.storages]
     read = distinct(np.concatenate([np.zeros(0, np.int64), *rows]))
+    # what an elastic energy reads has a stiffness: no pivot of W is zero there
     held = distinct(nonzeros(parts.matrix[read])[1])
     return prepare(system).find("massless", (system.mass, system.metric, held.tobytes()), lambda: weightless(system, held))
 
@@ -189,9 +207,11 @@ def massless(system: System, parts: Pieces) -> bool:
 def weightless(system: System, held: np.ndarray) -> bool:
     """Whether some unknowns beside those that are held (h,) have no mass."""
     free = np.setdiff1d(np.arange(system.size), held)
+    # nearly all systems: nothing is factored
     if not len(free):
         return False
     mass = system.mass if len(free) == system.size else csr_array(system.mass)[free][:, free]
     sizes = 1.0 / np.sqrt(system.metric.diagonal()[free])  # of positions and axes alike
+    # pivots and no diagonal: combinations of unknowns may be without mass where none of them is
     found = saddle.factor(as_dense(mass) if len(free) <= saddle.SMALL else mass, scale=sizes)
     return found is None or bool(np.abs(found.factors.pivots()).min() <= LIGHT)
