@@ -73,12 +73,14 @@ class Bending(NamedTuple):
 @jit
 def fall(a: float, n: int) -> float:
     """a^(-n/2) for n = 2 and 3."""
+    # a floating power took two thirds of the time of the force
     return 1.0 / (a * math.sqrt(a)) if n == 3 else 1.0 / a
 
 
 @jit
 def read(u: np.ndarray, dim: int, q: int) -> tuple[Vector, Vector]:
     """r' and r'' or their rates at point q, whose third component is 0 in the plane."""
+    # tuples and no arrays: the compiler keeps them in registers
     if dim == 2:
         return (u[0, q], u[1, q], 0.0), (u[2, q], u[3, q], 0.0)
     return (u[0, q], u[1, q], u[2, q]), (u[3, q], u[4, q], u[5, q])
@@ -87,6 +89,7 @@ def read(u: np.ndarray, dim: int, q: int) -> tuple[Vector, Vector]:
 @inlined
 def planar(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -> Bending:
     """The curvature with a sign, kappa = r' x r'' / |r'|^n."""
+    # kappa has a sign here, so that kappa0 does: W is smooth where the line is straight
     a = dot(r, r)
     power, by = fall(a, n), n / a
     kappa = (r[0] * b[1] - r[1] * b[0]) * power
@@ -99,6 +102,7 @@ def planar(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) ->
 @inlined
 def bent(H: float, EA: float, EI: float, kappa0: float) -> tuple[float, float, float, float, float]:
     """The energy of H = kappa^2, EI (1 - kappa0 / kappa), EI kappa0 / kappa^3, EI / (H + s^2), and s^2 times that."""
+    # the root is never zero: W depends on H alone where kappa0 is 0, and has to be smooth there
     kappa, straight = math.sqrt(H + (SMALL * kappa0) ** 2 + NEXT_TO_NOTHING), STRAIGHT * EA / EI
     part, rho = EI * kappa0 / kappa, EI / (H + straight)
     return 0.5 * EI * (H - 2.0 * kappa0 * kappa + kappa0 * kappa0), EI - part, part / (kappa * kappa), rho, straight * rho
@@ -107,6 +111,7 @@ def bent(H: float, EA: float, EI: float, kappa0: float) -> tuple[float, float, f
 @inlined
 def spatial(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -> Bending:
     """H = |r' x r''|^2 / |r'|^(2 n)."""
+    # H and no kappa: the derivative of a root is infinite where the line is straight
     a, d, across = dot(r, r), dot(b, b), cross(1.0, r, b)
     power, by = fall(a, n), n / a
     h = power * power
@@ -129,6 +134,7 @@ def drag(r: Vector, b: Vector, v: Vector, w: Vector, EA: float, B: Bending, whol
     """dR/dv by the rates v of r' and w of r''; B has alpha, beta, tau and sigma where it is `whole`."""
     alpha, beta, gamma, tau, zeta = B.viscous
     rv, gv = dot(r, v), dot(B.g1, v) + dot(B.g2, w)
+    # `whole` is known when this is compiled: in the plane and for the quadratic curvature four of the terms below are no code
     if not whole:
         return combine(EA * rv, r, gamma * gv, B.g1), combine(gamma * gv, B.g2, zeta, w)
     sigma, along = B.sigma[1], gamma * gv - tau * rv
@@ -143,6 +149,7 @@ def drag(r: Vector, b: Vector, v: Vector, w: Vector, EA: float, B: Bending, whol
 def write(S: np.ndarray, dim: int, q: int, f: float, first: Vector, second: Vector) -> None:
     """S = f (first, second) at point q."""
     S[0, q], S[1, q], S[dim, q], S[dim + 1, q] = f * first[0], f * first[1], f * second[0], f * second[1]
+    # decided when it is compiled: one source for plane and space
     if dim == 3:
         S[2, q], S[5, q] = f * first[2], f * second[2]
 
@@ -150,6 +157,7 @@ def write(S: np.ndarray, dim: int, q: int, f: float, first: Vector, second: Vect
 @inlined
 def put(D: np.ndarray, T: np.ndarray, dim: int, i: int, j: int, q: int, k: int, value: float) -> None:
     """D[i, j, q] = D[j, i, q] = value, j <= i: in space by way of T, see `unfold`."""
+    # in the plane entries are written at once, in space LANES points at a time by way of T
     if dim == 2:
         D[i, j, q] = D[j, i, q] = value
     else:
@@ -158,6 +166,7 @@ def put(D: np.ndarray, T: np.ndarray, dim: int, i: int, j: int, q: int, k: int, 
 
 def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
     """Functions of a law by how it bends; the modulus has the viscosity in it."""
+    # constants of the compiled functions: branches on them are no code
     whole, leans = name == "spatial", name != "quadratic"
 
     found: dict[str, Callable[[], int]] = {}
@@ -172,6 +181,8 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
         u, s = carray(u, (2 * dim, count)), carray(section, (LINES, count))
         for q in range(count):
             r, b = read(u, dim, q)
+            # all of the law in one loop over points, which becomes vector instructions: 2 us a stress at 500 points in space, 6
+            # us without
             eps, B = 0.5 * (dot(r, r) - 1.0), bend(r, b, n, s[0, q], s[1, q], s[2, q])
             total += s[3, q] * (0.5 * s[0, q] * eps * eps + B.energy)
         carray(W, 1)[0] = total
@@ -219,6 +230,7 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
     def modulus(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
         count = points * cells
         u, s, D = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(D, (2 * dim, 2 * dim, count))
+        # 21 entries a point in space: a modulus takes 13 us at 500 points as vector instructions, 24 us without
         lanes = LANES if dim == 3 else count
         T = np.empty((dim * (2 * dim + 1), LANES))
         for start in range(0, count, lanes):
@@ -262,6 +274,7 @@ def curvatures(n: int, dim: int, gradients: np.ndarray) -> np.ndarray:
     """kappa [1/m] (e, p) of gradients (e, p, 2c), with |r'|^n in its denominator (0: |r''|)."""
     slope, bend = gradients[..., :dim], gradients[..., dim:]
     a, b, d = ((one * other).sum(axis=-1) for one, other in ((slope, slope), (slope, bend), (bend, bend)))
+    # outputs, not the step: arrays of any shape, by numpy
     if n == 0:
         return np.asarray(np.sqrt(d))
     if dim == 2:

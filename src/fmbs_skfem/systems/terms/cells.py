@@ -55,13 +55,16 @@ def gather_cells(nodes: np.ndarray, table: np.ndarray, q: np.ndarray, local: np.
     dim = u.shape[0] // derivatives
     for b in range(basis):
         for c in range(dim):
+            # coordinates of the cells first, so that each is gathered once and not once for every derivative and point
             for e in range(cells):
                 local[b, c, e] = q[nodes[b, e] + c]
+    # four functions at once: cubics have four, so that u is written once and never read
     full = basis // 4 * 4
     for k in range(derivatives):
         for c in range(dim):
             for p in range(points):
                 target = u[k * dim + c, p]
+                # else the first four write u without reading it
                 if full == 0:
                     clear(target)
                 for b in range(0, full, 4):
@@ -90,6 +93,7 @@ def scatter_cells(nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np
                 local[b, c, e] = 0.0
             target = local[b, c]
             for p in range(points):
+                # lines have two derivatives: both at once halve what is read and written of f
                 if derivatives == 2:
                     N0, N1, S0, S1 = table[0, p, b], table[1, p, b], S[c, p], S[dim + c, p]
                     for e in range(cells):
@@ -99,6 +103,7 @@ def scatter_cells(nodes: np.ndarray, table: np.ndarray, S: np.ndarray, local: np
                         N0, S0 = table[k, p, b], S[k * dim + c, p]
                         for e in range(cells):
                             target[e] += N0[e] * S0[e]
+    # cells last and one by one: two of them write to one coordinate
     for e in range(cells):
         for b in range(basis):
             for c in range(dim):
@@ -112,15 +117,19 @@ def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
     dim = len(D) // vectors
     size = basis * dim
     count = size * (size + 1) // 2
+    # cells are the last axis everywhere: a loop over them runs as vectors, in matrices of any size
     matrices, DB = view(work, 0, (count, cells)), view(work, count * cells, (vectors, cells))
+    # sums over points: one matrix a cell, no matter how many points
     clear_rows(matrices)
     for p in range(points):
         for m in range(size):
             b, c = m // dim, m % dim
             for ci in range(dim):
+                # D B of one column, which all rows of it share
                 modulus_times_basis(D, table, p, b, c, ci, DB)
                 for bi in range(b, basis):
                     line = bi * dim + ci
+                    # the lower triangle alone: tangents of elastic laws are symmetric
                     if line >= m:
                         target = matrices[line * (line + 1) // 2 + m]
                         N0, N1, first, second = table[0, p, bi], table[1, p, bi], DB[0], DB[1]
@@ -140,6 +149,7 @@ def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int
         target, row = DB[k], k * dim + ci
         first, second, N0, N1 = D[row, c, p], D[row, dim + c, p], table[0, p, b], table[1, p, b]
         for e in range(cells):
+            # the first two write DB, so that it is not cleared
             target[e] = first[e] * N0[e] + second[e] * N1[e]
         for l in range(2, vectors):
             first, N0 = D[row, l * dim + c, p], table[l, p, b]
@@ -150,6 +160,7 @@ def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int
 @jit
 def place(C: Any, target: np.ndarray, at: int) -> np.ndarray:
     """An array (k c, p, e) from a place of `target` on."""
+    # views of one room: no array is made in a step
     vectors, points, _, cells = C.table.shape
     return view(target, at, (vectors * laws.components(C.calls), points, cells))
 
@@ -158,6 +169,7 @@ def place(C: Any, target: np.ndarray, at: int) -> np.ndarray:
 def read(s: Any, C: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
     """Gradients (k c, p, e) from the coordinates of the cells, or their rates."""
     u, (_, _, basis, cells) = place(C, target, at), C.table.shape
+    # behind the gradients, in the same room
     local = view(s.work[0], u.size, (basis, laws.components(C.calls), cells))
     gather_cells(C.nodes, C.table, s.body[order], local, u)
     return u
@@ -166,6 +178,7 @@ def read(s: Any, C: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
 @jit
 def scatter(s: Any, C: Any, S: np.ndarray) -> None:
     """Forces on the coordinates of the cells += B^T S."""
+    # gradients are not needed any more: their room takes the forces of the cells
     basis, cells = C.nodes.shape
     scatter_cells(C.nodes, C.table, S, view(s.work[0], 0, (basis, laws.components(C.calls), cells)), s.body[2])
 
@@ -173,6 +186,7 @@ def scatter(s: Any, C: Any, S: np.ndarray) -> None:
 @jit
 def add_tangent(s: Any, C: Any, D: np.ndarray) -> None:
     """W += B^T D B in the places of `targets`."""
+    # matrices of a block before any goes into W: loops over cells stay vectors, only the last one jumps in memory
     cell_matrices(C.table, D, s.work[2])
     put(C.targets, s.work[2], s.entries)
 
@@ -180,6 +194,7 @@ def add_tangent(s: Any, C: Any, D: np.ndarray) -> None:
 @jit
 def put(T: Targets, entries: np.ndarray, W: np.ndarray) -> None:
     """W += the entries of the cell matrices, each in its place."""
+    # where every coordinate is an unknown, a place an entry is all: no source, no factor, in the order of the entries
     if len(T.source) == 0:
         for k in range(len(T.target)):
             if T.target[k] >= 0:
@@ -198,11 +213,15 @@ def carry(cells: Cells, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Ce
 
     A force costs r g numbers multiplied out to g gradients, and r p + b g by way of p coordinates and b functions a cell.
     """
+    # full bodies: coordinates are unknowns
     if is_sparse(lift.matrix):
         return cells
     vectors, points, functions, count = cells.shape
+    # a frame that functions are slaved to stands for all of them
     used = distinct(cells.nodes) if cells.spread is None else distinct(csr_array(cells.spread[distinct(cells.nodes)]).indices)
     modes, gradients = support(lift.matrix[used]), vectors * cells.dim * points * count
+    # of cubic beams with 200 cells a force by points takes 11 us for 23 us by cells with 4 modes, the same with 12 to 16, 62 for
+    # 43 us with 40
     few = (modes.stop - modes.start) * (gradients - cells.dim * len(used)) < FEW * functions * gradients
     return multiply_out(cells, lift) if few else cells
 
@@ -214,6 +233,7 @@ def multiply_out(cells: Cells, lift: Affine) -> Cells | Sampled:
         return cells
     rows = gradient_rows(cells, len(lift.offset))
     gradients = np.asarray(rows @ lift.matrix)
+    # modes of other bodies are zero here, and are no columns
     columns = support(gradients)
     section = cells.section.reshape(len(cells.section), 1, -1)
     return Sampled(
@@ -225,6 +245,7 @@ def multiply_out(cells: Cells, lift: Affine) -> Cells | Sampled:
 def split(cells: Cells, lifts: Lifts) -> list[Cells]:
     """Blocks of about BLOCK cells, all in one where they are few."""
     start, count = lifts.place(cells.spread), cells.nodes.shape[1]
+    # short bodies in one: a call of a block costs as much as some cells
     parts = max(1, round(count / BLOCK)) if count > 4 * BLOCK else 1
     return [
         replace(cells, table=cells.table[..., k], nodes=cells.nodes[:, k] + start, section=cells.section[..., k], spread=None)
@@ -242,6 +263,7 @@ def couplings(cells: Cells) -> np.ndarray:
 def compile_term(cells: Cells, setting: Setting) -> Term:
     """Its numbers behind each other, and the places of its matrices."""
     (basis, count), dim, vectors = cells.nodes.shape, setting.dim, cells.law.vectors
+    # the largest of what modulus, scatter and matrices need, one after the other
     size, gradients, points = basis * dim, vectors * dim, cells.section.shape[1]
     work = max(gradients**2 * points * count, gradients * points * count + size * count, (size * (size + 1) // 2 + vectors) * count)
     calls = laws.addresses(cells.law, dim, setting.beta > 0.0)
@@ -293,6 +315,7 @@ def gradient_rows(cells: Cells, size: int) -> csr_array:
     """Gather of cells as a sparse array: rows (k, c, p, e), columns q."""
     K, P, B, E = cells.table.shape
     dim = cells.dim
+    # written as rows, without a loop over cells
     values = np.broadcast_to(cells.table[:, None, :, :, :], (K, dim, P, B, E)).transpose(0, 1, 2, 4, 3)
     columns = np.broadcast_to(cells.nodes.T[None, None, None] + np.arange(dim)[None, :, None, None, None], (K, dim, P, E, B))
     indptr = np.arange(K * dim * P * E + 1) * B
@@ -304,6 +327,7 @@ def gradient_rows(cells: Cells, size: int) -> csr_array:
 def targets(local: np.ndarray, T: csr_array, layout: Layout) -> Targets:
     """Where entries of the lower triangles of cells go in the flat storage of a matrix, W += T^T K_e T with p = T x."""
     (size, count), place, dense = local.shape, layout.place, layout.dense
+    # unknowns that a coordinate is slaved to: 1 of free ones, 3 of those on the rim of a frame
     deep = int(np.diff(T.indptr).max(initial=1))
     target, factor = np.full((T.shape[0], deep), -1), np.zeros((T.shape[0], deep))
     for k in range(deep):
@@ -322,9 +346,11 @@ def targets(local: np.ndarray, T: csr_array, layout: Layout) -> Targets:
                 targets.append(layout.flat(a[valid], b[valid]))
                 factors.append(value[valid])
     source, flat, value = np.concatenate(sources), np.concatenate(targets), np.concatenate(factors)
+    # nearly all full models: a quarter of the memory, and no product
     if deep == 1 and not dense and (value == 1.0).all():
         places = np.full(len(low) * count, -1, np.int32)
         places[source] = flat
         return Targets(np.zeros(0, np.int32), places, np.zeros(0))
+    # in the order of the cell matrices, which are read once from front to back
     order = np.argsort(source, kind="stable")
     return Targets(source[order].astype(np.int32), flat[order].astype(np.int32), value[order])

@@ -43,6 +43,7 @@ class CorotationalTangent(NamedTuple):
 
 def nothing(size: int) -> CorotationalTangent:
     """No body turns."""
+    # tables without rows: the step asks for their length, and compiles the same code
     return CorotationalTangent(np.zeros((0, 3), np.int64), np.zeros((0, 2, size)), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
 
 
@@ -57,6 +58,7 @@ class Turning(NamedTuple):
 
 def turning_of(system: System) -> Turning | None:
     """How all elastic parts of a reduced system turn; None where one of them does not, or its space does not hold it turned."""
+    # in space a rotation is no polynomial of degree two in two numbers
     if system.dim != 2 or not isinstance(system.lift.matrix, np.ndarray) or not system.elastic:
         return None
     names = "\n".join(elastic.name for elastic in system.elastic)
@@ -72,8 +74,10 @@ def find_turning(system: System) -> Turning | None:
         if elastic.name not in spans:
             return None
         row, offset, place, miss = fit(system, spans[elastic.name])
+        # all parts or none: W is assembled or turned as a whole
         if miss > REACH:
             return None
+        # modes of this body alone, so that its three tangents are small
         on = support(as_dense(system.lift.matrix[spans[elastic.name]]))
         count = on.stop - on.start
         table.append((on.start, count, first))
@@ -88,6 +92,7 @@ def room(system: System, turning: Turning | None) -> CorotationalTangent:
     """What `fill` puts the tangents into; nothing where bodies do not turn."""
     if turning is None:
         return nothing(system.size)
+    # damping in proportion to the stiffness turns with it, by one factor
     beta = np.array([elastic.beta for elastic in system.elastic])
     return CorotationalTangent(*turning[:3], beta, np.zeros(3 * int((turning.table[:, 1] ** 2).sum())))
 
@@ -96,10 +101,12 @@ def fill(T: CorotationalTangent, turning: Turning, tangent: Callable[[int], Call
     """Put K_a, K_b and K_c of all parts in, by `tangent` (number of the part) (x) (n, n); False where one does not turn so."""
     for number, ((first, count, at), place) in enumerate(zip(T.table, turning.places, strict=True)):
         K, on = tangent(number), slice(first, first + count)
+        # a quadratic form in c and s has three coefficients; the fourth angle is none of theirs, and tries them
         Ka, Kb, half, proof = (K(place(theta)) for theta in (0.0, 0.5 * np.pi, 0.25 * np.pi, PROOF))
         Kc, c, s = 2.0 * half - Ka - Kb, np.cos(PROOF), np.sin(PROOF)
         if np.linalg.norm(c * c * Ka + s * s * Kb + c * s * Kc - proof) > ALIKE * np.linalg.norm(proof):
             return False
+        # side by side, so that a tangent reads its three matrices in one sweep
         T.numbers[at : at + 3 * count * count] = np.concatenate([part[on, on].ravel() for part in (Ka, Kb, Kc)])
     return True
 
@@ -109,10 +116,12 @@ def fit(system: System, span: slice) -> tuple[np.ndarray, np.ndarray, Callable[[
     V, offset = np.asarray(system.lift.matrix[span]), system.lift.offset[span]
     unit = system.unit[span.start // 2 : span.stop // 2]
     q = (V @ system.x0 + offset).reshape(-1, 2)
+    # translations drop out of the fit, since they drop out of the tangent
     q = q - np.outer(unit, unit @ q) / (unit @ unit)
     shapes = np.stack([q.ravel(), np.stack([-q[:, 1], q[:, 0]], axis=1).ravel()])
     moves = np.stack([np.stack([unit, 0.0 * unit], axis=1).ravel(), np.stack([0.0 * unit, unit], axis=1).ravel()])
     A = np.concatenate([V, moves.T], axis=1)
+    # a space with translations holds `moves` twice: least squares of a rank that is not full
     inverse = np.linalg.pinv(A.T @ A, rcond=1e-12, hermitian=True) @ A.T
     found = inverse @ shapes.T
     miss = float(np.linalg.norm(A @ found - shapes.T) / np.linalg.norm(shapes))
@@ -129,9 +138,11 @@ def add_rotated_tangent(T: CorotationalTangent, x: np.ndarray, gh: float, W: np.
     """W (n, n) += (1 + gh beta) K(theta) of all bodies."""
     for t in range(len(T.table)):
         c, s = T.offset[t, 0], T.offset[t, 1]
+        # two sums over the unknowns: c and s are linear in them, up to one size
         for i in range(len(x)):
             c += T.rows[t, 0, i] * x[i]
             s += T.rows[t, 1, i] * x[i]
+        # c and s of a body that is stretched are not of length one
         size = (1.0 + gh * T.beta[t]) / (c * c + s * s)
         first, count, at = T.table[t]
         Ka, Kb, Kc = (
@@ -142,5 +153,6 @@ def add_rotated_tangent(T: CorotationalTangent, x: np.ndarray, gh: float, W: np.
         a, b, d = size * c * c, size * s * s, size * c * s
         for i in range(count):
             target, row_a, row_b, row_c = W[first + i, first : first + count], Ka[i], Kb[i], Kc[i]
+            # three products an entry, where an assembly has a product with all modes at every point
             for j in range(count):
                 target[j] += a * row_a[j] + b * row_b[j] + d * row_c[j]

@@ -62,8 +62,11 @@ def place_sparse(table: Any, record: Any) -> int:
     """p = V x + d, and V v."""
     E, L = evaluation(table), sparse_lift(record)
     s = E.space
+    # sparse V: most rows have one entry, frames of rims three
     affine(L.matrix, L.offset, s.x, s.body[0])
+    # here, as cells only add: terms come in any order
     clear(s.body[2])
+    # a second product for rates, where a term reads them
     if E.arrays.elastic.damped:
         clear(s.body[1])
         add_product(L.matrix, 1.0, s.v, s.body[1])
@@ -74,6 +77,7 @@ def place_sparse(table: Any, record: Any) -> int:
 def scatter_sparse(table: Any, record: Any) -> int:
     """f += V^T times the forces on p."""
     s = evaluation(table).space
+    # all cells of all bodies in one product
     add_transposed(sparse_lift(record).matrix, 1.0, s.body[2], s.f)
     return 0
 
@@ -81,6 +85,7 @@ def scatter_sparse(table: Any, record: Any) -> int:
 @routine
 def no_tangent(table: Any, record: Any) -> int:
     """Cells have put it where it belongs."""
+    # full systems have no second matrix to multiply: targets of cells are places in W
     return 0
 
 
@@ -89,6 +94,7 @@ def place_dense(table: Any, record: Any) -> int:
     """p = V x + d, and V v."""
     E, L = evaluation(table), dense_lift(record)
     s = E.space
+    # V has one row a coordinate where B V has one for every gradient at every point, of plates twenty times as many
     combine(L, 1.0, s.x, s.body[0])
     clear(s.body[2])
     if E.arrays.elastic.damped:
@@ -101,6 +107,7 @@ def combine(L: Any, fixed: float, x: np.ndarray, p: np.ndarray) -> None:
     """p = V x + fixed d."""
     for i in range(len(p)):
         p[i] = fixed * L.offset[i]
+    # a block a body: V is zero where a mode moves others, and is not multiplied there
     for k in range(len(L.blocks)):
         first, count, start, modes, at = L.blocks[k]
         add_combination(view(L.transposed, at, (modes, count)), view(x, start, (modes,)), view(p, first, (count,)))
@@ -112,6 +119,7 @@ def scatter_dense(table: Any, record: Any) -> int:
     s, L = evaluation(table).space, dense_lift(record)
     for k in range(len(L.blocks)):
         first, count, start, modes, at = L.blocks[k]
+        # the same numbers as `place_dense` reads, in the order in which it does
         add_sums(view(L.transposed, at, (modes, count)), view(s.body[2], first, (count,)), view(s.f, start, (modes,)))
     return 0
 
@@ -122,16 +130,20 @@ def tangent_dense(table: Any, record: Any) -> int:
     s, L = evaluation(table).space, dense_lift(record)
     for i in range(len(L.indptr) - 1):
         if L.indptr[i + 1] > L.indptr[i]:
+            # half of the diagonal, so that K = A + A^T and one product with A serves both halves
             s.entries[L.indptr[i + 1] - 1] *= 0.5
     for k in range(len(L.blocks)):
         first, count, start, modes, at = L.blocks[k]
         AV = view(s.work[2], 0, (count, modes))
         for i in range(count):
+            # A sparse, V dense: K is never made dense, of which most would be zeros
             multiply_row(L, s.entries, first + i, first, view(L.rows, at, (count, modes)), AV[i])
         Z = np.dot(view(L.transposed, at, (modes, count)), AV)
         for i in range(modes):
             for j in range(modes):
+                # symmetric to the last digit
                 s.W[start + i, start + j] += Z[i, j] + Z[j, i]
+    # cells add to entries: the next assembly begins with none
     clear(s.entries)
     return 0
 
@@ -141,6 +153,7 @@ def multiply_row(L: Any, entries: np.ndarray, i: int, first: int, V: np.ndarray,
     """target (r,) = row i of A V; four rows of V at a time."""
     clear(target)
     start, stop = L.indptr[i], L.indptr[i + 1]
+    # the target is read and written once for four rows
     full = start + (stop - start) // 4 * 4
     for k in range(start, full, 4):
         a, b, c, d = entries[k], entries[k + 1], entries[k + 2], entries[k + 3]
@@ -170,6 +183,7 @@ def piece(V: Csr | np.ndarray, offset: np.ndarray, locals_: Sequence[np.ndarray]
     assert pattern is not None
     table, rows, turned, at = list[tuple[int, ...]](), list[np.ndarray](), list[np.ndarray](), 0
     for first, last in spans(locals_):
+        # modes of this body alone
         columns = support(V[first:last])
         block = V[first:last, columns]
         table.append((first, last - first, columns.start, block.shape[1], at))
@@ -184,6 +198,7 @@ def spans(locals_: Sequence[np.ndarray]) -> list[tuple[int, int]]:
     """Ranges of coordinates that cells read, those that overlap as one."""
     found: list[tuple[int, int]] = []
     for first, last in sorted((int(local.min()), int(local.max()) + 1) for local in locals_ if local.size):
+        # bodies that share coordinates, as patches with a common edge, are one block: K couples them
         if found and first < found[-1][1]:
             first, last = found[-1][0], max(last, found.pop()[1])
         found.append((first, last))
@@ -199,6 +214,7 @@ def addressed(lift: Piece | None) -> LiftTerm:
 
 def needs(lift: Piece | None) -> tuple[int, int | None, int]:
     """Coordinates of the cells, entries of K where W does not hold them, and numbers of a work vector."""
+    # W itself takes the tangents of cells where V is sparse
     if lift is None or isinstance(lift.record, SparseLift):
         return len(lift.record.offset) if lift else 0, None, 0
     L: DenseLift = lift.record

@@ -66,6 +66,7 @@ opened = opener(PointsRecord)
 def place(P: Any, target: np.ndarray, at: int) -> np.ndarray:
     """An array (k c, 1, p) from a place of `target` on."""
     points = P.section.shape[2]
+    # a view: no array is made in a step
     return view(target, at, (P.transposed.shape[1] // points, 1, points))
 
 
@@ -75,7 +76,9 @@ def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
     modes, size = P.transposed.shape
     flat = view(target, at, (size,))
     for i in range(size):
+        # the offset stands still, so that rates have none
         flat[i] = P.offset[i] if order == 0 else 0.0
+    # by modes, a few dozen long rows: every loop runs over all gradients of the block
     add_combination(P.transposed, view(s.x if order == 0 else s.v, P.first, (modes,)), flat)
     return place(P, target, at)
 
@@ -83,12 +86,14 @@ def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
 @jit
 def scatter(s: Any, P: Any, S: np.ndarray) -> None:
     """f += L^T S."""
+    # the same rows as the gather, which are in the cache still
     add_sums(P.transposed, view(S, 0, (S.size,)), view(s.f, P.first, (len(P.transposed),)))
 
 
 @jit
 def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
     """W[columns, columns] += L^T D L."""
+    # moduli are in the second row of the room already
     add_product(P, s.work, s.W)
 
 
@@ -99,9 +104,11 @@ def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
     rows = size // points
     D, stress = view(work[1], 0, (rows, rows, points)), view(work[2], 0, (rows, points, modes))
     modulus_times_rows(D, P.rows.reshape(rows, points, modes), stress)
+    # BLAS here, as the product is most of a tangent; D L first, so that one product is left
     product = np.dot(P.rows.T, view(work[2], 0, (size, modes)))
     for i in range(modes):
         for j in range(modes):
+            # rows and columns of the modes of this body alone
             W[P.first + i, P.first + j] += product[i, j]
 
 
@@ -137,10 +144,12 @@ def modulus_times_rows(D: np.ndarray, gradients: np.ndarray, stress: np.ndarray)
     for i in range(rows):
         for p in range(points):
             target = stress[i, p]
+            # the first four write, so that the target is not cleared
             a, b, c, d = D[i, 0, p], D[i, 1, p], D[i, 2, p], D[i, 3, p]
             row_a, row_b, row_c, row_d = gradients[0, p], gradients[1, p], gradients[2, p], gradients[3, p]
             for r in range(modes):
                 target[r] = a * row_a[r] + b * row_b[r] + c * row_c[r] + d * row_d[r]
+            # membranes have four rows, cables in space six, shells fifteen: two at a time and one that is left
             for j in range(4, rows - 1, 2):
                 a, b, row_a, row_b = D[i, j, p], D[i, j + 1, p], gradients[j, p], gradients[j + 1, p]
                 for r in range(modes):
@@ -159,6 +168,7 @@ ROUTINES = terms.at_points(__name__, opened, place, read, scatter, add_tangent, 
 def carry(points: Sampled, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Sampled:
     """Rows times modes; columns that are zero are left out."""
     part = as_dense(V)[points.columns]
+    # a body whose component has few modes keeps few columns, whatever the size of the model
     columns = support(part)
     offset = points.offset + points.rows @ d[points.columns]
     return replace(points, rows=points.rows @ part[:, columns], offset=offset, columns=columns)
@@ -169,6 +179,7 @@ def split(points: Sampled, lifts: Lifts) -> list[Sampled]:
     """Blocks of about ROOM gradients, all in one where they are few."""
     count, modes = points.section.shape[2], points.rows.shape[1]
     gradients, offset = points.rows.reshape(-1, count, modes), points.offset.reshape(-1, count)
+    # by numbers and not by points: what has to stay in the cache is L, whose rows are as long as there are modes
     parts = max(1, round(points.rows.size / ROOM))
     if parts == 1:
         return [points]
@@ -189,6 +200,7 @@ def compile_term(points: Sampled, setting: Setting) -> Term:
     """Its numbers behind each other, by rows and by columns."""
     calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
     gradients, offset, section = (np.ascontiguousarray(part) for part in (points.rows, points.offset, points.section))
+    # both orders are kept: forces read columns, tangents rows
     record = PointsRecord(
         calls, setting.beta, points.columns.start, gradients, np.ascontiguousarray(gradients.T), offset, section, setting.kept
     )
@@ -233,5 +245,6 @@ def choose_points(points: Sampled, kept: np.ndarray, factors: np.ndarray) -> Sam
 def weigh(section: np.ndarray, kept: np.ndarray, factors: np.ndarray) -> np.ndarray:
     """Rows of a section (i, 1, p) at some points, the last one, the weight, times factors."""
     few = np.ascontiguousarray(section[:, :, kept])
+    # weights of the sample multiply those of the quadrature: the law's energy is scaled, so that its force keeps a potential
     few[-1] *= factors
     return few

@@ -28,6 +28,7 @@ POLAR = 30  #: iterations: the first ones halve large stretches, the last ones d
 
 def room(functions: int) -> int:
     """How many numbers are kept of a body: the lower triangle of K, G z, and room for two matrices (c, c)."""
+    # in the space of the model: what is kept survives from factor to factor, and no step makes an array
     size = 3 * functions
     return size * (size + 1) // 2 + size + 18
 
@@ -35,6 +36,7 @@ def room(functions: int) -> int:
 @jit
 def kept(s: Any, P: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The lower triangle of K row by row, G z (b, c), and room for two matrices (2, c, c)."""
+    # three views of one stretch of numbers
     size = 3 * len(P.gram)
     triangle, first = size * (size + 1) // 2, P.turned
     K, Gz = view(s.turned, first, (triangle,)), view(s.turned, first + triangle, (len(P.gram), 3))
@@ -46,11 +48,13 @@ def keep(s: Any, P: Any, entries: np.ndarray) -> None:
     """Keep the lower triangle of K in the front of `entries`, which was assembled at the coordinates of the cells."""
     K, Gz, _ = kept(s, P)
     z = view(s.body[0], P.first, Gz.shape)
+    # half of K: K' is symmetric for any rotation
     copy(entries[: len(K)], K)
     clear_rows(Gz)
     for b in range(len(Gz)):
         for d in range(len(Gz)):
             for c in range(Gz.shape[1]):
+                # once an assembly, so that a turn has a product of b c c numbers alone
                 Gz[b, c] += P.gram[b, d] * z[d, c]
 
 
@@ -63,6 +67,7 @@ def turned(s: Any, P: Any) -> np.ndarray:
     for b in range(len(Gz)):
         for c in range(len(Q)):
             for g in range(len(Q)):
+                # the best fit to the vectors as they are: no angle is followed from step to step
                 Q[c, g] += z[b, c] * Gz[b, g]
     to_rotation(Q, matrices[1])
     turn(K, Q, matrices[1], s.work[0])
@@ -78,6 +83,7 @@ def turn(K: np.ndarray, Q: np.ndarray, block: np.ndarray, entries: np.ndarray) -
         rows = at, at + size + 1, at + 2 * size + 3  # the triangle's
         for d in range(0, size, 3):
             for g in range(3):
+                # block by block, in registers: an assembly takes moduli of 15 rows at a hundred points, ten times as long
                 x, y, z = K[rows[0] + d + g], K[rows[1] + d + g], K[rows[2] + d + g]
                 for c in range(3):
                     block[c, g] = Q[c, 0] * x + Q[c, 1] * y + Q[c, 2] * z
@@ -96,6 +102,7 @@ def turn_diagonal(K: np.ndarray, rows: tuple[int, int, int], first: int, Q: np.n
             total = 0.0
             for i in range(3):
                 for j in range(3):
+                    # only the lower half of a block on the diagonal is there
                     total += Q[c, i] * K[rows[max(i, j)] + first + min(i, j)] * Q[g, j]
             entries[rows[c] + first + g] = total
 
@@ -107,15 +114,19 @@ def to_rotation(H: np.ndarray, other: np.ndarray) -> None:
     for c in range(3):
         for g in range(3):
             square += H[c, g] * H[c, g]
+    # of size one, so that the first step of the iteration is neither far nor lost in round-off
     scale = 1.0 / np.sqrt(square) if square > 0.0 else 0.0
     for c in range(3):
         for g in range(3):
             H[c, g] *= scale
+    # of H = R S cofactors are R cof(S), with the same rotation; of a flat plate, whose H has rank two, they are the third
+    # direction
     cofactors(H, other)
     for c in range(3):
         for g in range(3):
             H[c, g] += other[c, g]
     for _ in range(POLAR):
+        # H^-T is cofactors over det: no factorisation of a matrix of nine numbers
         det = cofactors(H, other)
         for c in range(3):
             for g in range(3):
@@ -127,6 +138,7 @@ def to_rotation(H: np.ndarray, other: np.ndarray) -> None:
 def cofactors(A: np.ndarray, found: np.ndarray) -> float:
     """det(A) A^-T in `found`, (c, c); the determinant."""
     for c in range(3):
+        # cyclic, so that signs come by themselves
         i, j = (c + 1) % 3, (c + 2) % 3
         for g in range(3):
             k, l = (g + 1) % 3, (g + 2) % 3
