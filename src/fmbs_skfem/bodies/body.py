@@ -148,6 +148,7 @@ class Body:
     """A part with linear interpolation r = N(xi) q and constant mass.
 
     The b functions are those of the space, or combinations of them by `spread`: where frames slave some, and in reduced bodies.
+    Coordinates q (b, c) [m]; the kinetic energy is the sum of v_c^T mass v_c / 2 over the components c.
     """
 
     name: str
@@ -169,11 +170,12 @@ class Body:
 
     @property
     def dim(self) -> int:
+        """Number of components c, 2 or 3."""
         return int(self.reference.shape[1])
 
     @property
     def total_mass(self) -> float:
-        """[kg]."""
+        """Mass 1^T M 1 of the body, with the coordinates `constant` (b,) of the field 1 [kg]."""
         return float(self.constant @ (self.mass @ self.constant))
 
     @property
@@ -246,14 +248,21 @@ def cable(
 
 
 def point_mass(name: str, mass: float, position: np.ndarray, radius: float = 0.03) -> Body:
-    """A mass point [kg] at a position (c,) [m], drawn with a radius [m]; its only place is `center`."""
+    """A mass point at a position (c,) [m]; its only place is `center`.
+
+    `mass` [kg] is positive and finite, else InputError; `radius` [m] is that of its picture.
+    """
     positive(f"body '{name}'", mass=mass)
     at = np.asarray(position, dtype=float)[None, :]
     return Body(name, at, csr_array(np.array([[mass]])), np.ones(1), {"center": 0.0}, radius=radius)
 
 
 def positions(part: Body) -> np.ndarray:
-    """Positions among the coordinates of a body in the reference, places of a rigid body (x, c)."""
+    """Positions (x, c) [m] of a body in the reference, which say where it is and how large.
+
+    Of a rigid body those of its places, of any other the coordinates of functions that are positions: their `constant` is 1, that
+    of slopes and axes 0. Those of a reduced body are the coordinates of its space.
+    """
     if part.space is None and part.frames:
         return part.reference[0] + np.array(list(part.places.values())) @ part.reference[1:]
     if part.shapes is not None and part.spread is not None:
@@ -262,12 +271,16 @@ def positions(part: Body) -> np.ndarray:
 
 
 def extent(part: Body) -> float:
-    """Diagonal of the box around the points of a body [m]."""
+    """Diagonal of the box around the points of a body [m], parallel to the axes of the scene; 0 of a mass point."""
     return float(np.linalg.norm(np.ptp(positions(part), axis=0)))
 
 
 def place(where: str, points: np.ndarray, dim: int, origin: np.ndarray | None, rotation: np.ndarray | None) -> np.ndarray:
-    """Points (j, 2 or 3) of a mesh or shape in the frame of the scene, (j, c); planar scenes need points in the plane z = 0."""
+    """Points (j, 2 or 3) of a mesh or shape in the frame of the scene, x -> origin + rotation x, (j, c) [m].
+
+    `origin` (c,) [m] and `rotation` (c, c) are 0 and 1 by default; `where` is the place in messages. InputError where points of a
+    planar scene (`dim` 2) are out of the plane z = 0 by more than 1e-12 of their extent.
+    """
     if dim == 2 and points.shape[1] == 3 and np.abs(points[:, 2]).max() > 1e-12 * np.ptp(points):
         raise InputError(say(where, "points in the plane z = 0", f"z up to {np.abs(points[:, 2]).max():.3g} m", "use dimension 3"))
     wide = np.pad(points[:, :dim], ((0, 0), (0, max(0, dim - points.shape[1]))))
@@ -276,14 +289,19 @@ def place(where: str, points: np.ndarray, dim: int, origin: np.ndarray | None, r
 
 
 def unit_field(xi: np.ndarray, derivative: int = 0) -> np.ndarray:
-    """The field 1, as a curve with one component."""
+    """The field 1 at parameters xi (x,), as a curve with one component (x, 1); its derivatives are 0."""
     return np.full((len(xi), 1), 1.0 if derivative == 0 else 0.0)
 
 
 def arc_length_table(
     space: line.BSpline | line.Hermite, reference: np.ndarray, points: int, derivatives: int = 2
 ) -> tuple[Table, np.ndarray, np.ndarray]:
-    """Table in xi; basis and derivatives in S, (e, p, k, b); weights in S [m], (e, p)."""
+    """Table in xi; basis and derivatives in S, (e, p, k, b); weights in S [m], (e, p).
+
+        d/dS = (1/J) d/dxi,   d2/dS2 = (1/J^2) d2/dxi2 - (J'/J^3) d/dxi,   J = |dr0/dxi|
+
+    of a line with reference coordinates (b, c) [m] at `points` Gauss points p a cell. Only the first two derivatives are converted.
+    """
     table = line.tabulate(space, points, derivatives)
     gradients = np.einsum("epkb,ebc->epkc", table.values, reference[table.nodes])
     first, second = gradients[:, :, 1], gradients[:, :, 2]
@@ -296,14 +314,22 @@ def arc_length_table(
 
 
 def mass_matrix(space: line.BSpline | line.Hermite, reference: np.ndarray, density: float) -> csr_array:
-    """m_ij = int rhoA N_i N_j dS, (b, b)."""
+    """m_ij = int rhoA N_i N_j dS, (b, b) [kg], of a line with reference coordinates (b, c) [m] and `density` rhoA [kg/m].
+
+    One Gauss point a cell more than the degree has: exact where |dr0/dxi| is constant in a cell.
+    """
     table, values, weights = arc_length_table(space, reference, order_of(space) + 1, 1)
     blocks = density * np.einsum("epb,epd,ep->ebd", values[:, :, 0], values[:, :, 0], weights)
     return scatter_blocks(blocks, table.nodes, table.count)
 
 
 def scatter_blocks(blocks: np.ndarray, nodes: np.ndarray, count: int) -> csr_array:
-    """The sum (count, count) of blocks (e, b, b) on the functions (e, b) of cells."""
+    """The sum A (count, count) of blocks (e, b, b) on the functions `nodes` (e, b) of cells.
+
+        A[nodes[e, i], nodes[e, j]] += blocks[e, i, j]
+
+    Blocks that meet in an entry are added.
+    """
     rows, columns = np.repeat(nodes, nodes.shape[1], axis=1).ravel(), np.tile(nodes, (1, nodes.shape[1])).ravel()
     return csr_array(coo_array((blocks.ravel(), (rows, columns)), shape=(count, count)))
 
@@ -349,7 +375,12 @@ Place: TypeAlias = float | tuple[int, float, float] | str  #: xi on a line, (cel
 
 
 def locate(body: Body, place: str | float) -> Place:
-    """A named point or frame, by default the centre, or the parameter xi at an arc length from the start of a line [m]."""
+    """A named point or frame, by default the centre, or the parameter xi at an arc length from the start of a line [m].
+
+    The arc length is that of the reference; lengths up to 1e-9 beyond an end, relative, are taken for the end. InputError for a
+    name that the body does not have, with the nearest known one; for a number where the body is no line; and for a length beyond
+    its ends.
+    """
     if isinstance(place, str):
         place = place or "center"
         known = {**body.frames, **body.places}
@@ -373,7 +404,10 @@ def locate(body: Body, place: str | float) -> Place:
 
 
 def arc_lengths(body: Body) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters xi (x,) close to one another along a line, and the arc lengths (x,) of the reference to them [m] (Simpson)."""
+    """Parameters xi (x,) close to one another along a line, and the arc lengths (x,) of the reference to them [m].
+
+    Eight intervals a cell, on each of which Simpson's rule integrates |dr0/dxi|.
+    """
     fine = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in pairwise(line.breaks(body.space))])
     fine = np.append(fine, line.breaks(body.space)[-1])
     speed, middle = (
@@ -384,7 +418,7 @@ def arc_lengths(body: Body) -> tuple[np.ndarray, np.ndarray]:
 
 
 def reference_at(body: Body, place: str | float) -> np.ndarray:
-    """Position (c,) of a place in the reference [m], as of `locate`."""
+    """Position (c,) of a place in the reference [m]; the place, and InputError, as of `locate`."""
     return np.asarray(probe(body, locate(body, place)) @ body.reference)[0]
 
 
@@ -392,6 +426,7 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
     """Row (1, b) that takes coordinates to the position (derivative 0) or to a vector (derivative 1, 2, 3) at a place.
 
     Vectors are the slope dr/dS of a line, the unit tangents of a surface in local coordinates, the axes e1, e2 (, e3) of a frame.
+    InputError where the place has no vector of that number.
     """
     if isinstance(place, str):
         axes = body.dim if derivative else 0
@@ -424,7 +459,7 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
 
 
 def own(body: Body, rows: csr_array) -> csr_array:
-    """Rows on the functions of the space as rows on the functions of the body."""
+    """Rows (x, n) on the functions of the space as rows (x, b) on the functions of the body: rows @ spread, or themselves."""
     return csr_array(rows) if body.spread is None else csr_array(rows @ body.spread)
 
 

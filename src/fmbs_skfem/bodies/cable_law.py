@@ -271,7 +271,12 @@ FUNCTIONS = {
 
 
 def curvatures(n: int, dim: int, gradients: np.ndarray) -> np.ndarray:
-    """kappa [1/m] (e, p) of gradients (e, p, 2c), with |r'|^n in its denominator (0: |r''|)."""
+    """Curvature kappa [1/m] of lines, (...) of gradients r' and r'' in one row (..., 2c).
+
+        n = 3, 2    kappa = |r' x r''| / |r'|^n, in the plane (dim 2) with its sign          n = 0    kappa = |r''|
+
+    n is `Law.option`: 3 of EXACT, 2 of MATERIAL, 0 of QUADRATIC.
+    """
     slope, bend = gradients[..., :dim], gradients[..., dim:]
     a, b, d = ((one * other).sum(axis=-1) for one, other in ((slope, slope), (slope, bend), (bend, bend)))
     # outputs, not the step: arrays of any shape, by numpy
@@ -285,7 +290,12 @@ def curvatures(n: int, dim: int, gradients: np.ndarray) -> np.ndarray:
 def section_forces(
     n: int, dim: int, numbers: tuple[float, float], kappa0: np.ndarray | float, gradients: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """F.t [N] and M [N m], both (...), of EA and EI at gradients (..., 2c), with |r'|^n in the denominator of kappa (0: |r''|)."""
+    """Axial force F.t [N] and bending moment M [N m], both (...), of a cable at gradients (..., 2c).
+
+        F.t = l EA (l^2 - 1) / 2 - (m - 2) EI (kappa - kappa0) kappa / l,    M = l^(2 - m) EI (kappa - kappa0),    l = |r'|
+
+    with m = n, or 1 where n is 0, n as in `curvatures`; `numbers` are EA [N] and EI [N m2], kappa0 [1/m] is a number or (...).
+    """
     EA, EI = numbers
     stretch, kappa = np.linalg.norm(gradients[..., :dim], axis=-1), curvatures(n, dim, gradients)
     above = (n or 1) - 2
@@ -296,7 +306,11 @@ def section_forces(
 def stresses(
     n: int, dim: int, numbers: tuple[np.ndarray, np.ndarray], kappa0: np.ndarray, gradients: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """dW/dr' [N] and dW/dr'' [N m], both (..., c), of EA and EI (...,) at gradients (..., 2c); n as in `section_forces`."""
+    """dW/dr' [N] and dW/dr'' [N m], both (..., c), of a cable at gradients (..., 2c), per reference length and without weights.
+
+    `numbers` are EA [N] and EI [N m2], (...,) each, kappa0 (...,) [1/m]; n as in `curvatures`. With n = 0 the reference is
+    straight: kappa0 is not read.
+    """
     EA, EI = numbers
     slope, bend = gradients[..., :dim], gradients[..., dim:]
     a = (slope**2).sum(axis=-1)

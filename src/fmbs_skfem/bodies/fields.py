@@ -25,7 +25,10 @@ NU = {Law.MEMBRANE: 1, Law.SHELL: 2}  #: row of the section that holds Poisson's
 
 @dataclass(frozen=True)
 class Fields:
-    """Fields of a membrane or shell; the last axes are the points."""
+    """Fields of a membrane or shell at points of any shape (...), the last axes of all arrays.
+
+    Components of tensors are 11, 22, 12 in the orthonormal reference tangents of the point.
+    """
 
     strain: np.ndarray  #: (3, ...) Green-Lagrange strain of the middle surface [-]
     curvature: np.ndarray  #: (3, ...) change of curvature [1/m]; zero for a membrane
@@ -36,7 +39,10 @@ class Fields:
 def recover(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> Fields:
     """All fields (.., ...) at points of any shape (...), from gradients u (k c, ...), section (i, ...) and thickness [m].
 
-    The thickness is a number or one for every point; InputError names shapes that do not fit. Sources as of the module.
+        E = (r,a.r,b - delta_ab)/2,   k_ab = -(n.r,ab - b0_ab),   S(z) = N/t + 12 z M/t^3,   z = -t/2, 0, t/2
+
+    The law is MEMBRANE (k c = 4, i = 3) or SHELL (15, 7). The thickness is a number or one for every point; InputError names other
+    laws and shapes that do not fit. Sources as of the module.
     """
     check_shapes(law, u, section, thickness)
     strain, change = strains(u, COMPONENTS[law]), curvatures(law, u, section)
@@ -58,13 +64,21 @@ def check_shapes(law: Law, u: np.ndarray, section: np.ndarray, thickness: float 
 
 
 def strains(u: np.ndarray, dim: int) -> np.ndarray:
-    """Green-Lagrange strain (3, ...) of the first two vectors of the gradients u (k c, ...)."""
+    """Green-Lagrange strain E_ab = (r,a.r,b - delta_ab)/2, (3, ...) as 11, 22, 12 [-], of gradients u (k c, ...).
+
+    `dim` is c; of the vectors of u the first two are read.
+    """
     a, b = u[:dim], u[dim : 2 * dim]
     return 0.5 * np.stack([np.sum(a * a, axis=0) - 1.0, np.sum(b * b, axis=0) - 1.0, np.sum(a * b, axis=0)])
 
 
 def principal(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Principal values s1 >= s2 (...) of symmetric tensors 11, 22, 12 (3, ...)."""
+    """Principal values s1 >= s2 (...) of symmetric tensors 11, 22, 12 (3, ...).
+
+        s = (s11 + s22)/2 +- sqrt((s11 - s22)^2/4 + s12^2)
+
+    They have the unit of the tensor.
+    """
     middle, radius = 0.5 * (tensor[0] + tensor[1]), np.hypot(0.5 * (tensor[0] - tensor[1]), tensor[2])
     return middle + radius, middle - radius
 
@@ -101,7 +115,7 @@ def fibre_strains(law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarra
 
 
 def normals(u: np.ndarray) -> np.ndarray:
-    """Unit normals (3, ...) of the gradients u (15, ...) of a shell."""
+    """Unit normals n = r,1 x r,2 / |r,1 x r,2| (3, ...) of the gradients u (15, ...) of a shell."""
     n = np.cross(u[:3], u[3:6], axis=0)
     return np.asarray(n / np.linalg.norm(n, axis=0))
 
@@ -123,7 +137,10 @@ def strain_errors(law: Law, u: np.ndarray, v: np.ndarray, section: np.ndarray) -
 
 
 def curvatures(law: Law, u: np.ndarray, section: np.ndarray) -> np.ndarray:
-    """Change of curvature (3, ...) [1/m] of the gradients u (15, ...); where positive, it stretches the face z = t/2."""
+    """Change of curvature k_ab = b0_ab - n.r,ab, (3, ...) as 11, 22, 12 [1/m], of the gradients u (15, ...) of a shell.
+
+    b0 are the rows 3 to 5 of the section (7, ...). Where k is positive, it stretches the face z = t/2; zeros of a membrane.
+    """
     if law is not Law.SHELL:
         return np.zeros((3, *u.shape[1:]))
     second = u[6:].reshape(3, 3, *u.shape[1:])
@@ -131,12 +148,21 @@ def curvatures(law: Law, u: np.ndarray, section: np.ndarray) -> np.ndarray:
 
 
 def hooke(stiffness: np.ndarray, nu: np.ndarray, e: np.ndarray) -> np.ndarray:
-    """Forces [N/m] or moments [N] (3, ...) of strains or curvatures e (3, ...) in plane stress, with stiffness and nu (...)."""
+    """Forces [N/m] or moments [N] (3, ...) of strains or curvatures e (3, ...) in plane stress.
+
+        11: A (e11 + nu e22),   22: A (e22 + nu e11),   12: A (1 - nu) e12
+
+    `stiffness` A (...) is E t / (1 - nu^2) [N/m] or E t^3 / (12 (1 - nu^2)) [N m], nu (...) Poisson's ratio [-].
+    """
     return stiffness * np.stack([e[0] + nu * e[1], e[1] + nu * e[0], (1.0 - nu) * e[2]])
 
 
 def stresses(law: Law, strain: np.ndarray, change: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> np.ndarray:
-    """Second Piola-Kirchhoff stress (3, 3, ...), level by component, at z = -t/2, 0, t/2 [Pa]."""
+    """Second Piola-Kirchhoff stress (3, 3, ...), level by component, at z = -t/2, 0, t/2 [Pa]: S(z) = N/t + 12 z M/t^3.
+
+    Of strains (3, ...) [-] and changes of curvature (3, ...) [1/m], with the section (i, ...) of the law and the thickness t [m], a
+    number or (...). A membrane has the same stress at all levels.
+    """
     t = np.asarray(thickness)
     middle = hooke(section[0], section[NU[law]], strain) / t
     if law is Law.MEMBRANE:
@@ -146,5 +172,10 @@ def stresses(law: Law, strain: np.ndarray, change: np.ndarray, section: np.ndarr
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:
-    """Von Mises stress (...) [Pa] of plane stress (3, ...) [Pa] with the components 11, 22, 12."""
+    """Von Mises stress (...) [Pa] of plane stress S (3, ...) [Pa].
+
+        sigma_v^2 = S11^2 - S11 S22 + S22^2 + 3 S12^2
+
+    The components of S are 11, 22, 12.
+    """
     return np.asarray(np.sqrt(stress[0] ** 2 - stress[0] * stress[1] + stress[1] ** 2 + 3.0 * stress[2] ** 2))

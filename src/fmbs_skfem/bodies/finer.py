@@ -16,17 +16,27 @@ from .body import Body, ShapePoints
 
 
 def knows_more(part: Body) -> bool:
-    """Whether a body is a part that knows shapes beside its own, and is to be held against them."""
+    """Whether a body is a part that knows shapes beside its own, and is to be held against them.
+
+    That is so of reduced bodies whose training has kept such shapes (`MissingShapes`), unless they say `checked` False.
+    """
     return part.shapes is not None and part.shapes.checked and knows_shapes(part.shapes)
 
 
 def knows_shapes(points: ShapePoints) -> bool:
-    """The same of its points; files of earlier releases hold the strains of such shapes alone."""
+    """Whether points of a reduced body know shapes beside its own, as functions over its space.
+
+    Files of earlier releases hold the strains of such shapes alone, and no functions: False.
+    """
     return points.missing is not None and points.missing.over_space.size > 0
 
 
 def finer(part: Body) -> Body:
-    """The part with the functions F; any other body, or a part that does not know its shapes, as it is."""
+    """The part with the functions F = [S, T] (b + t) of its training; any other body, or one that knows no T, as it is.
+
+    Coordinates of T are zero in the reference, so that a state of the part is one of the finer body; mass, spread and frames grow
+    by the blocks of T, and the energy is that of all quadrature points.
+    """
     if not knows_more(part):
         return part
     points = part.shapes

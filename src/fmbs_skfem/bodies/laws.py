@@ -32,7 +32,11 @@ KNOWN: dict[str, Law] = {}  #: laws by name
 
 
 class Law:
-    """A law, known by its name; `find` gives it back."""
+    """A law W(u) of gradients u (k c, p, e), known by its name; `find` gives it back, and copies and pickles are made by it.
+
+    `entry(dim, kind)` is the address of its compiled function of a kind (`KINDS`) in `dim` components. InputError where another law
+    has that name.
+    """
 
     QUADRATIC: ClassVar[Law]
     MATERIAL: ClassVar[Law]
@@ -80,7 +84,7 @@ class Law:
 
 
 def find(name: str) -> Law:
-    """The law of this name."""
+    """The law of this name; InputError where none has been defined, with the nearest known name."""
     if name not in KNOWN:
         raise InputError(say("law", f"one of {listed(KNOWN, name)}", f"'{name}'", "define it first") + closest(name, KNOWN))
     return KNOWN[name]
@@ -122,7 +126,10 @@ NUMBERS = {0: Law.QUADRATIC, 2: Law.MATERIAL, 3: Law.EXACT, 4: Law.MEMBRANE, 5: 
 
 
 def number(law: Law) -> int:
-    """The number of a law of this package."""
+    """The number of a law of this package, see `NUMBERS`, which outputs and files know it by.
+
+    Laws of one's own have names alone, and no number.
+    """
     return next(k for k, one in NUMBERS.items() if one is law)
 
 
@@ -135,7 +142,12 @@ ENUMS["Law"] = lambda value: find(value) if isinstance(value, str) else NUMBERS[
 
 
 def addresses(law: Law, dim: int, damped: bool) -> np.ndarray:
-    """Where the functions of a law in `dim` components are, which serve any damping time or none alone; its option; `dim`."""
+    """Where the functions of a law in `dim` components are, as one row of integers (7,): see the columns ENERGY to DIM.
+
+        energy, stress, modulus, viscosity, dissipation, option, dim
+
+    With `damped` the stress takes any damping time; without, none alone, and there is no viscosity and dissipation (0).
+    """
     kinds = ("energy", "damped_stress", "modulus", "viscosity", "dissipation") if damped else ("energy", "stress", "modulus")
     found = [*(law.entry(dim, kind) for kind in kinds), 0, 0][:OPTION]
     return np.array([*found, law.option, dim], dtype=np.int64)
@@ -149,7 +161,10 @@ def components(calls: np.ndarray) -> int:
 
 @jit
 def call_energy(calls: np.ndarray, u: np.ndarray, section: np.ndarray) -> float:
-    """`energy` in compiled code, with the `addresses` of the law."""
+    """W [J] summed over all points in compiled code, as `energy`, with the `addresses` of the law.
+
+    u (k c, p, e) and section (i, p, e) are contiguous.
+    """
     W = np.zeros(1)
     call(calls[ENERGY], (u, u, section, W), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), 0.0)
     return W[0]
@@ -157,13 +172,19 @@ def call_energy(calls: np.ndarray, u: np.ndarray, section: np.ndarray) -> float:
 
 @jit
 def call_stress(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
-    """`stress` in compiled code, with the `addresses` of the law."""
+    """S = weight dW/du (+ damping) in compiled code, as `stress`, with the `addresses` of the law.
+
+    u, `rate` and S (k c, p, e), section (i, p, e), all contiguous; beta [s]. S is overwritten.
+    """
     call(calls[STRESS], (u, rate, section, S), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
 
 
 @jit
 def call_dissipation(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, section: np.ndarray, room: np.ndarray) -> float:
-    """`dissipation` in compiled code, with the `addresses` of a law that is damped and room for its points."""
+    """Heat [W] of a damping time of 1 s in compiled code, as `dissipation`, with the `addresses` of a law that is damped.
+
+    u and `rate` (k c, p, e), section (i, p, e), `room` for one number a point, (p e,) or more.
+    """
     call(calls[DISSIPATION], (u, rate, section, room), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), 0.0)
     total = 0.0
     for q in range(u.shape[1] * u.shape[2]):  # apart from the law, whose loop becomes vector instructions so
@@ -173,27 +194,43 @@ def call_dissipation(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, section
 
 @jit
 def call_modulus(calls: np.ndarray, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
-    """`modulus` in compiled code, with the `addresses` of the law."""
+    """D = weight d2W/du2 (+ viscosity) in compiled code, as `modulus`, with the `addresses` of the law.
+
+    u (k c, p, e), section (i, p, e), D (k c, k c, p, e), all contiguous; `beta` [-]. D is overwritten.
+    """
     call(calls[MODULUS], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
     if calls[VISCOSITY] != 0 and beta > 0.0:
         call(calls[VISCOSITY], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
 
 
 def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
-    """Strain energy [J] summed over all points."""
+    """Strain energy [J] summed over all points: sum_pe weight W(u), of gradients u (k c, p, e) and section (i, p, e).
+
+    A pressure that follows gives -p (V - V0), see `pressure_law`.
+    """
     return float(call_energy(addresses(law, len(u) // law.vectors, False), u, section))
 
 
 def stress(law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (k c, p, e)."""
+    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (k c, p, e).
+
+    S is written in place; section (i, p, e), its last row the weight. Where beta is 0 the rates have no effect.
+    """
     call_stress(addresses(law, len(u) // law.vectors, beta > 0.0), u, rate, beta, section, S)
 
 
 def dissipation(law: Law, u: np.ndarray, rate: np.ndarray, section: np.ndarray) -> float:
-    """What a damping time of 1 s turns into heat [W] at gradients (k c, p, e) with their rates, summed over all points."""
+    """What a damping time of 1 s turns into heat [W] at gradients (k c, p, e) with their rates, summed over all points.
+
+    It is v . dR/dv of the gradient rates v, R half of it: with a damping time beta the power is beta times that. Section (i, p, e).
+    """
     return float(call_dissipation(addresses(law, len(u) // law.vectors, True), u, rate, section, np.zeros(u[0].size)))
 
 
 def modulus(law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
-    """D = weight d2W/du2 + beta (material part), shape (k c, k c, p, e), symmetric; `beta` [-]: damping time times gh."""
+    """D = weight d2W/du2 + beta d2R/dv2, shape (k c, k c, p, e), symmetric; `beta` [-]: damping time times gh.
+
+    gh [1/s] is the factor of derivatives by rates in the iteration matrix, see `systems.evaluation`. D is written in place; u
+    (k c, p, e), section (i, p, e).
+    """
     call_modulus(addresses(law, len(u) // law.vectors, beta > 0.0), u, beta, section, D)

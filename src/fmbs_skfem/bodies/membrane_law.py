@@ -29,13 +29,23 @@ LINES = 3  #: rows of a section
 
 @jit
 def hooke(A: float, nu: float, e11: float, e22: float, e12: float) -> tuple[float, float, float]:
-    """Plane stress: the forces (or moments) 11, 22, 12 of strains (or curvatures) with e12 = e21."""
+    """Plane stress: the forces (or moments) 11, 22, 12 of strains (or curvatures) with e12 = e21, A C:e.
+
+        A (e11 + nu e22),   A (e22 + nu e11),   A (1 - nu) e12
+
+    A is E t / (1 - nu^2) [N/m] of strains [-], E t^3 / (12 (1 - nu^2)) [N m] of curvatures [1/m].
+    """
     return A * (e11 + nu * e22), A * (e22 + nu * e11), A * (1.0 - nu) * e12
 
 
 @jit
 def quadratic(A: float, nu: float, e11: float, e22: float, e12: float) -> float:
-    """A/2 (e11^2 + e22^2 + 2 nu e11 e22 + 2 (1 - nu) e12^2)."""
+    """Energy per area [J/m2] of plane stress, e:A C:e / 2 with e12 = e21.
+
+        A/2 (e11^2 + e22^2 + 2 nu e11 e22 + 2 (1 - nu) e12^2)
+
+    A as of `hooke`.
+    """
     return 0.5 * A * (e11 * e11 + e22 * e22 + 2.0 * nu * e11 * e22 + 2.0 * (1.0 - nu) * e12 * e12)
 
 

@@ -24,7 +24,10 @@ def nothing() -> np.ndarray:
 
 @dataclass(frozen=True)
 class MissingShapes:
-    """The functions F (f) of a part of the shape functions S (b) at all quadrature points (g) of its body."""
+    """The functions F = [S, T] (f) of a part, S (b) its shape functions, at all quadrature points (g) of its body.
+
+    T are the next functions of its training, orthonormal in the mass over that of the body and orthogonal to S.
+    """
 
     functions: Annotated[np.ndarray, Reals("k g f")]  #: derivatives of F that the law reads [1/m, 1/m2]
     positions: Annotated[np.ndarray, Reals("g c")]  #: of the points in the reference [m]

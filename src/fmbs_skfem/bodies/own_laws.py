@@ -31,9 +31,12 @@ def define(
     dissipation: Callable[..., Any] | None = None,
     dims: Sequence[int] = (2, 3),
 ) -> Law:
-    """The law `name` with the energy W(r, *section) per reference length or area and, where it is damped, R(r, rates, *section).
+    """The law `name` with the energy W(r, *section) per reference length or area [J/m, J/m2] of r = (r,1 ... r,k), k = `vectors`.
 
-    `section` names its numbers but the quadrature weight. `check_law` tests it. See `symbolic` for W and R.
+    `dissipation` R(r, rates, *section) makes it damped: half the power that a damping time of 1 s turns into heat. `section` names
+    its numbers but the quadrature weight; `dims` are the numbers of components c that it serves. Nothing is compiled before a model
+    uses it. `check_law` tests it; see `symbolic` for W and R. InputError for a name that is no word or that another law has, for
+    `vectors` below 1, for names of the section that are no texts, and for an energy that is no function.
     """
     if not name.isidentifier():
         raise InputError(say("own_laws.define: name", "a word of letters, digits and _", f"'{name}'"))

@@ -22,12 +22,18 @@ from .sections import Material
 
 
 def joined_edges(shape: Surface) -> list[tuple[str, str]]:
-    """Pairs of edges that are one line inside the surface; none where no patches are joined."""
+    """Pairs of names of edges that are one line inside the surface: edges with common functions, and seams.
+
+    None where the surface is not made of NURBS patches.
+    """
     return [*shape.space.joined, *shape.space.seams] if isinstance(shape.space, nurbs.Nurbs) else []
 
 
 def tell_closed(where: str, shape: Surface) -> None:
-    """A notice of patches that close on themselves without having been asked to."""
+    """A notice of NURBS patches whose own edges coincide, so that they are closed, where `join` is not said.
+
+    `where` is the place in messages.
+    """
     for one, other in joined_edges(shape):
         patch, _, _ = one.rpartition(".")
         if shape.space.join is None and patch == other.rpartition(".")[0]:
@@ -36,7 +42,12 @@ def tell_closed(where: str, shape: Surface) -> None:
 
 
 def fold_springs(where: str, shape: Surface, thickness: float | np.ndarray, material: Material) -> csr_array | None:
-    """Stiffness (n, n) that keeps the angle along lines where NURBS patches are continuous only; None where there are none."""
+    """Stiffness (n, n) that keeps the angle along lines where NURBS patches are continuous only; None where there are none.
+
+    It is `interfaces.penalty_stiffness` with the bending stiffness E t^3 / (12 (1 - nu^2)) [N m] and acts on every component alike
+    [N/m]. `thickness` t [m] is a number or one a cell (e,). InputError where a patch of degree 1 has several cells in that
+    direction.
+    """
     if not isinstance(shape.space, nurbs.Nurbs):
         return None
     pairs = interfaces.common_edges(shape)
@@ -74,7 +85,11 @@ def tie(shape: Surface) -> tuple[Surface, csr_array]:
 
 
 def check_one_piece(where: str, shape: Surface, spread: csr_array) -> None:
-    """Refuse patches that neither functions, nor seams, nor rims connect, unless `join` is false; `spread` (n, b) as in `Body`."""
+    """Refuse patches that neither functions, nor seams, nor rims connect, unless `join` is false; `spread` (n, b) as in `Body`.
+
+    Cells that read a common function of the body are one piece; InputError tells the pieces by their number of cells and their
+    patches.
+    """
     if not isinstance(shape.space, nurbs.Nurbs) or shape.space.join is False or len(shape.space.patches) == 1:
         return
     cells, functions = shape.nodes.shape

@@ -42,7 +42,7 @@ UNSEEN = 1e-9  #: trace of a function, over its values beside the edge, that cou
 
 @dataclass(frozen=True)
 class Rim:
-    """Edges that move as one rigid frame: names of edge groups, and its origin (the centre of a circle, or the middle).
+    """Edges that move as one rigid frame: names of edge groups, and its origin (the centre of a circle, or the middle) [m].
 
     With `slopes` the derivative across the edge follows the frame too: the plate is clamped to it. Without, it is hinged there,
     with a notice in space unless that is said (False).
@@ -66,8 +66,10 @@ def plate(
 ) -> Body:
     """Plate or shell of a surface; planar (dim 2) ones carry membrane forces only.
 
-    `thickness` [m] is one number or one a cell; `rims` makes rigid frames of named edges; `origin` (c,) [m] and
-    `rotation` (c, c) place the reference shape, x -> origin + rotation x.
+    `thickness` [m] is one number or one a cell (e,); `rims` makes rigid frames of named edges; `origin` (c,) [m] and `rotation`
+    (c, c) place the reference shape, x -> origin + rotation x. InputError where a thickness is not positive, a rim has the name of
+    a point of the mesh or an edge that the surface does not have, edges of two rims share a side, patches are in several pieces, or
+    points of a planar body are out of the plane.
     """
     where = f"body '{name}'"
     positive(where, thickness=float(np.min(thickness)))
@@ -114,7 +116,13 @@ def tell_hinged(where: str, rims: Mapping[str, Rim]) -> None:
 
 
 def local_table(values: np.ndarray, weights: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Derivatives 1, 2, 11, 22, 12 in local coordinates (e, p, 5, b), area weights (e, p) [m2], and n . r0,ij (e, p, 3) [1/m]."""
+    """Derivatives 1, 2, 11, 22, 12 in local coordinates (e, p, 5, b), area weights (e, p) [m2], and n . r0,ij (e, p, 3) [1/m].
+
+        N,i = (A^-1)_ia N,a,   N,ij = (A^-1)_ia (A^-1)_jb N,ab,   A_ai = r0,a . t_i,   dA = |det A| dxi
+
+    Of a table (e, p, 6, b) of values and derivatives 1, 2, 11, 22, 12 by parent coordinates, its weights (e, p), and reference
+    coordinates (e, b, c) of the cells [m]; t_i are orthonormal tangents, n is the unit normal. In the plane n . r0,ij is zero.
+    """
     first, area, inverse, normal = local_first(values, weights, reference)
     second = values[:, :, [3, 5, 5, 4]].reshape(*values.shape[:2], 2, 2, -1)
     second = np.einsum("epia,epjd,epadb->epijb", inverse, inverse, second)
@@ -127,7 +135,11 @@ def local_table(values: np.ndarray, weights: np.ndarray, reference: np.ndarray) 
 def local_first(
     values: np.ndarray, weights: np.ndarray, reference: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Derivatives 1, 2 in local coordinates (e, p, 2, b), area weights (e, p) [m2], A^-1 (e, p, 2, 2), normals (e, p, c)."""
+    """Derivatives 1, 2 in local coordinates (e, p, 2, b), area weights (e, p) [m2], A^-1 (e, p, 2, 2), normals (e, p, c).
+
+    Of a table (e, p, 3 or more, b) as in `local_table`, of which values and first derivatives are read, its weights (e, p), and
+    reference coordinates (e, b, c) [m].
+    """
     tangents = on_nodes(values[:, :, 1:3], reference)
     axes, normal = surfaces.local_axes(tangents)
     inverse = np.linalg.inv(tangents @ np.swapaxes(axes, 2, 3))
@@ -194,7 +206,11 @@ def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.nda
 
 
 def edge(where: str, shape: Surface, names: str | Iterable[str]) -> np.ndarray:
-    """Cells and sides (i, 2) of a named edge or several; ones that were joined to others unasked are refused."""
+    """Cells and sides (i, 2) of a named edge or several.
+
+    `where` is the place in messages. InputError for a name that is no edge, with the nearest known one, and for an edge that was
+    joined to another one although `join` was not said: it is a line inside the surface.
+    """
     sides = []
     for name in (names,) if isinstance(names, str) else names:
         if name not in shape.edges:
@@ -217,7 +233,10 @@ def edge(where: str, shape: Surface, names: str | Iterable[str]) -> np.ndarray:
 
 @singledispatch
 def slope_places(space: Any, s: np.ndarray) -> np.ndarray:
-    """Fractions (x,) of a side, near s (x,), where the slope across it is the side's alone: s itself for C1 interpolations."""
+    """Fractions (x,) of a side, near s (x,), where the slope across it is the side's alone: s itself for C1 interpolations.
+
+    Other interpolations register by the type of their space; plates of nodes with slopes have the ends 0 and 1.
+    """
     return s
 
 

@@ -47,6 +47,12 @@ def rigid(
     e_k = rotation[:, k], by default those of the scene. Laminae and rods take their principal axes instead, so that what has no
     mass is an axis of its own. Pictures show the line through the points `outline` (x, c) of the scene, by default through the
     places and, where these are one or two, the centre.
+
+    InputError where the mass [kg] is not positive, the inertia is none of a body (a principal moment above the sum of the others),
+    the `rotation` (c, c) is not orthonormal or mirrors, a point has not c finite coordinates, or a place `center` or `frame` is
+    elsewhere.
+
+    Source: J. Garcia de Jalon, Multibody Syst. Dyn. 18 (2007) 15-33, doi:10.1007/s11044-007-9068-0.
     """
     where = f"body '{name}'"
     positive(where, mass=mass)
@@ -83,7 +89,10 @@ def check_names(where: str, places: Mapping[str, tuple[float, ...]], size: float
 
 
 def through(places: np.ndarray) -> np.ndarray:
-    """The line (x, c) that stands for a body with these places (k, c) about its centre: a rod, an angle, or a closed polygon."""
+    """The line (x, c) that stands for a body with these places (k, c) about its centre: a rod, an angle, or a closed polygon [m].
+
+    Places that follow one another at one point are left out.
+    """
     center = np.zeros((1, places.shape[1]))
     closed = np.vstack([places, places[:1]]) if len(places) > 2 else np.vstack([places[:1], center, places[1:]])
     moved = np.linalg.norm(np.diff(closed, axis=0), axis=1) > 0.0
@@ -102,7 +111,12 @@ def rigid_from_mesh(
 ) -> Body:
     """The rigid body that a plate of constant thickness [m] and density [kg/m3] makes; points of the mesh are its places.
 
-    `origin` (c,) [m] and `rotation` (c, c) place the mesh, x -> origin + rotation x.
+        m = rho t A,   S = rho t int (x x^T + t^2/12 n n^T) dA,   J = tr(S) 1 - S          in the plane J = tr(S), without n n^T
+
+    with x from the centroid and unit normals n.
+
+    `origin` (c,) [m] and `rotation` (c, c) place the mesh, x -> origin + rotation x. Places are groups of one node. InputError
+    where a thickness or density is not positive, points are out of the plane of a planar scene, and as of `rigid`.
     """
     where = f"body '{name}'"
     positive(where, thickness=thickness, density=density)
@@ -120,7 +134,10 @@ def rigid_from_mesh(
 
 
 def rim(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """The longest of the closed lines (x, c) around the cells (e, 3 or 4); its last point is its first."""
+    """The longest of the closed lines (x, c) [m] around the cells (e, 3 or 4) of a mesh with points (j, c) [m].
+
+    Its last point is its first.
+    """
     after = dict(plate_audit.border(cells, len(points))[0].tolist())
     lines = []
     while after:
@@ -132,12 +149,15 @@ def rim(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
 
 def triangles(cells: np.ndarray) -> np.ndarray:
-    """Triangles (i, 3, c) that make up the cells (e, 3 or 4, c)."""
+    """Triangles (i, 3, c) that make up the cells (e, 3 or 4, c).
+
+    Triangles are themselves; quadrilaterals are parted into their corners 0, 1, 2 and 0, 2, 3.
+    """
     return cells if cells.shape[1] == 3 else np.concatenate([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
 
 
 def areas(corners: np.ndarray) -> np.ndarray:
-    """Areas (i,) of triangles (i, 3, c) [m2]."""
+    """Areas (i,) of triangles (i, 3, c) [m2]: sqrt(|a|^2 |b|^2 - (a.b)^2) / 2 of two sides a and b."""
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     gram = np.sum(a * a, axis=1) * np.sum(b * b, axis=1) - np.sum(a * b, axis=1) ** 2
     return np.asarray(0.5 * np.sqrt(gram))
@@ -166,7 +186,10 @@ def normal_moments(cells: np.ndarray) -> np.ndarray:
 def second_moments(where: str, inertia: Numbers, dim: int) -> tuple[np.ndarray, np.ndarray]:
     """G (c, c) [kg m2] of an inertia, which must belong to a body of positive mass, and its axes (c, c) in those of the inertia.
 
-    They are the same but for a body without mass in a direction that is none of them: it gets its principal axes.
+        G = tr(J) 1 / 2 - J in space,    G = J 1 / 2 in the plane
+
+    The axes are the same but for a body without mass in a direction that is none of them: it gets its principal axes. `inertia` as
+    of `rigid`; InputError where it has another shape, is not finite or not symmetric, or G has a negative direction.
     """
     J = np.asarray(inertia, dtype=float)
     if not np.isfinite(J).all():

@@ -13,7 +13,7 @@ from ..core.values.fields import Density, Length, quantity
 
 
 def positive(where: str, **values: float) -> None:
-    """Refuse values that are not finite and positive."""
+    """Refuse values that are not finite and positive: InputError with the place `where` and the name of the value."""
     for name, value in values.items():
         if not (math.isfinite(value) and value > 0):
             raise InputError(say(f"{where}.{name}", "a positive and finite number", value))

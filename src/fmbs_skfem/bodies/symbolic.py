@@ -73,7 +73,10 @@ SMALL = 12  #: results of a loop that need no room of their own to become vector
 
 @dataclass(frozen=True)
 class LawSymbols:
-    """An energy [J/m or J/m2] of `vectors` derivatives of r, with the `section` numbers but the weight, and its dissipation."""
+    """An energy [J/m or J/m2] of `vectors` derivatives of r, with the `section` numbers but the weight, and its dissipation.
+
+    `energy(r, *section)` and `dissipation(r, rates, *section)` take and give symbols; r and rates are k matrices (c,).
+    """
 
     vectors: int
     section: tuple[str, ...]
@@ -84,7 +87,10 @@ class LawSymbols:
 def quadratic_dissipation(
     strains: Callable[..., Sequence[Expression]], stiffness: Callable[..., Sequence[Sequence[Expression]]]
 ) -> Dissipation:
-    """R = (de/dt)^T C (de/dt) / 2 of strains e of vectors and a section, with the section stiffness C."""
+    """R = (de/dt)^T C (de/dt) / 2 of strains e of vectors and a section, with the section stiffness C.
+
+    `strains(r, *section)` gives e (i,), `stiffness(*section)` gives C (i, i), both in symbols.
+    """
 
     def dissipation(r: Vectors, v: Vectors, *section: Expression) -> Expression:
         rates = sympy.Matrix([rate(e, r, v) for e in strains(r, *section)])
@@ -94,12 +100,19 @@ def quadratic_dissipation(
 
 
 def rate(value: Expression, r: Vectors, v: Vectors) -> Expression:
-    """Time derivative of a function of the gradients."""
+    """Time derivative of a function of the gradients: the sum of d value/dr v over all components.
+
+    `r` and `v` are k vectors (c,) in symbols and their rates.
+    """
     return sum(sympy.diff(value, x) * y for one, other in zip(r, v, strict=True) for x, y in zip(one, other, strict=True))
 
 
 def results(law: LawSymbols, dim: int, kind: str) -> tuple[list[Expression], list[Expression]]:
-    """Results of one kind for one point, of a symmetric matrix the lower triangle, and the symbols u, v, section, w and beta."""
+    """Results of one kind for one point, of a symmetric matrix the lower triangle, and the symbols u, v, section, w and beta.
+
+    `kind` is one of `laws.KINDS`. With k c gradients there are 1 (energy, dissipation), k c (stress) or k c (k c + 1) / 2 (modulus,
+    viscosity) results, times the weight w; u and v have k c symbols each.
+    """
     count = law.vectors * dim
     u, v = sympy.symbols(f"u:{count}", real=True), sympy.symbols(f"v:{count}", real=True)
     *section, w = sympy.symbols(f"s:{len(law.section) + 1}", real=True)  # names of a user could be those of other variables
@@ -141,7 +154,10 @@ def loop(law: LawSymbols, dim: int, kind: str, name: str) -> str:
 
 
 def source(law: LawSymbols, dims: Sequence[int], about: str) -> str:
-    """A module with the entries of a law, own_dimension_kind."""
+    """Source of a module with the entries `own_DIM_KIND` of a law, for every number of components in `dims` and every kind.
+
+    `about` is its docstring. Without a dissipation the damped kinds are those without damping, and the viscosity is zero.
+    """
     needed = [
         "import numpy as np",
         "from fmbs_skfem.core.compiling.entries import LANES, entry, unfold",

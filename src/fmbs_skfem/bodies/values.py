@@ -30,14 +30,18 @@ EXACT = 1e-12  #: relative distance from a monomial
 @storable
 @dataclass(frozen=True)
 class Value:
-    """A number of a body."""
+    """A number of a body in which its energy and mass are monomials: rows of its section are proportional to number^power."""
 
     number: float  #: [SI]
     powers: dict[str, float]  #: of it in the rows of the section, by name, and in MASS, SPRINGS, SIZE; 0 in what is not there
 
 
 def monomials(make: Callable[[Mapping[str, float]], dict[str, float]], numbers: Mapping[str, float]) -> dict[str, Value]:
-    """Those of some positive numbers in which all that `make` makes of them is a monomial, and not all of it the same."""
+    """Those of some positive numbers in which all that `make` makes of them is a monomial, and not all of it the same.
+
+    `make` takes numbers by name and gives rows by name. Each number is doubled and tripled: exact powers fit both to 1e-12. Numbers
+    for which `make` raises InputError are left out.
+    """
     now, found = make(numbers), dict[str, Value]()
     for name, number in numbers.items():
         try:
@@ -75,7 +79,12 @@ def of_line(section: Section, material: Material | None, dim: int, locks: bool) 
 
 
 def of_plate(material: Material, thickness: float | np.ndarray) -> dict[str, Value]:
-    """Of a plate or shell: Young's modulus, density and, where it is one number, thickness."""
+    """Of a plate or shell: Young's modulus [Pa], density [kg/m3] and, where it is one number, thickness [m], each with its powers.
+
+        A ~ E t,   B ~ E t^3,   mass ~ rho t,   springs between patches ~ E t^3
+
+    A thickness that differs from cell to cell is not among them.
+    """
     even = {"thickness": float(thickness)} if np.ndim(thickness) == 0 else {}
 
     def make(numbers: Mapping[str, float]) -> dict[str, float]:
@@ -86,7 +95,11 @@ def of_plate(material: Material, thickness: float | np.ndarray) -> dict[str, Val
 
 
 def changed(part: Body, numbers: Mapping[str, float]) -> Body:
-    """The body with other numbers by name [SI], full or reduced; InputError for names that it does not have."""
+    """The body with other numbers by name [SI], full or reduced: rows of its section, mass and sizes are scaled.
+
+    InputError for names that it does not have, numbers that are not positive, and those so far from the old ones that a factor is
+    no finite positive number. A body without cells stays as it is.
+    """
     factors, known = dict[str, float](), dict(part.values)
     for name, number in numbers.items():
         where = f"body '{part.name}'"

@@ -9,12 +9,13 @@ Vector = tuple[float, float, float]
 
 @jit
 def dot(a: Vector, b: Vector) -> float:
+    """a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @jit
 def cross(f: float, a: Vector, b: Vector) -> Vector:
-    """f a x b."""
+    """f a x b of a factor f and vectors a and b, in compiled code."""
     return f * (a[1] * b[2] - a[2] * b[1]), f * (a[2] * b[0] - a[0] * b[2]), f * (a[0] * b[1] - a[1] * b[0])
 
 
