@@ -19,7 +19,10 @@ from .places import Draft
 
 
 class Addition:
-    """All of one kind; every method may be left out."""
+    """Additions of one kind, such as all controllers; every method may be left out.
+
+    A kind registers with `adds`; `assemble` calls the methods in the order in which they stand here.
+    """
 
     def __init__(self, given: Any, draft: Draft) -> None:
         """Of what `assemble` was given for its keyword."""
@@ -46,7 +49,7 @@ KINDS: dict[str, type[Addition]] = {}
 
 
 def adds(keyword: str) -> Callable[[Kind], Kind]:
-    """Register a kind of additions for a keyword of `assemble`."""
+    """Register a kind of additions, a class, for a keyword of `assemble`; it replaces one that has the keyword."""
 
     def register(kind: Kind) -> Kind:
         KINDS[keyword] = kind
@@ -56,7 +59,10 @@ def adds(keyword: str) -> Callable[[Kind], Kind]:
 
 
 def additions_of(given: Mapping[str, Any], draft: Draft) -> list[Addition]:
-    """The additions that an assembly was given."""
+    """The additions that an assembly was given, one object a keyword, in the order in which the kinds registered.
+
+    Keywords with None are left out. InputError for a keyword that nothing registers, with the nearest known one.
+    """
     for keyword in given:
         if keyword not in KINDS:
             raise InputError(say("assemble", f"one of the keywords {listed(KINDS, keyword)}", keyword) + closest(keyword, KINDS))

@@ -96,7 +96,12 @@ def assemble(
 ) -> System:
     """System in body coordinates with every constraint kept as a multiplier row; without `pictures` it has no lines and skins.
 
-    Expressions of the state read outputs, and what stands beside them, by their names: see `additions`.
+        M q'' + C q' + K q + sum_j L_j^T phi_j(L_j q) - Q(q, t) + Phi_q^T lambda = 0,     Phi(q, t) = 0
+
+    `outputs` by name, `initial` velocities by the name of a body; a body without one starts at rest. Expressions of the state read
+    outputs, and what stands beside them (`inputs`, `controllers`, ...), by their names: see `additions`. `eliminate` takes out what
+    is linear. InputError for no body, bodies of different dimensions or of one name, joints of one name, columns of one name,
+    places and names that do not exist, and keywords that nothing registers.
     """
     bodies, joints, loads = list(bodies), list(joints), list(loads)
     damping = Rayleigh() if damping is None else damping
@@ -223,7 +228,10 @@ def orthonormal(part: Body, draft: Draft) -> None:
 
 
 def empty_draft(parts: list[Body]) -> tuple[Draft, Coordinates]:
-    """Nothing but bodies, with coordinates from the origin that suits them."""
+    """A draft with nothing but bodies, and where their coordinates are, from the origin that suits them (`lengths.origin`).
+
+    InputError for no body, bodies of one name, or of different dimensions.
+    """
     if not parts:
         raise InputError(say("bodies", "at least one body", "none"))
     unique("bodies", [part.name for part in parts])
@@ -244,7 +252,10 @@ def unique(where: str, names: list[str]) -> None:
 
 
 def terms_of(known: Constraints) -> TermCollector:
-    """The terms of constraints, to which others can be added."""
+    """The terms and rows by laws of constraints as a collector, to which others can be added.
+
+    Directions and axes of reactions are not among what is known of them.
+    """
     columns = (part.tolist() for part in (known.row, known.coefficient, known.signal, known.i, known.j))
     return TermCollector(list(known.names), list(zip(*columns, strict=True)), laws=list(known.laws))
 
@@ -366,10 +377,11 @@ def picture_skin(part: Body, layout: Coordinates) -> Skin:
 
 
 def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
-    """The system without its time-independent linear constraints: x = T y + d with sparse T.
+    """The system without its time-independent linear constraints: x = T y + d with sparse T (n, r), found by `echelon.solve`.
 
     Redundant rows are dropped with a notice; contradictory rows raise SolverError(INCONSISTENT) with the joints by name. An initial
     state that does not satisfy the rows is moved onto them with a notice, velocities by the least kinetic energy of the change.
+    Pivots are larger than `tolerance`, relative; `full` of the result is the system itself, from which reactions are recovered.
     """
     rows, A, a = linear_part(system)
     if len(rows) == 0:
@@ -418,7 +430,12 @@ def report_moved(system: System, rows: np.ndarray, gap: np.ndarray) -> None:
 
 
 def mass_of_speeds(system: System) -> csr_array:
-    """M (n, n) in which axes without mass, of laminae and rods, weigh next to nothing: they keep velocities that joints let be."""
+    """M (n, n) in which axes without mass, of laminae and rods, weigh next to nothing.
+
+        M + 1e-9 (W - M),    W the metric
+
+    Where initial velocities change by the least kinetic energy, such axes keep velocities that joints let be.
+    """
     return csr_array(system.mass + LIGHT * (system.metric - system.mass))
 
 

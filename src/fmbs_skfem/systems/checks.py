@@ -37,7 +37,13 @@ Function = Callable[[np.ndarray], np.ndarray]
 
 
 def check_joint(bodies: Iterable[Body], joint: Joint, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
-    """The contract of a joint between the given bodies; raises an InputError that names what fails."""
+    """The contract of a joint between the given bodies; raises an InputError that names what fails.
+
+        Phi(x0, 0) = 0,   Phi_x = dPhi/dx,   H_m = d2 Phi_m / dx2,   constant Phi_x for rows that call themselves linear
+
+    Derivatives are compared with fourth-order differences at a random state (`seed`) at `time` [s]; errors are relative, up to the
+    `tolerance`.
+    """
     system, random = replace(assemble(bodies, [joint]), elastic=()), np.random.default_rng(seed)
     where = f"check_joint({type(joint).__name__})"
     model, count = compile_system(system), len(system.constraints.names)
@@ -74,7 +80,13 @@ def check_force(bodies: Iterable[Body], load: Load, time: float = 0.3, tolerance
 
 
 def check_system(system: System, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
-    """The contract of a system, full or reduced; raises an InputError that names what fails."""
+    """The contract of a system, full or reduced; raises an InputError that names what fails.
+
+        K = d(f + Phi_x^T lambda)/dx,   f_elastic = dU/dx,   v . (f(x, v) - f(x, 0)) >= 0,   M = M^T, semi-definite
+
+    Derivatives are compared with fourth-order differences at a random state (`seed`) at `time` [s]; errors are relative, up to the
+    `tolerance`. The mass becomes a dense matrix.
+    """
     where, random = "check_system", np.random.default_rng(seed)
     x, v = random_state(system, random), directions(system, random)[0] / AMPLITUDE
     count = len(system.constraints.names)

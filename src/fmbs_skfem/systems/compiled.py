@@ -39,7 +39,11 @@ NEARBY = 1e-4  #: distance of the states that rates of angles are taken from, ov
 @dataclass(frozen=True)
 # unknowns are permuted once: residual, matrix and factors then run over rows that stand side by side
 class Compiled:
-    """Arrays of a system with its unknowns permuted: compiled x = x[order]."""
+    """Arrays of a system with its unknowns permuted: compiled x = x[order].
+
+    It holds one space (`evaluation.Space`), which evaluations overwrite: a thread needs a model of its own, see `compile_system`.
+    Functions of this module take and give arrays in the order of the system, unless they say otherwise.
+    """
 
     system: System
     arrays: Arrays
@@ -59,6 +63,7 @@ class Compiled:
 
     @property
     def constraints(self) -> int:
+        """Number m of constraint rows."""
         return len(self.system.constraints.names)
 
     @property
@@ -94,7 +99,10 @@ class Compiled:
 
 
 def space(model: Compiled) -> Space:
-    """Space of an evaluation at rest, with a signal table of one instant and no factor of forces."""
+    """Space of an evaluation at rest, with a signal table of one instant and no factor of forces (c = 1, gh = 0).
+
+    x, v, multipliers are zero, the memory of forces is that of the start; in the order of the model.
+    """
     A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
     rhs, W = np.zeros((1, n + m)), np.zeros((1, len(model.pattern.indices)) if model.pattern else A.mass.store.shape)
     places, entries, room = lifts.needs(model.lift)
@@ -116,7 +124,10 @@ def space(model: Compiled) -> Space:
 
 
 def compile_system(system: System) -> Compiled:
-    """A system for compiled code, which it remembers, one for every thread: each has its own space. Wide ones are too large."""
+    """A system for compiled code, which it remembers, one for every thread: each has its own space.
+
+    Systems of `layouts.WIDE` unknowns or more are too large to be remembered, and are made anew by every call.
+    """
     # a run of a wide system needs the memory that a remembered pattern would take
     if system.size >= layouts.WIDE:
         return flatten(system)
@@ -210,7 +221,7 @@ def split(system: System) -> Pieces:
 
 
 def sum_of(found: Sequence[Term]) -> ElasticTerms:
-    """Terms by address; the caller keeps them."""
+    """Elastic terms as a table of addresses, t of them; the caller keeps the terms, whose memory the addresses point to."""
     force, tangent, energy, records = addresses(found)
     heat = [one.routines.dissipate.address if one.damped and one.routines.dissipate else 0 for one in found]
     follows = np.array([one.follows for one in found], dtype=bool)
@@ -228,7 +239,10 @@ def addresses(found: Sequence[Piece]) -> np.ndarray:
 
 
 def storage(system: System) -> Layout:
-    """How the iteration matrix of a system is stored; nothing is made of wide systems."""
+    """How the iteration matrix of a system is stored, and in which order of the unknowns, see `layouts`.
+
+    Nothing is compiled, and nothing else is made of systems of `layouts.WIDE` unknowns or more.
+    """
     # known without a pattern, as `check` of a large plate asks
     if is_sparse(system.lift.matrix) and system.size >= layouts.WIDE:
         return Layout(Storage.SPARSE, np.arange(system.size), system.size - 1)
@@ -261,7 +275,12 @@ def compile_constraints(terms: Constraints) -> tuple[Terms, tuple[Constraint, ..
 
 
 def size(model: Compiled, displacement: np.ndarray) -> float:
-    """Root mean square of a displacement (n,) [m], with the diagonal of the metric."""
+    """Root mean square of a displacement u (n,) [m], with the diagonal of the metric W and the weight w [kg].
+
+        |u| = sqrt(sum_n W_nn u_n^2 / w)
+
+    `system.sizes` takes all of W.
+    """
     # the diagonal alone, as `judge` has it: one product an unknown
     return float(np.sqrt(model.system.metric.diagonal() @ displacement**2 / model.system.weight))
 
@@ -300,7 +319,10 @@ def constraint_pairs(terms: Constraints) -> tuple[np.ndarray, np.ndarray]:
 
 
 def signal_table(system: System, times: np.ndarray) -> np.ndarray:
-    """Values of all signals, (s, k); at a few instants, as those of a start, they are remembered."""
+    """Values of all k signals of a system at times (s,) [s], (s, k), each in its own unit.
+
+    Those of a few instants, as of a start, are remembered where signals are data; the array is the caller's own.
+    """
     # tables of runs are as long as the run, and asked for once
     if len(times) > FEW or not repeatable(system):
         return tabulated(system, times)
@@ -340,8 +362,8 @@ def place(
 ) -> tuple[Evaluation, np.ndarray]:
     """The evaluation of a model, and its table, at a state with c = 1; zeros for what is not given.
 
-    `memory` (l,) is that of forces in the last accepted state (`accepted`); without it that of the start: angles, for example,
-    have turned by less than half a turn.
+    x, v, a (n,) in the order of the system, multipliers (m,), t [s]. `memory` (l,) is that of forces in the last accepted state
+    (`accepted`); without it that of the start: angles, for example, have turned by less than half a turn.
     """
     found, table = model.evaluation
     s = found.space
@@ -363,7 +385,12 @@ def evaluate(
     multipliers: np.ndarray | None = None,
     a: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """R (n,) of (1) in `evaluation` and Phi (m,) in a state as of `place`."""
+    """R (n,) of (1) in `evaluation` and Phi (m,) in a state as of `place`.
+
+        R = M a + C v + K x + sum L^T phi(L x, L v) - Q + Phi_x^T lambda
+
+    An error in a force that is a function of Python is raised here.
+    """
     found, table = place(model, x, v, t, memory, multipliers, a)
     evaluation.evaluate(table)
     model.check()
@@ -373,21 +400,30 @@ def evaluate(
 
 
 def forces(model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None) -> np.ndarray:
-    """C v + K x + elastic and damping forces minus loads, (n,), without inertia and constraints; `memory` as in `place`."""
+    """C v + K x + elastic and damping forces minus loads, (n,) [N], at x, v (n,) and t [s].
+
+    Without inertia and constraints; `memory` (l,) as in `place`.
+    """
     return evaluate(model, x, v, t, memory)[0]
 
 
 def residual(
     model: Compiled, x: np.ndarray, multipliers: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None
 ) -> np.ndarray:
-    """Forces and gaps (n + m,) of a state at rest, zero in equilibrium."""
+    """Forces and gaps (n + m,) of a state at rest, zero in equilibrium: f(x, 0, t) + Phi_x^T lambda [N], and Phi(x, t).
+
+    x (n,), multipliers (m,), t [s]; `memory` (l,) as in `place`.
+    """
     return np.concatenate(evaluate(model, x, None, t, memory, multipliers))
 
 
 def accepted(
     model: Compiled, x: np.ndarray, v: np.ndarray | None = None, memory: np.ndarray | None = None, t: float = 0.0
 ) -> np.ndarray:
-    """What forces keep of a state that is accepted at t [s], (l,), after a memory or that of the start."""
+    """What forces keep of a state x, v (n,) that is accepted at t [s], (l,), after a memory (l,) or that of the start.
+
+    Turns of angles, what sticks, largest values: a memory is only right after that of the state before.
+    """
     found, table = place(model, x, v, t, memory)
     evaluation.take_over(table)
     model.check()
@@ -441,7 +477,7 @@ def memories(
 
 
 def strain_energy(model: Compiled, x: np.ndarray) -> float:
-    """Strain energy of all bodies [J], without linear springs."""
+    """Strain energy of all bodies [J] at x (n,), without linear springs and potentials of forces."""
     found, table = model.evaluation
     found.space.x[:] = x[model.order]
     evaluation.sum_energies(table)
@@ -450,7 +486,7 @@ def strain_energy(model: Compiled, x: np.ndarray) -> float:
 
 
 def gap(model: Compiled, x: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Phi (m,) and Phi_x (m, n)."""
+    """Phi (m,) and Phi_x (m, n) at x (n,) and t [s], in the order of `system.constraints.names`."""
     phi, jacobian = constraints_at(model, x[None, :], np.array([t]))
     return phi[0], np.asarray(jacobian @ model.system.probes.matrix)
 
@@ -461,7 +497,10 @@ def gaps(model: Compiled, x: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 
 def constraints_at(model: Compiled, x: np.ndarray, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Phi (s, m) of states x (s, n) at some times (s,), and the derivatives of the last one by the probe rows (m, j)."""
+    """Phi (s, m) of states x (s, n) at some times (s,) [s], and the derivatives of the last one by the probe rows (m, j).
+
+    The second array is that of the space, which the next evaluation overwrites.
+    """
     (found, table), signals = model.evaluation, signal_table(model.system, times)
     phi, s, states = np.zeros((len(x), model.constraints)), found.space, x[:, model.order]
     for k in range(len(x)):
@@ -480,7 +519,10 @@ def tangent(
     memory: np.ndarray | None = None,
     v: np.ndarray | None = None,
 ) -> csr_array:
-    """d(forces + Phi_x^T lambda)/dx + gh d forces/dv as a sparse array, exact (n, n), at rest without v."""
+    """d/dx (f + Phi_x^T lambda) + gh df/dv, (n, n), of a state as of `place`: elastic tangent, springs, joints and forces.
+
+    x, v (n,), at rest without v, multipliers (m,), t [s], gh [1/s]; C of the system counts gh times. Inertia is not in it.
+    """
     K = csr_array(elastic_tangent(model, x, gh)) + csr_array(model.system.stiffness)
     return csr_array(K + probe_tangent(model, x, multipliers, t, gh, memory, v) + gh * csr_array(model.system.damping))
 
@@ -494,7 +536,12 @@ def probe_tangent(
     memory: np.ndarray | None = None,
     v: np.ndarray | None = None,
 ) -> csr_array:
-    """What joints and forces on probe rows add to the tangent (n, n)."""
+    """What joints and forces on probe rows add to the tangent: P^T H P (n, n), H second derivatives on pairs of rows.
+
+        H = - dF/dy - gh dF/dy' + d(Phi_y^T lambda)/dy
+
+    State as of `place`, gh [1/s].
+    """
     P = csr_array(model.system.probes.matrix)
     # linear joints and constant loads: nothing is evaluated
     if not len(model.pairs) and not any(force.low.terms for force in model.forces):
@@ -508,7 +555,10 @@ def probe_tangent(
 
 
 def row_slopes(model: Compiled, space: Space) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (h, 2) of probe rows and H (h,) as `evaluation.slopes` has left them, those of low rank behind the others."""
+    """Pairs (h, 2) of probe rows and H (h,) as `evaluation.slopes` has left them, those of low rank behind the others.
+
+    Pairs may come more than once; their H add up.
+    """
     pairs, H = low_rank.entries(space.low)
     return np.concatenate([model.pairs, pairs]), np.concatenate([space.H, H])
 
@@ -516,7 +566,10 @@ def row_slopes(model: Compiled, space: Space) -> tuple[np.ndarray, np.ndarray]:
 def force_slopes(
     model: Compiled, x: np.ndarray, v: np.ndarray, t: float, memory: np.ndarray | None
 ) -> Iterator[tuple[Force, np.ndarray, np.ndarray]]:
-    """Forces with derivatives, their pairs of rows (h, 2), and - dF/dy on them (h,), in a state as of `place`."""
+    """Forces with derivatives, their pairs of rows (h, 2), and - dF/dy on them (h,), in a state as of `place`.
+
+    Derivatives by rates are left out (gh = 0).
+    """
     found, table = place(model, x, v, t, memory)
     found.space.gh[0] = 0.0
     evaluation.probe_slopes(table)
@@ -530,7 +583,12 @@ def force_slopes(
 
 
 def elastic_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array | np.ndarray:
-    """Elastic tangent K + gh C (n, n), an array where the system is dense."""
+    """Elastic tangent K + gh C (n, n) at x (n,), an array where the system is dense, sparse otherwise.
+
+        K + gh C = sum L^T (d2W/du2 + gh beta d2R/dv2) L
+
+    beta [s] are the damping times of the bodies, gh [1/s]; linear springs are not in it.
+    """
     found, table = model.evaluation
     W = found.space.W
     W[:], found.space.x[:], found.space.gh[0] = 0.0, x[model.order], gh

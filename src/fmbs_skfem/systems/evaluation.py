@@ -26,7 +26,7 @@ from .terms.corotation import CorotationalTangent
 
 
 class ElasticTerms(NamedTuple):
-    """Terms of the elastic energy by address."""
+    """t terms of the elastic energy by address; 0 stands for a routine that a term does not have."""
 
     force: Integers  #: (t,) routines: f += L^T phi
     tangent: Integers  #: (t,) W += L^T phi' L, with damping times gh
@@ -38,7 +38,7 @@ class ElasticTerms(NamedTuple):
 
 
 class LiftTerm(NamedTuple):
-    """What turns unknowns into coordinates of the cells, by address, see `lifts`; no record where there are no cells."""
+    """What turns unknowns into coordinates of the cells, by address, see `terms.lifts`; no record (0) where there are no cells."""
 
     place: int
     scatter: int
@@ -47,7 +47,7 @@ class LiftTerm(NamedTuple):
 
 
 class ConstraintTerms(NamedTuple):
-    """Constraint rows by laws, by address, see `constraint_laws`."""
+    """Constraint rows by laws, by address, one record a law, see `connections.constraint_laws`."""
 
     constrain: Integers
     slopes: Integers
@@ -73,7 +73,7 @@ class ForceTerms(NamedTuple):
 
 
 class Arrays(NamedTuple):
-    """A system as plain arrays, unknowns in the order of the band."""
+    """A system as plain arrays, the n unknowns in the order of its layout: one type for all systems."""
 
     elastic: ElasticTerms
     lift: LiftTerm
@@ -96,7 +96,7 @@ class Arrays(NamedTuple):
 
 
 class Space(NamedTuple):
-    """Where routines read a state and write what they find."""
+    """Where routines read a state and write what they find: n unknowns, m constraints, j probe rows, p coordinates of cells."""
 
     x: Vector
     v: Vector
@@ -134,13 +134,13 @@ class Space(NamedTuple):
 
 
 def space_of(**parts: np.ndarray) -> Space:
-    """A space of these arrays alone, for routines that read no others."""
+    """A space of these arrays alone, by the names of its fields, for routines that read no others; all other fields are empty."""
     none = {name: np.zeros((0,) * kind.ndim, kind.item) for name, kind in fields(Space) if name != "low"}
     return Space(**(none | parts), low=low_rank.room([]))
 
 
 class Evaluation(NamedTuple):
-    """A system with the space of its evaluation; other structs begin with it."""
+    """A system with the space of its evaluation; other structs for compiled code begin with these two."""
 
     space: Space
     arrays: Arrays
@@ -160,7 +160,7 @@ def place_cells(table: Any) -> None:
 
 @jit
 def following_forces(table: Any) -> None:
-    """f = sum L^T phi(L x) of the terms that are loads."""
+    """f (n,) = sum L^T phi(L x) [N] of the terms that are loads, with its sign in (1): minus the load."""
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.f)
@@ -176,7 +176,7 @@ def following_forces(table: Any) -> None:
 
 @routine
 def elastic_forces(table: Any, _: int = 0) -> int:
-    """f = sum L^T phi(L x, L v); 0, or the number of terms that failed."""
+    """f (n,) = sum L^T phi(L x, L v) [N] in the state of the space; 0, or the number of terms that failed."""
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.f)
@@ -194,7 +194,10 @@ def elastic_forces(table: Any, _: int = 0) -> int:
 
 @routine
 def evaluate(table: Any, _: int = 0) -> int:
-    """rhs = (R, Phi) of (1); y, g and dPhi/dy become current; 0, or the number of terms that failed."""
+    """rhs = (R, Phi) of (1), (1, n + m), in the state of the space; 0, or the number of terms that failed.
+
+    y, g and dPhi/dy become current; g then holds what R has of probe rows, - c F + Phi_y^T lambda.
+    """
     failed = elastic_forces(table)
     E = evaluation(table)
     A, s, c = E.arrays, E.space, E.space.c[0]
@@ -221,7 +224,10 @@ def evaluate(table: Any, _: int = 0) -> int:
 
 @jit
 def constrain(table: Any) -> None:
-    """Phi, behind the forces in rhs, and dPhi/dy, with current y; of rows that are off lambda = 0 stands for Phi = 0."""
+    """Phi (m,), behind the forces in rhs, and dPhi/dy (m, j), with current y.
+
+    In rows that are off lambda = 0 stands for Phi = 0.
+    """
     E = evaluation(table)
     A, s = E.arrays, E.space
     # polynomials of degree two in one loop over their terms, all other joints by address
@@ -237,7 +243,7 @@ def constrain(table: Any) -> None:
 
 @routine
 def probe_constraints(table: Any, _: Any) -> int:
-    """As `constrain`, in the state of the space."""
+    """As `constrain`, in the state of the space, whose probe rows are read first."""
     # of a state by itself: a step has read them for its forces
     read_probes(table)
     constrain(table)
@@ -246,7 +252,7 @@ def probe_constraints(table: Any, _: Any) -> int:
 
 @jit
 def find_drift(table: Any) -> None:
-    """Phi_y z + D1 + second D2 + third D3 of `kernels.drift`, behind the forces in rhs."""
+    """Phi_y z + D1 + second D2 + third D3 of `kernels.drift` (m,), behind the forces in rhs; 0 in rows that are off."""
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.drift(A.terms, s.paths, s.signals, s.leads[0], s.leads[1], s.rhs[0, len(s.f) :])
@@ -260,7 +266,7 @@ def find_drift(table: Any) -> None:
 
 @jit
 def read_probes(table: Any) -> None:
-    """y = P x + y0 and, where a force reads them, y' = P v; how far x is from where forces last looked around."""
+    """y = P x + y0 (j,) and, where a force reads them, y' = P v; how far x is from where forces last looked around."""
     E = evaluation(table)
     A, s = E.arrays, E.space
     # without rows that one contact reads by itself: beams and plates have hundreds of them, nearly all far from what they may
@@ -277,7 +283,7 @@ def read_probes(table: Any) -> None:
 
 @jit
 def read_loads(table: Any) -> int:
-    """Probe rows, and g the forces on them; 0, or the number of forces that failed."""
+    """Probe rows y (j,), and g (j,) the forces on them [N per unit of the row]; 0, or the number of forces that failed."""
     E = evaluation(table)
     read_probes(table)
     # forces add to g: several may act on one row
@@ -290,7 +296,7 @@ def read_loads(table: Any) -> int:
 
 @jit
 def store_energies(table: Any) -> None:
-    """energy += E and g += dE/dy for all potentials E of forces, with current y: no force of a potential is left in g."""
+    """energy += E [J] and g += dE/dy (j,) for all potentials E of forces, with current y: no force of a potential is left in g."""
     E = evaluation(table)
     # energies are asked for at stored states and where signals change, so that they are routines apart from forces
     for k in range(len(E.arrays.forces.stored)):
@@ -299,7 +305,7 @@ def store_energies(table: Any) -> None:
 
 @routine
 def take_over(table: Any, _: int = 0) -> int:
-    """What forces keep of the state of the space, which is accepted."""
+    """Forces keep what they need of the state of the space, which is accepted: its memory (l,) becomes that of this state."""
     E = evaluation(table)
     # most forces remember nothing: their probes are not read a second time in a step
     if len(E.arrays.forces.accepted) > 0:
@@ -313,7 +319,10 @@ def take_over(table: Any, _: int = 0) -> int:
 
 @jit
 def find_impulse(table: Any) -> float:
-    """How fast forces that begin and end change speeds, since the last accepted state, over what they allow a step [m/s2]."""
+    """How fast forces that begin and end change speeds, since the last accepted state, over what they allow a step [m/s2].
+
+    It is that of the state of the space, before `take_over`; 0 where no force judges.
+    """
     E = evaluation(table)
     E.space.impulse[0] = 0.0
     # contacts, stops and ropes alone begin and end
@@ -326,7 +335,10 @@ def find_impulse(table: Any) -> float:
 
 @routine
 def sum_tangents(table: Any, _: int = 0) -> int:
-    """W += sum L^T phi' L, with damping times gh; 0, or the number of terms that failed."""
+    """W += sum L^T phi' L, derivatives by rates times gh [1/s]; 0, or the number of terms that failed.
+
+    Reduced systems assemble K of their cells first and add V^T K V, see `terms.lifts`.
+    """
     A = evaluation(table).arrays
     place_cells(table)
     failed = 0
@@ -340,7 +352,7 @@ def sum_tangents(table: Any, _: int = 0) -> int:
 
 @routine
 def sum_energies(table: Any, _: int = 0) -> int:
-    """Energy of all terms, without constant springs."""
+    """Energy [J] of all elastic terms in the state of the space, without constant springs and loads that follow."""
     E = evaluation(table)
     A, s = E.arrays, E.space
     s.energy[0] = 0.0
@@ -354,7 +366,7 @@ def sum_energies(table: Any, _: int = 0) -> int:
 
 @jit
 def slopes(table: Any) -> None:
-    """H = - c d g/dy - c gh dg/dy' + d(Phi_y^T lambda)/dy, on pairs of probe rows and of low rank, with current y and y'."""
+    """H = - c dF/dy - c gh dF/dy' + d(Phi_y^T lambda)/dy (h,), on pairs of probe rows and of low rank, with current y and y'."""
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.clear(s.H)
@@ -369,7 +381,7 @@ def slopes(table: Any) -> None:
 
 @routine
 def probe_slopes(table: Any, _: Any) -> int:
-    """As `slopes`, in the state of the space."""
+    """As `slopes`, in the state of the space, whose probe rows are read first."""
     # of a state by itself, as above
     read_probes(table)
     slopes(table)
@@ -377,7 +389,7 @@ def probe_slopes(table: Any, _: Any) -> int:
 
 
 class Samples(NamedTuple):
-    """States of a motion, s of them."""
+    """States of a motion, s of them, with the space that each is placed in and the results `out` (s, ...)."""
 
     space: Space
     arrays: Arrays
@@ -398,7 +410,7 @@ samples_of = opener(Samples)
 
 @jit
 def place_sample(table: Any, k: int) -> None:
-    """The space in the state of a sample, with c = 1."""
+    """The space in the state of sample k, with c = 1: x, v, a (n,), multipliers (m,), memory (l,) and signals."""
     S = samples_of(table)
     s = S.space
     kernels.copy(S.x[k], s.x)
@@ -413,7 +425,7 @@ def place_sample(table: Any, k: int) -> None:
 
 @routine
 def residuals(table: Any, _: Any) -> int:
-    """out (s, n) = R of all samples."""
+    """out (s, n) = R of (1) [N] of all samples, constraint forces included."""
     S = samples_of(table)
     for k in range(len(S.x)):
         place_sample(table, k)
@@ -425,7 +437,7 @@ def residuals(table: Any, _: Any) -> int:
 
 @routine
 def pushes(table: Any, _: Any) -> int:
-    """out (s, j) = forces on the probe rows."""
+    """out (s, j) = forces on the probe rows of all samples [N per unit of the row]."""
     S = samples_of(table)
     for k in range(len(S.x)):
         place_sample(table, k)

@@ -16,12 +16,15 @@ KEY = "finer system"
 
 
 def note(system: System, make: Callable[[], System]) -> None:
-    """Remember how the finer system of one with all multipliers is made."""
+    """Remember how the finer system of one with all multipliers is made: `make` is called when it is asked for."""
     remembered(system, KEY, lambda: make)
 
 
 def carry(system: System, changed: System, change: Callable[[System], System]) -> System:
-    """A changed system with the same change of its finer one."""
+    """The system `changed`, which remembers that its finer one is that of `system` with the same change.
+
+    `change` takes and gives a system; nothing happens where `system` has no finer one.
+    """
     if (make := maker(system)) is not None:
         note(changed, lambda: change(make()))
     return changed
@@ -34,7 +37,10 @@ def maker(system: System) -> Callable[[], System] | None:
 
 
 def unchecked(system: System) -> System:
-    """The system with parts that are not held against finer ones: for runs whose errors of parts another run has found."""
+    """The system with parts that are not held against finer ones: for runs whose errors of parts another run has found.
+
+    So is `full`; a system without a finer one stays as it is.
+    """
     if maker(system.full or system) is None:
         return system
     held = (isinstance(one.gather, ShapePoints) and one.gather.checked for one in system.elastic)

@@ -30,7 +30,10 @@ STEP = 1e-3  #: of the size of the system, over which the potential is differenc
 
 @dataclass(frozen=True)
 class FreeMotion:
-    """One free rigid motion: velocity [m/s] of the middle of every body that moves, and its turning [rad/s]."""
+    """One free rigid motion: velocity (c,) [m/s] of the middle of every body that moves, and its turning (1,) or (3,) [rad/s].
+
+    Only their ratios count. As a text it says what turns about which axis, and what moves along which direction.
+    """
 
     bodies: dict[str, tuple[np.ndarray, np.ndarray]]
     places: dict[str, np.ndarray]  #: middles of these bodies in the scene [m]
@@ -40,14 +43,22 @@ class FreeMotion:
 
 
 def unsupported(system: System) -> tuple[tuple[FreeMotion, ...], tuple[FreeMotion, ...]]:
-    """Rigid motions at the start that neither joints nor springs resist: those that nothing holds, and those that weight holds."""
+    """Rigid motions at the start that neither joints nor springs resist: those that nothing holds, and those that weight holds.
+
+        Phi_q B z = 0,   z^T B^T K_s B z = 0          held by weight alone:  dV = 0,  d2V > 0,   V = - Q^T q along Phi = 0
+
+    The system has all multipliers and is in its reference; each motion is of as few bodies as an echelon form gives.
+    """
     rows, Z = unresisted(system)
     free, hung = by_weight(system, rows, Z)
     return tuple(motion(system, z) for z in sparse_basis(free)), tuple(motion(system, z) for z in sparse_basis(hung))
 
 
 def pushed(system: System, time: float) -> tuple[FreeMotion, ...]:
-    """The motions that nothing holds, where loads at a time [s] push them; none where they are in equilibrium."""
+    """The motions that nothing holds, where loads at a time [s] push them; none where they are in equilibrium.
+
+    There is no static equilibrium near the reference of a system that has such motions.
+    """
     rows, Z = unresisted(system)
     free = by_weight(system, rows, Z)[0]
     held = np.zeros(len(system.constraints.names))
@@ -77,7 +88,10 @@ def permitted(system: System) -> tuple[StartRows | None, np.ndarray]:
 
 
 def left_by_drives(system: System) -> tuple[FreeMotion, ...]:
-    """The rigid motions at the start that joints and drives permit, each of as few bodies as possible."""
+    """The rigid motions at the start that joints and drives permit, each of as few bodies as possible.
+
+    Springs and weight are left out of account.
+    """
     return tuple(motion(system, z) for z in sparse_basis(permitted(system)[1]))
 
 
@@ -91,13 +105,19 @@ def resisting(system: System) -> csr_array:
 
 
 def limp_bodies(system: System) -> tuple[str, ...]:
-    """Cables curved in space, by names of bodies or components: without tension nothing resists their bending out of the plane."""
+    """Cables curved in space, by names of bodies or components, see `bodies.body.limp`.
+
+    Without tension nothing resists their bending out of the plane.
+    """
     known = ((part.name, part.gather) for part in system.elastic)
     return tuple(name for name, gather in known if limp(gather, system.dim))
 
 
 def refuse_limp(where: str, system: System) -> None:
-    """Refuse modes about a reference without tension where cables are curved in space: those that are asked for would all be 0."""
+    """InputError for modes about a reference without tension where cables are curved in space: all that are asked for would be 0.
+
+    `where` is the place in the message.
+    """
     if names := limp_bodies(system):
         got = f"{' and '.join(map(repr, names))}, which {LIMP}: the lowest frequencies are all 0"
         raise InputError(say(where, "straight cables, or a planar scene, for modes about the reference", got, STIFF))
@@ -133,7 +153,10 @@ def reached(system: System, rows: StartRows | None, z: np.ndarray) -> np.ndarray
 
 
 def sparse_basis(Z: np.ndarray) -> np.ndarray:
-    """Rows that span the columns of Z (n, f), each with as few bodies as an echelon form gives."""
+    """Rows (f, n) that span the columns of Z (n, f), each with as few bodies as an echelon form gives.
+
+    The largest entry of a row has the size 1; round-off is zero.
+    """
     if not Z.shape[1]:
         return Z.T
     order = ranks.pivots(Z)[0]
@@ -143,7 +166,10 @@ def sparse_basis(Z: np.ndarray) -> np.ndarray:
 
 
 def motion(system: System, z: np.ndarray) -> FreeMotion:
-    """The motion z (z,) by bodies."""
+    """The motion z (z,) by bodies: of every body c translations [m] and 1 or 3 turns times the size of the system [m].
+
+    Bodies that do not move are left out.
+    """
     dim, size = system.dim, system.scale
     moving, places = {}, {}
     for (name, first, last), own in zip(system.coordinates, z.reshape(len(system.coordinates), -1), strict=True):

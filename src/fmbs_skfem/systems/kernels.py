@@ -14,7 +14,7 @@ from ..core.compiling.structs import IntegerMatrix, Integers, Matrix, Vector
 
 
 class Csr(NamedTuple):
-    """A sparse matrix inside compiled code, the columns of every row in order."""
+    """A sparse matrix (m, n) inside compiled code, the columns of every row in order: indptr (m + 1,), indices and data (z,)."""
 
     indptr: Integers
     indices: Integers
@@ -38,7 +38,10 @@ class Operator(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """Terms of systems.system.Constraints; `pair` is the first probe pair of a term with second derivatives."""
+    """t terms value s(t) y_i y_j of `systems.system.Constraints`.
+
+    `pair` is the first probe pair of a term with second derivatives, -1 of others.
+    """
 
     row: Integers
     value: Vector
@@ -49,7 +52,7 @@ class Terms(NamedTuple):
 
 
 class Pairs(NamedTuple):
-    """Pairs of probe rows with second derivatives H."""
+    """Pairs of probe rows with second derivatives H (h,)."""
 
     rows: IntegerMatrix  #: (h, 2), none where W is sparse
     size: int  #: h
@@ -58,14 +61,14 @@ class Pairs(NamedTuple):
 
 @jit
 def clear(x: np.ndarray) -> None:
-    """x = 0."""
+    """x (n,) = 0, in place."""
     for i in range(len(x)):
         x[i] = 0.0
 
 
 @jit
 def clear_rows(A: np.ndarray) -> None:
-    """A = 0, of two dimensions."""
+    """A (m, n) = 0, in place."""
     for i in range(A.shape[0]):
         for j in range(A.shape[1]):
             A[i, j] = 0.0
@@ -73,7 +76,7 @@ def clear_rows(A: np.ndarray) -> None:
 
 @jit
 def copy(x: np.ndarray, y: np.ndarray) -> None:
-    """y = x, without the check of lengths whose message would be compiled, too."""
+    """y = x (n,), without the check of lengths whose message would be compiled, too."""
     # the message of unequal lengths alone took 1.7 s of the compilation of the survey of energies
     for i in range(len(x)):
         y[i] = x[i]
@@ -81,7 +84,7 @@ def copy(x: np.ndarray, y: np.ndarray) -> None:
 
 @summing
 def dot(x: np.ndarray, y: np.ndarray) -> float:
-    """x^T y."""
+    """x^T y of x and y (n,)."""
     # by `summing`: lanes add apart, which strict order forbids; BLAS costs more than the sum at these lengths
     total = 0.0
     for i in range(len(x)):
@@ -113,7 +116,10 @@ def row_value(A: Csr, i: int, x: np.ndarray) -> float:
 
 @jit
 def row_sizes(A: Csr, rows: np.ndarray, first: int, count: int) -> tuple[float, float]:
-    """Bounds of |A x| a unit of |x|, and of max |x_n|, for `count` of some rows of A from `first` on."""
+    """Bounds of |A x| / |x| and of |A x| / max |x_n|, for `count` of some rows of A (m, n) from place `first` on.
+
+    The first is the root of the sum of squares of these rows, the second that of the squares of their sums of sizes.
+    """
     squares, sums = 0.0, 0.0
     # both bounds, as either may be the sharper one: many unknowns that move a little, or few that move far
     for c in range(first, first + count):
@@ -127,7 +133,7 @@ def row_sizes(A: Csr, rows: np.ndarray, first: int, count: int) -> tuple[float, 
 
 @summing
 def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
-    """y += factor A x."""
+    """y (m,) += factor A x, of a sparse A (m, n) and x (n,)."""
     # `row_value` written out: called for every row it cost 8 to 10 % of a step (double pendulum, 2000 steps: 0.176 s for 0.166 s)
     for i in range(len(A.indptr) - 1):
         total, start, stop = 0.0, A.indptr[i], A.indptr[i + 1]
@@ -175,7 +181,7 @@ def add_triplewise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
 
 @jit
 def add_operator(A: Operator, x: np.ndarray, y: np.ndarray) -> None:
-    """y += A x."""
+    """y (n,) += A x, of a constant matrix A (n, n) in any of its storages and x (n,)."""
     # the form was chosen once, when the system was compiled; empty operators fall through loops of no length
     if A.full:
         add_combination(A.store, x, y)
@@ -202,7 +208,7 @@ def add_operator(A: Operator, x: np.ndarray, y: np.ndarray) -> None:
 
 @jit
 def add_transposed(A: Csr, factor: float, y: np.ndarray, x: np.ndarray) -> None:
-    """x += factor A^T y."""
+    """x (n,) += factor A^T y, of a sparse A (m, n) and y (m,)."""
     for i in range(len(A.indptr) - 1):
         value, start, stop = factor * y[i], A.indptr[i], A.indptr[i + 1]
         # forces of contacts that are open, and rows that are off
@@ -219,7 +225,7 @@ def add_transposed(A: Csr, factor: float, y: np.ndarray, x: np.ndarray) -> None:
 
 @jit
 def affine(A: Csr, offset: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
-    """y = A x + offset."""
+    """y (m,) = A x + offset, of a sparse A (m, n), x (n,) and the offset (m,)."""
     for i in range(len(y)):
         # the offset first, so that the product adds to it
         y[i] = offset[i]
@@ -228,7 +234,7 @@ def affine(A: Csr, offset: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
 
 @summing
 def distances(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """|x - y| and max |x_i - y_i|; not numbers where one is none."""
+    """|x - y| and max |x_i - y_i| of x and y (n,); both are no numbers where one of x or y is none."""
     square, most = 0.0, 0.0
     for i in range(len(x)):
         d = abs(x[i] - y[i])
@@ -294,14 +300,14 @@ def derivative(signals: np.ndarray, number: int, first: int) -> float:
 
 @jit
 def remainder(value: float, period: float) -> float:
-    """The value nearest to zero that differs by whole periods."""
+    """The value nearest to zero that differs by whole periods, between - period/2 and period/2."""
     # np.rint and no loop: an angle may be many turns away
     return value - period * np.rint(value / period)
 
 
 @jit
 def constrain(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jacobian: np.ndarray) -> None:
-    """gap (m,) = Phi and jacobian (m, j) = dPhi/dy."""
+    """gap (m,) = Phi and jacobian (m, j) = dPhi/dy of the terms A at probe rows y (j,), with signals (s,); both are overwritten."""
     clear(gap)
     clear_rows(jacobian)
     for k in range(len(A.row)):
@@ -331,7 +337,7 @@ def add_term(A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarr
 
 @jit
 def steady(A: Terms) -> bool:
-    """Whether the constraints are linear in the unknowns and independent of time: their directions stay as they are."""
+    """Whether the constraints are linear in the unknowns and independent of time: Phi_x is constant."""
     found = True
     for k in range(len(A.row)):
         # of the terms alone: whoever asks looks for laws as well
@@ -388,7 +394,10 @@ def probe_paths(A: Csr, offset: np.ndarray, x: np.ndarray, z: np.ndarray, v: np.
 
 @jit
 def constraint_slopes(A: Terms, y: np.ndarray, signals: np.ndarray, multipliers: np.ndarray, H: np.ndarray) -> None:
-    """H[pair] += d(Phi_y^T lambda)/dy."""
+    """H[pair] += d(Phi_y^T lambda)/dy of the terms A at probe rows y (j,), with signals (s,) and multipliers lambda (m,).
+
+    A term lambda c s y_i y_j has c s lambda in its pairs (i, j) and (j, i).
+    """
     for k in range(len(A.row)):
         if A.pair[k] >= 0:
             value = A.value[k] * factor(signals, A.signal[k]) * multipliers[A.row[k]]
@@ -436,7 +445,7 @@ def any_of(x: np.ndarray) -> bool:
 
 @jit
 def add_skew_pairs(A: Pairs, P: Csr, H: np.ndarray, general: np.ndarray) -> None:
-    """The skew part of P^T H P to a general band (n, 3d+1) as LAPACK has it."""
+    """The skew part of P^T H P, of pairs with H (h,) and the probe rows P (j, n), to a general band (n, 3d+1) as LAPACK has it."""
     middle = 2 * ((general.shape[1] - 1) // 3)
     for k in range(len(A.rows)):
         if H[k] == 0.0:

@@ -37,7 +37,7 @@ NO_TREE = Tree(*(np.zeros(0, kind) for kind in (np.int64, np.int64, np.int64, np
 
 # 100 parts of a machine take 450 us a step in blocks, 1190 us where no band fits and factors are those of large models in Python
 class Storage(Enum):
-    """How the iteration matrix is stored."""
+    """How the iteration matrix W (n, n) is stored, see the module: dense, as a lower band, sparse, or in blocks."""
 
     DENSE = "dense"
     BAND = "band"
@@ -47,7 +47,7 @@ class Storage(Enum):
 
 @dataclass(frozen=True)
 class Pieces:
-    """Elastic storages of a system in pieces, in the coordinates p of all cells."""
+    """Elastic storages of a system in t pieces, in the coordinates p = matrix @ x + offset of all cells."""
 
     matrix: csr_array | np.ndarray  #: p from the unknowns (p, n)
     offset: np.ndarray  #: (p,)
@@ -57,7 +57,7 @@ class Pieces:
 
 @dataclass(frozen=True)
 class Layout:
-    """The storage of W (n, n), with the unknowns in an order."""
+    """The storage of W (n, n), with the unknowns in an order: place k of the storage belongs to the unknown order[k]."""
 
     storage: Storage
     order: np.ndarray  #: (n,) unknown at every place
@@ -81,6 +81,7 @@ class Layout:
 
     @property
     def dense(self) -> bool:
+        """Whether all entries are stored, as an array (n, n)."""
         return self.storage is Storage.DENSE
 
     @property
@@ -97,7 +98,10 @@ class Layout:
         return len(self.order) * self.width if self.storage is Storage.BAND else len(self.order) ** 2 // 2
 
     def flat(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-        """Where entries of rows i and columns j, places of unknowns, are in the flat storage; i >= j where it is not dense."""
+        """Where entries of rows i (x,) and columns j (x,), places of unknowns, are in the flat storage, (x,).
+
+        i >= j where it is not dense.
+        """
         if self.dense:
             return i * len(self.order) + j
         if self.storage is Storage.BAND:
@@ -133,7 +137,13 @@ class Layout:
 
 
 def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layout:
-    """How the iteration matrix of a system is stored; `pairs` (h, 2) of probe rows have second derivatives, `skew` ones or not."""
+    """How the iteration matrix of a system is stored, see the module.
+
+    `pairs` (h, 2) of probe rows have second derivatives, `skew` ones or not; `parts` are its elastic storages. Reduced systems are
+    dense. Full ones are dense up to `DENSE` unknowns, and up to some hundred where a band would be wide; sparse from `WIDE` on, or
+    where a band would be wider than `BAND`; else a band. Mechanisms of reduced parts take blocks where these have few numbers.
+    Where joints alone determine some unknowns (`loose`), there are neither bands nor blocks.
+    """
     if not is_sparse(system.lift.matrix):
         # bases are dense, so that W is: there is nothing to choose
         size, loose = system.size, massless(system, parts)

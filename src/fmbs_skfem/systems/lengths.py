@@ -25,12 +25,15 @@ DIGITS = 8.0 * float(np.finfo(np.float64).eps)  #: round-off of a position, rela
 
 
 def weight(parts: Sequence[Body]) -> float:
-    """Mass of all bodies, 1 where they have none [kg]."""
+    """Mass of all bodies, 1 where they have none [kg]: the w of |u| = sqrt(u^T W u / w)."""
     return sum(part.total_mass for part in parts) or 1.0
 
 
 def metric(parts: Sequence[Body], mass: csr_array) -> csr_array:
-    """W = M + D (q, q), the mass itself where all coordinates have one [kg m2 per unit2]."""
+    """W = M + D (q, q), the mass M (q, q) itself where all coordinates have one [kg m2 per unit2].
+
+    D is the diagonal of `massless`; `parts` are the bodies whose coordinates q are, one behind the other.
+    """
     added = massless(parts, mass)
     return csr_array(mass + diags_array(added)) if added.any() else mass
 
@@ -55,7 +58,10 @@ def spread(places: np.ndarray) -> float:
 
 
 def origin(parts: Sequence[Body]) -> np.ndarray:
-    """The point from which coordinates count (c,): the middle of the bodies if that is far away, else the origin of the scene."""
+    """The point (c,) [m] from which coordinates count: the middle of the bodies if that is far away, else the origin of the scene.
+
+    Far is more than `FAR` times the largest distance of positions from their middle.
+    """
     places = np.concatenate([positions(part) for part in parts])
     middle = places.mean(axis=0)
     return middle if np.linalg.norm(middle) > FAR * (spread(places) or 1.0) else np.zeros_like(middle)

@@ -11,7 +11,11 @@ from .kernels import Csr, Operator
 
 
 def constant(A: Array, store: np.ndarray, dense: bool, by_rows: bool, dim: int) -> Operator:
-    """A constant matrix in the storage of its product."""
+    """A constant matrix A (n, n) in the storage of its product.
+
+    `store` is A in the storage of the iteration matrix. The product reads rows where `by_rows`, or where the storage is `dense` and
+    A = B (x) I over vectors of `dim` components; `store` of other dense ones that are not diagonal; else diagonals.
+    """
     i, j, values = nonzeros(A)
     none = Csr(np.zeros(1, np.int64), np.zeros(0, np.int64), np.zeros(0))
     alone, used = bool((i == j).all()), len(values) > 0
@@ -26,7 +30,7 @@ def constant(A: Array, store: np.ndarray, dense: bool, by_rows: bool, dim: int) 
 
 
 def nonzeros(A: Array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rows, columns and values of what is not zero, row by row."""
+    """Rows, columns and values (z,) of what is not zero in A (m, n), row by row of a dense one."""
     if isinstance(A, np.ndarray):
         i, j = np.nonzero(A)
         return i, j, A[i, j]
@@ -36,7 +40,10 @@ def nonzeros(A: Array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def vectorwise(A: Array, dim: int) -> tuple[Csr, int]:
-    """A, or B with A = B (x) I over vectors of `dim` components where it has that form, and the number of components of a row."""
+    """A (n, n), or B with A = B (x) I over vectors of `dim` components where it has that form.
+
+    Beside it stands the number of components that a row serves, 1 or `dim`.
+    """
     if A.shape[0] % dim == 0:
         B = A[::dim, ::dim]
         alike = np.kron(B, np.eye(dim)) if isinstance(B, np.ndarray) else csr_array(kron(B, np.eye(dim)))
@@ -46,7 +53,10 @@ def vectorwise(A: Array, dim: int) -> tuple[Csr, int]:
 
 
 def triple(A: Array) -> Csr:
-    """A as compiled code reads it."""
+    """A matrix (m, n) as compiled code reads it, sparse or dense: without zeros of a dense one.
+
+    Entries of a sparse one that stand more than once are added.
+    """
     if isinstance(A, np.ndarray):  # what scipy's constructor finds, in a tenth of its time
         i, j, values = nonzeros(A)
         return Csr(np.searchsorted(i, np.arange(len(A) + 1)), np.ascontiguousarray(j), values)
@@ -56,7 +66,7 @@ def triple(A: Array) -> Csr:
 
 
 def permuted(A: Array, order: np.ndarray, rows: bool = False) -> Array:
-    """Columns (and rows) of A in the new order."""
+    """Columns (and rows) of A (m, n) in the new order (n,): A[:, order] (and A[order])."""
     if (np.diff(order) == 1).all():
         return A
     A = A[:, order]
@@ -64,7 +74,7 @@ def permuted(A: Array, order: np.ndarray, rows: bool = False) -> Array:
 
 
 def band_order(pattern: csr_array) -> tuple[np.ndarray, int]:
-    """The better of the natural and the reverse Cuthill-McKee order, and its half bandwidth."""
+    """The better of the natural and the reverse Cuthill-McKee order (n,) of a symmetric pattern (n, n), and its half bandwidth."""
 
     def width(order: np.ndarray) -> int:
         place = np.argsort(order)
@@ -76,7 +86,12 @@ def band_order(pattern: csr_array) -> tuple[np.ndarray, int]:
 
 
 def lower_band(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.ndarray:
-    """band[j, i - j] = A[i, j] for i >= j."""
+    """Lower band (n, width + 1) of a symmetric A (n, n), whose unknown k is at place[k].
+
+        band[j, i - j] = A[i, j] for i >= j, places of unknowns
+
+    Entries above the diagonal are not read.
+    """
     entries = coo_array(A)
     i, j = place[entries.row], place[entries.col]
     band, low = np.zeros((len(place), width + 1)), (i >= j) & (entries.data != 0.0)
@@ -85,7 +100,7 @@ def lower_band(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.n
 
 
 def from_lower_band(band: np.ndarray) -> csr_array:
-    """The symmetric sparse array of a lower band."""
+    """The symmetric sparse array (n, n) of a lower band (n, d + 1), band[j, i - j] = A[i, j]."""
     n, width = band.shape
     j = np.repeat(np.arange(n), width)
     i = j + np.tile(np.arange(width), n)

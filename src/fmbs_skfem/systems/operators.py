@@ -55,7 +55,10 @@ def constraints(system: System, x: ArrayLike, t: float = 0.0) -> tuple[np.ndarra
 
 
 def strain_energy(system: System, x: ArrayLike) -> float:
-    """Strain energy of all bodies [J] at unknowns x (n,), without linear springs; InputError for an array of another shape."""
+    """Strain energy of all bodies [J] at unknowns x (n,), without linear springs.
+
+    InputError for an array of another shape.
+    """
     return compiled.strain_energy(compiled.compile_system(system), read(system, "x", x))
 
 

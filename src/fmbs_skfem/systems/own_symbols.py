@@ -27,7 +27,10 @@ TIME = "t"
 
 @dataclass(frozen=True)
 class PlaceSymbols:
-    """What a place is in symbols; matrices (c,) of coordinates."""
+    """What a place is in symbols, for forces and joints of one's own: matrices (c,) of coordinates.
+
+    Functions of Python have arrays (c,) in their place.
+    """
 
     position: Any  #: from the origin of the scene [m]
     velocity: Any
@@ -65,7 +68,7 @@ def _like(vector: Any, values: list[Any]) -> Any:
 
 
 def norm(vector: Any) -> Any:
-    """|vector|, in symbols one whose derivatives are numbers where it is zero, too."""
+    """|vector| of an array (c,) or of a matrix of symbols, in symbols one whose derivatives are numbers where it is zero, too."""
     if isinstance(vector, np.ndarray):
         return float(np.linalg.norm(vector))
     from .forces import force_symbols
@@ -74,7 +77,10 @@ def norm(vector: Any) -> Any:
 
 
 def turned(angle: Any) -> Any:
-    """An angle in symbols, as of atan2, that counts its turns: of less than half a turn a step."""
+    """An angle in symbols [rad], as of atan2, that counts its turns: of less than half a turn a step.
+
+    InputError for a number: functions of Python have to count turns themselves.
+    """
     from .forces import force_symbols
 
     if isinstance(angle, float):
@@ -94,7 +100,10 @@ class Read(NamedTuple):
 
 @cache
 def arguments_of(kind: type[Any], functions: tuple[Callable[..., Any], ...]) -> dict[str, str]:
-    """Names of what functions of a class read, each a place, a number or a history."""
+    """Names of what functions of a class read, each a place, a number or a history, in the order in which they first come.
+
+    InputError where an argument is neither a field of the class nor `t`.
+    """
     hints, found = get_type_hints(kind, include_extras=True), dict[str, str]()
     for name in dict.fromkeys(name for function in functions for name in inspect.signature(function).parameters):
         if name != TIME and name not in hints:
@@ -113,7 +122,11 @@ def notes_of(hint: Any) -> Iterator[Any]:
 
 
 def read(name: str, item: Any, draft: Draft, arguments: Mapping[str, str]) -> Read:
-    """Probe rows, numbers and histories of a declaration called `name` in messages."""
+    """Probe rows, numbers and histories of a declaration called `name` in messages, for the `arguments` of `arguments_of`.
+
+    They are added to the draft; the origin (c,) of the coordinates comes first among the numbers. InputError where none of the
+    places is one of a body, and where a place does not exist.
+    """
     values = {argument: getattr(item, argument) for argument in arguments if argument != TIME}
     anchor = next((value for value in values.values() if isinstance(value, At)), None)
     rows, sizes, numbers, signals = list[int](), list[int](), [draft.layout.origin], list[int]()

@@ -56,7 +56,7 @@ Ground = Sequence[float]  #: coordinates of a fixed point [m]
 
 @dataclass
 class ProbeRows:
-    """Probe rows collected while a system is assembled."""
+    """Probe rows y = P q + y0 collected while a system is assembled, P (j, q) as blocks one below the other."""
 
     size: int
     rows: list[csr_array] = field(default_factory=list)
@@ -76,13 +76,18 @@ class ProbeRows:
         return csr_array(csr_array(whole.matrix)[list(numbers)]), whole.offset[list(numbers)]
 
     def affine(self) -> Affine:
+        """All rows as y = matrix @ q + offset, matrix (j, q) and offset (j,)."""
         matrix = csr_array(vstack(self.rows)) if self.rows else csr_array((0, self.size))
         return Affine(matrix, np.concatenate([np.zeros(0), *self.offsets]))
 
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Where each body's coordinates stand in q."""
+    """Where each body's coordinates stand in q: those of the body `name` begin at first[name], b c of them, function by function.
+
+    Its methods give rows on all coordinates q (q,), of places that joints, loads and outputs name; InputError where a body or a
+    place does not exist names them, after `where`, the place in messages.
+    """
 
     dim: int
     bodies: dict[str, Body]
@@ -97,6 +102,7 @@ class Coordinates:
         return np.concatenate([np.kron(part.constant, self.origin) for part in self.bodies.values()])
 
     def body(self, where: str, at: At) -> Body:
+        """The body of a place; InputError where there is none of that name."""
         if at.body not in self.bodies:
             raise InputError(
                 say(where, f"one of the bodies {listed(self.bodies, at.body)}", f"'{at.body}'") + closest(at.body, self.bodies)
@@ -104,7 +110,10 @@ class Coordinates:
         return self.bodies[at.body]
 
     def read(self, where: str, at: At, derivative: int = 0) -> csr_array:
-        """Rows (c, q) of the position or slope at a place."""
+        """Rows (c, q) of the position (derivative 0) [m] or of a vector (1, 2, 3) at a place, see `bodies.body.probe`.
+
+        InputError where the place has no such vector.
+        """
         part = self.body(where, at)
         return self.spread(part, self.row(part, at.place, derivative))
 
@@ -146,14 +155,14 @@ class Coordinates:
         return vector(where, point, self.dim) - self.origin
 
     def apart(self, where: str, at: At, to: At | Ground) -> tuple[csr_array, np.ndarray]:
-        """Rows (c, q) and constants (c,) of r_at - r_to."""
+        """Rows (c, q) and constants (c,) of r_at - r_to [m], where `to` is another place or a fixed point of the scene."""
         rows = self.read(where, at)
         if isinstance(to, At):
             return csr_array(rows - self.read(where, to)), np.zeros(self.dim)
         return rows, -self.fixed(where, to)
 
     def reference(self, where: str, at: At | Ground, derivative: int = 0) -> np.ndarray:
-        """Reference position or slope (c,) of a place or fixed point."""
+        """Reference position [m] or vector (c,) of a place, or position of a fixed point, from the origin of the coordinates."""
         if not isinstance(at, At):
             return self.fixed(where, at)
         part = self.body(where, at)
@@ -161,14 +170,14 @@ class Coordinates:
 
 
 def directions(part: Body, place: str | float) -> int:
-    """Number of vectors at a place: axes of a frame or rigid body, tangents of a surface, slope of a line."""
+    """Number of vectors at a place: c axes of a frame or rigid body, 2 tangents of a surface, 1 slope of a line, 0 of a point."""
     if place in part.frames or (part.space is None and part.frames):
         return part.dim
     return 0 if part.space is None else 2 if isinstance(part.space, Surface) else 1
 
 
 def vector(where: str, values: object, size: int) -> np.ndarray:
-    """A finite vector with `size` components."""
+    """A finite vector (size,) of values; InputError, after the place `where`, for another length or values that are not finite."""
     array = np.asarray(values, dtype=float)
     if array.shape != (size,) or not np.isfinite(array).all():
         raise InputError(say(where, f"{size} finite numbers", values))
@@ -177,7 +186,10 @@ def vector(where: str, values: object, size: int) -> np.ndarray:
 
 @dataclass
 class TermCollector:
-    """Constraint terms collected while a system is assembled."""
+    """Constraint terms collected while a system is assembled: `row` adds a polynomial, `law` a row by a law.
+
+    Rows are numbered from 0 in the order in which they come; a row is known by its joint and the name of its coordinate.
+    """
 
     names: list[tuple[str, str]] = field(default_factory=list)
     terms: list[tuple[int, float, int, int, int]] = field(default_factory=list)
@@ -194,10 +206,11 @@ class TermCollector:
         about: tuple[np.ndarray, np.ndarray] | None = None,
         along: np.ndarray | None = None,
     ) -> None:
-        """One constraint: terms (coefficient, signal, i, j).
+        """One constraint: terms (coefficient, signal, i, j), a sum of coefficient s(t) y_i y_j that is zero.
 
-        `about` is (u, n) of u . n = 0, a moment about u x n; `along` is the direction of a force that is along no axis. InputError
-        where a coefficient is no finite number, or a signal, i or j is no whole number from -1 on.
+        Numbers -1 stand for a factor 1. `about` is (u, n) of u . n = 0, vectors (c,), a moment about u x n; `along` (c,) is the
+        direction of a force that is along no axis. InputError where a coefficient is no finite number, or a signal, i or j is no
+        whole number from -1 on.
         """
         given: tuple[Any, ...] = terms
         for factor, *places in given:
@@ -222,7 +235,10 @@ class TermCollector:
         numbers: ArrayLike = (),
         signals: Sequence[int] = (),
     ) -> None:
-        """One constraint by a law or its name, of probe rows (r,), with its numbers (p,) and functions of time (h,)."""
+        """One constraint phi = 0 by a law or its name, of probe rows (r,), with its numbers (p,) and functions of time (h,).
+
+        InputError where no law has that name.
+        """
         self.names.append((joint, coordinate))
         self.laws.append(constraint_laws.one(law, len(self.names) - 1, rows, numbers, signals))
 
@@ -236,26 +252,32 @@ class TermCollector:
 
 @dataclass
 class Forces:
-    """Loads collected while a system is assembled."""
+    """Loads collected while a system is assembled: forces on probe rows, cells of pressures that follow, and gravity."""
 
     terms: list[Any] = field(default_factory=list)  #: forces on probe rows, see `forces`
     cells: list[tuple[str, Body, Cells]] = field(default_factory=list)  #: name, body and cells of what follows a surface
     field: list[np.ndarray] = field(default_factory=list)  #: accelerations of all bodies (c,) [m/s2]
 
     def dead(self, rows: Sequence[int], coefficients: ArrayLike, signal: int = -1) -> None:
-        """Forces coefficient s(t) on probe rows [N per unit of the row], s the function of time of this number or 1."""
+        """Forces coefficient s(t) on probe rows [N per unit of the row], s the function of time of this number or 1 (-1).
+
+        One coefficient a row. InputError where a coefficient is not finite.
+        """
         if not np.isfinite(np.asarray(coefficients, dtype=float)).all():
             raise InputError(say("dead forces", "finite coefficients", coefficients))
         self.terms.append(force_laws.dead(np.array(rows, dtype=np.int64), coefficients, np.full(len(rows), signal)))
 
     def act(self, law: str | ForceLaw, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()) -> None:
-        """A force by a law or its name on probe rows (r,), with its numbers (p,) and functions of time (h,)."""
+        """A force by a law or its name on probe rows (r,), with its numbers (p,) and functions of time (h,).
+
+        InputError where no law has that name.
+        """
         self.terms.append(force_laws.one(law, rows, numbers, signals))
 
 
 @dataclass(frozen=True)
 class Gauge:
-    """What a load measures, for outputs: a vector between places, a coordinate or an angle on its probe rows."""
+    """What a load measures, for outputs: a vector between places, a coordinate or an angle on its probe rows (r,)."""
 
     kind: str  #: see `gauges`
     rows: tuple[int, ...]
@@ -264,7 +286,10 @@ class Gauge:
 
 @dataclass
 class Draft:
-    """A system while it is assembled."""
+    """A system while it is assembled: joints and loads add their probe rows, constraint rows, forces and signals to it.
+
+    Numbers of rows and signals that its parts give out are those of the finished system.
+    """
 
     layout: Coordinates
     probes: ProbeRows

@@ -23,13 +23,17 @@ VALUES = (bool, int, float, str, bytes)  #: parts that are known by their value
 
 
 class Prepared:
-    """What was found of parts of systems, by name."""
+    """What was found of parts of systems, by name: one entry a name, for the parts of the last time."""
 
     def __init__(self) -> None:
         self.known: dict[str, tuple[tuple[Any, ...], Any]] = {}
 
     def find(self, name: str, parts: tuple[Any, ...], make: Callable[[], Found]) -> Found:
-        """What is made of some parts, the same as the last time where these are the same; numbers count by value."""
+        """What is made of some parts, the same as the last time where these are the same; numbers count by value.
+
+        Parts are compared by identity, as arrays of a system never change; numbers and texts by value. `make` is called without
+        arguments.
+        """
         known = self.known.get(name)
         if known is None or len(known[0]) != len(parts) or not all(map(same, known[0], parts)):
             known = self.known[name] = parts, make()
@@ -43,7 +47,10 @@ def same(a: object, b: object) -> bool:
 
 
 def remembered(system: System, key: Hashable, find: Callable[[], Found]) -> Found:
-    """What is found of a system, by a key, the first time; it goes with the system, and copies begin without it."""
+    """What is found of a system, by a key, the first time; it goes with the system, and copies begin without it.
+
+    `find` is called without arguments where nothing is known under the key.
+    """
     known: dict[Hashable, Found] = system.__dict__.setdefault(COMPILED, {})
     if key not in known:
         known[key] = find()
@@ -51,11 +58,17 @@ def remembered(system: System, key: Hashable, find: Callable[[], Found]) -> Foun
 
 
 def prepare(system: System) -> Prepared:
-    """What is found of the parts of a system, which it remembers."""
+    """What is found of the parts of a system, which it remembers.
+
+    Copies by `replace` begin without it, see `alike`.
+    """
     return remembered(system, NAME, Prepared)
 
 
 def alike(known: Prepared, system: System) -> System:
-    """A system that shares what is known of the parts of another one, as `replace(other, ...)` has them: `prepare(other)`."""
+    """A system that shares what is known of the parts of another one, as `replace(other, ...)` has them: `prepare(other)`.
+
+    The system itself is given back; it forgets what it knew of its parts.
+    """
     system.__dict__.setdefault(COMPILED, {})[NAME] = known
     return system

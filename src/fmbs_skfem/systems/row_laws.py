@@ -25,7 +25,10 @@ G = TypeVar("G", bound="Groups")
 
 @dataclass(frozen=True)
 class RowLaw:
-    """A law, known by its name; `find` of its class gives it back."""
+    """A law, known by its name; `find` of its class gives it back, and copies and files are made by the name.
+
+    `rows`, `numbers` and `histories` are how many of each it reads; `pairs` are pairs of places among its rows.
+    """
 
     name: str
     rows: int  #: probe rows that it reads
@@ -46,7 +49,10 @@ class RowLaw:
 
     @classmethod
     def find(cls: type[L], name: str) -> L:
-        """The law of this name; those of one's own from the classes that have been declared."""
+        """The law of this name; those of one's own from the classes that have been declared.
+
+        InputError for a name of neither, with the nearest word of a declared class.
+        """
         known: dict[str, L] = import_module(cls.loops, __package__).LAWS
         if name in known:
             return known[name]
@@ -69,7 +75,7 @@ def _(law: RowLaw, arrays: Arrays, where: str) -> Any:
 
 @dataclass(frozen=True)
 class Groups:
-    """t groups of probe rows on which one law acts."""
+    """t groups of r probe rows on which one law acts, each with its p numbers and h histories."""
 
     law: Annotated[RowLaw, Attributes("r=rows p=numbers h=histories")]
     rows: Annotated[np.ndarray, Indices("t r", end="y")]
@@ -81,13 +87,16 @@ class Groups:
 
 
 def group(kind: type[L], law: str | L, rows: Sequence[int], numbers: ArrayLike, signals: Sequence[int]) -> tuple[L, Any, Any, Any]:
-    """The fields of one group by a law or its name, of probe rows (r,), numbers (p,) and histories (h,)."""
+    """The fields of one group by a law or its name: law, rows (1, r), numbers (1, p), signals (1, h).
+
+    Of probe rows (r,), numbers (p,) and histories (h,); `kind` is the class of the law. InputError where no law has that name.
+    """
     first, last = (np.array([part], np.int64).reshape(1, -1) for part in (rows, signals))
     return kind.find(law) if isinstance(law, str) else law, first, np.asarray(numbers, float).reshape(1, -1), last
 
 
 def join(found: Sequence[G]) -> tuple[G, ...]:
-    """Groups of rows in one for every law."""
+    """Groups of rows in one for every law, in the order in which the laws first come; arrays are put one below the other."""
     laws: dict[str, list[G]] = {}
     for item in found:
         laws.setdefault(item.law.name, []).append(item)

@@ -23,7 +23,7 @@ from .system import Signal, System, driving
 @storable
 @dataclass(frozen=True)
 class Cosine:
-    """cos(angle(t)); files can hold it where `angle` is data."""
+    """The function of time cos(angle(t)), (s,) at times (s,) [s], of an angle [rad]; files can hold it where `angle` is data."""
 
     angle: Callable[[np.ndarray], np.ndarray]
 
@@ -34,7 +34,7 @@ class Cosine:
 @storable
 @dataclass(frozen=True)
 class Sine:
-    """sin(angle(t))."""
+    """The function of time sin(angle(t)), (s,) at times (s,) [s], of an angle [rad]; files can hold it where `angle` is data."""
 
     angle: Callable[[np.ndarray], np.ndarray]
 
@@ -44,13 +44,16 @@ class Sine:
 
 @singledispatch
 def read_inputs(signal: Any) -> Sequence[Input]:
-    """The inputs that a function of time reads."""
+    """The inputs that a function of time reads; none of most functions. Types that read some register."""
     return ()
 
 
 @singledispatch
 def bound(signal: Any, told: Mapping[str, Signal]) -> Signal:
-    """The function of time with inputs as functions of time."""
+    """The function of time with inputs as functions of time, by their names in `told`.
+
+    Other inputs stay. Types of functions that read inputs register here.
+    """
     return signal
 
 
@@ -93,18 +96,22 @@ def given_by_name(system: System) -> dict[str, Input]:
 
 
 def inputs_of(system: System) -> dict[str, Input]:
-    """The inputs of a system by name, those of controllers among them."""
+    """The inputs of a system by name, those of controllers among them, without the numbers that locks hold."""
     return {name: one for name, one in given_by_name(system).items() if not isinstance(one, Held)}
 
 
 def driving_inputs(system: System) -> set[str]:
-    """Names of the inputs that drive joints."""
+    """Names of the inputs that drive joints: constraint rows read them."""
     inputs = (one for _, k in driving(system.constraints) for one in read_inputs(system.signals[k]))
     return {one.name for one in inputs if not isinstance(one, Held)}
 
 
 def with_inputs(system: System, told: Mapping[str, Signal]) -> System:
-    """The system with functions of time in place of inputs; InputError for one that it does not have."""
+    """The system with functions of time in place of inputs, by name, in `full` as well; other inputs stay.
+
+    A function takes times (s,) [s] and gives values (s,). InputError for an input that the system does not have, with the nearest
+    one.
+    """
     known = given_by_name(system)
     for name in told:
         if name not in known:

@@ -38,7 +38,7 @@ Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of 
 @storable
 @dataclass(frozen=True)
 class Affine:
-    """x -> matrix @ x + offset."""
+    """The affine map x -> matrix @ x + offset of x (j,), with the matrix (i, j), sparse or dense, and the offset (i,)."""
 
     matrix: Annotated[Matrix, Reals("i j")]
     offset: Annotated[np.ndarray, Reals("i")]
@@ -50,7 +50,10 @@ class Affine:
 @storable
 @dataclass(frozen=True)
 class Elastic:
-    """Strain energy of one body or component."""
+    """Strain energy of one body or component, of a storage of any type that registers with `terms.elastic`.
+
+    `name` is that of the body or component; loads that follow a surface are such terms as well, with their own names.
+    """
 
     name: str
     beta: Annotated[float, Number()]  #: stiffness-proportional damping time [s]
@@ -61,7 +64,12 @@ class Elastic:
 @storable
 @dataclass(frozen=True)
 class Constraints:
-    """Constraints in probe rows: Phi_row += coefficient s(t) y_i y_j, with -1 for an absent factor; other rows by laws."""
+    """Constraints in probe rows y: polynomials as sums of t terms, and rows by laws.
+
+        Phi_row += coefficient s(t) y_i y_j         -1 in place of `signal`, `i` or `j` for a factor that is absent
+
+    Every row m has a name, the joint and its coordinate.
+    """
 
     names: Annotated[tuple[tuple[str, str], ...], Attributes("m")] = ()  #: (joint, coordinate) of every row
     row: Annotated[np.ndarray, Indices("t", end="m")] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -93,7 +101,10 @@ storable(Lock, gap=lambda values: Constraints())
 
 @dataclass(frozen=True)
 class Trigger:
-    """An event: the value that crosses zero, and what happens then."""
+    """An event: the value that crosses zero, and what happens then.
+
+    The value is one of those that expressions of outputs give in accepted states; `control.events` acts on it.
+    """
 
     name: str
     value: int  #: number of the value that is read, see `readings`
@@ -112,7 +123,7 @@ storable(Trigger, once=lambda values: False, margin=lambda values: None, alone=l
 @storable
 @dataclass(frozen=True)
 class Loads:
-    """Constant generalised force [N], and forces on probe rows, see `forces`."""
+    """Constant generalised force (n,) [N], and forces on probe rows, which register with `forces.on_rows`."""
 
     constant: Annotated[np.ndarray, Reals("n")]
     forces: Annotated[tuple[Any, ...], Inside("y k", is_force)] = ()
@@ -125,7 +136,10 @@ storable(Loads, springs=lambda values: np.zeros(0))
 
 @dataclass(frozen=True)
 class Line:
-    """What a picture needs of a body: samples of its centre line as affine functions of the body coordinates q."""
+    """What a picture needs of a line or rigid body: samples of its centre line as affine functions of the body coordinates q.
+
+    With x points, samples @ q is (3 c x,): positions [m], then dr/dS [-], then d2r/dS2 [1/m].
+    """
 
     name: str
     samples: Annotated[csr_array, Reals("3cx q")]  #: positions, then d/dS, then d2/dS2
@@ -141,7 +155,10 @@ storable(Line, EA=lambda values: 0.0, EI=lambda values: 0.0)
 @storable
 @dataclass(frozen=True)
 class Skin:
-    """What a picture needs of a plate or shell: samples of its middle surface, samples @ q[columns].reshape(b, c)."""
+    """What a picture needs of a plate or shell: samples of its middle surface, samples @ q[columns].reshape(b, c).
+
+    Of x points the first x rows are positions [m], the next ones the k vectors that the law reads, x rows each.
+    """
 
     name: str
     samples: Annotated[csr_array, Reals("x+kx b")]  #: positions, then the vectors of the law in local coordinates
@@ -154,7 +171,11 @@ class Skin:
 
 @dataclass(frozen=True)
 class Output:
-    """A named output: `kind` and the sensor rows it reads."""
+    """A named output: `kind` and the sensor rows it reads.
+
+    `kind` is the word of the class that evaluates it (`measures.probes.kind_of`), `parameters` are the numbers that this class
+    needs.
+    """
 
     kind: str
     rows: tuple[int, ...]
@@ -171,7 +192,13 @@ storable(Output, labels=lambda values: (), body=lambda values: "", place=lambda 
 
 @dataclass(frozen=True, repr=False)
 class System:
-    """A mechanical system in unknowns x (n,), with body coordinates q = lift(x)."""
+    """A mechanical system in unknowns x (n,), with body coordinates q = lift(x).
+
+        M x'' + C x' + K x + sum_j L_j^T phi_j(L_j x) - Q(x, x', t) + Phi_x^T lambda = 0,     Phi(x, t) = 0
+
+    Full, reduced and hyper-reduced systems are of this one type. It is immutable: `dataclasses.replace`, `change_coordinates` and
+    `keep_constraints` make others of it. `check_system` tests one.
+    """
 
     dim: Annotated[int, Attributes("c", among=(2, 3))]
     lift: Annotated[Affine, Inside("i=q j=n")]  #: x -> q, all body coordinates
@@ -207,6 +234,7 @@ class System:
 
     @property
     def size(self) -> int:
+        """Number n of unknowns."""
         return len(self.x0)
 
     @property
@@ -235,18 +263,29 @@ storable(
 
 
 def in_scene(system: System, q: np.ndarray) -> np.ndarray:
-    """Body coordinates (..., q) from the origin of the scene."""
+    """Body coordinates (..., q) [m] from the origin of the scene: q + unit (x) origin.
+
+    A system far from that origin counts its coordinates from a point of its own, see `lengths`.
+    """
     return q + np.kron(system.unit, system.origin)
 
 
 def sizes(system: System, displacements: np.ndarray) -> np.ndarray:
-    """Root mean squares (s,) [m] of displacements (s, n) of the unknowns, sqrt(u^T W u / w)."""
+    """Root mean squares (s,) [m] of displacements (s, n) or (n,) of the unknowns over the mass.
+
+        |u| = sqrt(u^T W u / w)
+
+    W (n, n) is `system.metric`, w `system.weight` [kg]; of velocities it gives [m/s].
+    """
     u = np.ascontiguousarray(np.atleast_2d(displacements).T)
     return np.sqrt(np.maximum(np.einsum("ns,ns->s", u, np.asarray(system.metric @ u)), 0.0) / system.weight)
 
 
 def is_linear(constraints: Constraints) -> np.ndarray:
-    """Rows that are linear in the unknowns, independent of time and never let loose, (m,) bool."""
+    """Rows that are linear in the unknowns, independent of time and never let loose, (m,) bool.
+
+    Rows by a law are never counted as linear.
+    """
     linear = ~loose_rows(constraints)
     np.logical_and.at(linear, constraints.row, (constraints.signal < 0) & (constraints.j < 0))
     for own in constraints.laws:
@@ -255,26 +294,26 @@ def is_linear(constraints: Constraints) -> np.ndarray:
 
 
 def loose_rows(constraints: Constraints) -> np.ndarray:
-    """Rows of joints that events release or lock, (m,) bool."""
+    """Rows of joints that events release or lock, (m,) bool: none of them is eliminated."""
     return np.array([joint in constraints.loose for joint, _ in constraints.names], dtype=bool)
 
 
 def driving(constraints: Constraints) -> list[tuple[int, int]]:
-    """Rows and the signals that they read."""
+    """Pairs of a row and a signal that it reads, in its terms or by a law; a row may come more than once."""
     pairs = [(constraints.row, constraints.signal)]
     pairs += [(own.row, signals) for own in constraints.laws for signals in own.signals.T]
     return [(int(row), int(k)) for rows, signals in pairs for row, k in zip(rows, signals, strict=True) if k >= 0]
 
 
 def driven_rows(constraints: Constraints) -> np.ndarray:
-    """Rows that read a signal, (m,) bool."""
+    """Rows that read a signal, (m,) bool: those of drives."""
     driven = np.zeros(len(constraints.names), dtype=bool)
     driven[[row for row, _ in driving(constraints)]] = True
     return driven
 
 
 def reads(constraints: Constraints, count: int) -> csr_array:
-    """Which of so many probe rows every row reads, in any position (m, y): ones."""
+    """Which of `count` probe rows every row reads, in any position: ones (m, y), whatever their coefficients are."""
     pairs = [(constraints.row, part) for part in (constraints.i, constraints.j)]
     pairs += [(own.row, part) for own in constraints.laws for part in own.rows.T]
     row, column = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
@@ -285,13 +324,16 @@ def reads(constraints: Constraints, count: int) -> csr_array:
 
 
 def linear_part(system: System) -> tuple[np.ndarray, csr_array, np.ndarray]:
-    """Time-independent linear constraints A x + a = 0: row numbers (i,), A (i, n), a (i,)."""
+    """Time-independent linear constraints A x + a = 0: row numbers (i,), A (i, n), a (i,).
+
+    They are the rows of `is_linear`, in the order of `system.constraints.names`, as a sparse array.
+    """
     rows, A, a = linear_rows(system)
     return rows, csr_array(A), a
 
 
 def linear_rows(system: System) -> tuple[np.ndarray, Matrix, np.ndarray]:
-    """As `linear_part`, with A dense where probes are."""
+    """As `linear_part`, with A (i, n) dense where the matrix of the probes is, as in reduced systems."""
     terms = system.constraints
     rows = np.flatnonzero(is_linear(terms))
     place = np.full(len(terms.names), -1)
@@ -310,7 +352,7 @@ def linear_rows(system: System) -> tuple[np.ndarray, Matrix, np.ndarray]:
 
 
 def keep_constraints(system: System, rows: np.ndarray) -> System:
-    """The system with the given constraint rows only."""
+    """The system with the given constraint rows (i,) only, in their order; everything else stays, and so does `full`."""
     terms = system.constraints
     place = np.full(len(terms.names), -1)
     place[rows] = np.arange(len(rows))
@@ -325,8 +367,10 @@ def keep_constraints(system: System, rows: np.ndarray) -> System:
 def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     """The same system in unknowns z (r,) with x = V z + d, equations projected by V^T: V (n, r) sparse or dense, d (n,).
 
+        M <- V^T M V,   C <- V^T C V,   K <- V^T K V,   Q <- V^T (Q - K d),   P <- P V,   y0 <- P d + y0
+
     Cells stay in body coordinates, points in the unknowns are multiplied by V. x0 and v0 are projected orthogonally; they are
-    exact when they lie in the range of V.
+    exact when they lie in the range of V. InputError where an elastic term is a polynomial of the unknowns, which stays in them.
     """
 
     kept = chosen(V)
@@ -365,7 +409,10 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
 
 
 def project(V: Matrix, x: np.ndarray) -> np.ndarray:
-    """The z (r,) or (r, i) for which V z is nearest to x (n,) or columns x (n, i), V (n, r) of full rank."""
+    """The z (r,) or (r, i) for which V z is nearest to x (n,) or columns x (n, i): min |V z - x|, V (n, r) of full rank.
+
+    Sparse V by the normal equations, dense V by least squares; a V that only chooses unknowns takes them as they are.
+    """
     if (kept := chosen(V)) is not None:
         return np.asarray(x[kept])
     if not isinstance(V, np.ndarray):
@@ -383,7 +430,10 @@ def moved_springs(system: System, V: Matrix, d: np.ndarray, pull: np.ndarray) ->
 
 
 def multiply_out(system: System) -> System:
-    """The same reduced system with the cells of its bodies as points in the unknowns, to choose among; a full one stays."""
+    """The same reduced system with the cells of its bodies as points in the unknowns, to choose among; a full one stays.
+
+    Its energy, forces and tangents are the same, its arrays larger: a row of modes for every gradient at every point.
+    """
     return replace(system, elastic=tuple(replace(e, gather=terms.multiply_out(e.gather, system.lift)) for e in system.elastic))
 
 

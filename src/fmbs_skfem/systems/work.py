@@ -41,7 +41,7 @@ from .evaluation import (
 
 @jit
 def idle(table: Any) -> bool:
-    """Whether there are no forces on probe rows, loads that follow, nor damping but that of elastic terms: F = 0 in all states."""
+    """Whether F = 0 in all states: no forces on probe rows, no loads that follow, no damping but that of elastic terms."""
     A = evaluation(table).arrays
     undamped = not A.damping.full and len(A.damping.rows.indptr) < 2 and len(A.damping.offsets) == 0
     return undamped and len(A.forces.records) == 0 and len(A.elastic.follow) == 0
@@ -49,7 +49,12 @@ def idle(table: Any) -> bool:
 
 @jit
 def find_forces(table: Any) -> None:
-    """f = F in the state of the space but for damping of elastic terms; potentials of forces are added to its energy."""
+    """f = F (n,) [N] in the state of the space but for damping of elastic terms; potentials of forces are added to its energy.
+
+        F = P^T g + f_p - C v
+
+    with forces g on probe rows without those of potentials, and pressures f_p.
+    """
     E = evaluation(table)
     A, s = E.arrays, E.space
     following_forces(table)
@@ -78,7 +83,12 @@ def find_damping(table: Any) -> None:
 
 @jit
 def find_heat(table: Any, h: float) -> float:
-    """What elastic terms have dissipated in the last step, of h [s], that has led to the state of the space [J]."""
+    """What elastic terms have dissipated in the last step, of h [s], that has led to the state of the space [J].
+
+        h sum w u'. C(u) u'
+
+    with means of gradients and rates of the last evaluation in this step and in the one before.
+    """
     E = evaluation(table)
     A, s = E.arrays, E.space
     s.energy[0], s.span[0] = 0.0, h
@@ -102,7 +112,10 @@ def held(table: Any, signals: np.ndarray) -> float:
 
 @jit
 def changed(table: Any, before: np.ndarray, after: np.ndarray) -> float:
-    """What a change of the signals (s,) changes of G [J] in the state of the space, which has those after it."""
+    """What a change of the signals (s,) from `before` to `after` changes of G(y, lambda, s) = E + lambda . Phi [J].
+
+    It is that in the state of the space, which keeps the signals `after`.
+    """
     read_probes(table)
     earlier = held(table, before)
     return held(table, after) - earlier
@@ -110,7 +123,10 @@ def changed(table: Any, before: np.ndarray, after: np.ndarray) -> float:
 
 @routine
 def forces(table: Any, _: Any) -> int:
-    """f = F in the state of the space but for damping of elastic terms, of which the gradients become current."""
+    """f = F (n,) [N] in the state of the space but for damping of elastic terms, of which the gradients become current.
+
+    A routine for the table of an evaluation: as `find_forces`.
+    """
     if evaluation(table).arrays.elastic.damped:
         elastic_forces(table)
     find_forces(table)
