@@ -36,33 +36,40 @@ ROUND = 64 * float(np.finfo(np.float64).eps)  #: of the coordinates, in gaps
 
 
 class Joint(Declared, ABC):
-    """A joint: a frozen dataclass with a name, see `core.declared`."""
+    """A joint: a frozen dataclass with a name, see `core.declared`, which adds constraint rows Phi(q, t) = 0.
+
+    `check_joint` tests one.
+    """
 
     name: str
 
     @abstractmethod
     def constrain(self, draft: Draft) -> None:
-        """Add the joint's probe rows and constraint terms to the draft."""
+        """Add the joint's probe rows and constraint terms to the draft.
+
+        InputError, with the name of the joint, where its fields do not fit the bodies.
+        """
 
 
 def needs_axis(axis: Ground | None, dim: int) -> Iterator[tuple[str, Problem]]:
-    """What turns in space turns about an axis."""
+    """The problem of what turns in space (`dim` 3) without an axis; none in the plane."""
     if dim == 3 and axis is None:
         yield "axis", Problem("the axis of rotation in space", "nothing", "write for instance [0, 0, 1]")
 
 
 def needs_other_side(to: At | Ground | None) -> Iterator[tuple[str, Problem]]:
-    """What keeps a distance has another side."""
+    """The problem of what keeps a distance and has no other side."""
     if to is None:
         yield "to", Problem("a place or the coordinates of a fixed point", "ground", "write for instance [0, 0, 1]")
 
 
 def where(joint: Any) -> str:
+    """How messages name a joint."""
     return f"joint '{joint.name}'"
 
 
 def mark(joint: Any, draft: Draft, kind: str, *ends: End) -> None:
-    """Let pictures show the joint at the given points."""
+    """Let pictures show the joint as a marker of a kind at the given ends: places, and of `LINKS` fixed points (c,) [m] as well."""
     rows: list[int] = []
     for end in ends:
         if isinstance(end, At):
@@ -93,14 +100,14 @@ def point(name: str, draft: Draft, kind: str, at: At | None, direction: np.ndarr
 
 
 def fixed(joint: Any, draft: Draft, at: At, target: np.ndarray) -> None:
-    """Rows r - target = 0."""
+    """Rows r - target = 0 [m] of a place and a point (c,) from the origin of the coordinates, c of them."""
     first = draft.probes.add(draft.layout.read(where(joint), at))
     for c in range(draft.layout.dim):
         draft.constraints.row(joint.name, AXES[c], (1.0, -1, first + c, -1), (-float(target[c]), -1, -1, -1))
 
 
 def joined(joint: Any, draft: Draft, at: At, to: At) -> None:
-    """Rows r_a - r_b = 0."""
+    """Rows r_a - r_b = 0 [m] of two places, c of them."""
     layout = draft.layout
     first = draft.probes.add(layout.read(where(joint), at) - layout.read(where(joint), to))
     for c in range(layout.dim):
@@ -108,7 +115,10 @@ def joined(joint: Any, draft: Draft, at: At, to: At) -> None:
 
 
 def coincide(joint: Any, draft: Draft, at: At, to: End) -> None:
-    """Equal positions; to None: the position in the reference."""
+    """Rows of equal positions r_at - r_to = 0 [m]; `to` None: of the position in the reference.
+
+    InputError where the places are apart in the reference, see `check_meeting`.
+    """
     reference = draft.layout.reference(where(joint), at)
     target = reference if to is None else draft.layout.reference(where(joint), to)
     check_meeting(joint, draft.layout, at, to, np.stack([reference, target]))
@@ -135,7 +145,7 @@ def check_meeting(joint: Any, layout: Coordinates, at: At, to: End, points: np.n
 
 
 def size_of(layout: Coordinates, names: set[str]) -> float:
-    """Size of the largest of some bodies, or of all where those are points [m]."""
+    """Size of the largest of some bodies [m], or, where those are points, of all bodies or of what these reach over."""
     own = max(extent(layout.bodies[name]) for name in names)
     if own:
         return own
@@ -144,7 +154,10 @@ def size_of(layout: Coordinates, names: set[str]) -> float:
 
 
 def unit(place: str, values: object, size: int) -> np.ndarray:
-    """A direction of length 1."""
+    """A direction (size,) of length 1.
+
+    InputError, after `place`, for another number of values, zeros alone, or values that are not finite.
+    """
     direction = vector(place, values, size)
     length = float(np.linalg.norm(direction))
     if not length > 0:
@@ -153,21 +166,24 @@ def unit(place: str, values: object, size: int) -> np.ndarray:
 
 
 def normals(direction: np.ndarray) -> np.ndarray:
-    """Unit vectors normal to a direction, (c - 1, c); in the plane the direction turned by 90 degrees."""
+    """Unit vectors normal to a direction (c,) and to one another, (c - 1, c); in the plane the direction turned by 90 degrees."""
     if len(direction) == 2:
         return (QUARTER @ direction)[None, :]
     return np.asarray(np.linalg.svd(direction[None, :])[2][1:])
 
 
 def basis(name: str, layout: Coordinates, end: At) -> tuple[list[csr_array], np.ndarray]:
-    """Vectors that a place carries: rows (c, q) of each, and their reference values (k, c)."""
+    """Vectors that a place carries: rows (c, q) of each, k of them, and their reference values (k, c).
+
+    They are the axes of a frame or rigid body, tangents of a surface, the slope of a line (in the plane also its normal).
+    """
     rows, first, part = layout.vectors(name, end), layout.first[end.body], layout.bodies[end.body]
     own = [row[:, first : first + part.reference.size] @ part.reference.ravel() for row in rows]
     return rows, np.array(own).reshape(len(rows), layout.dim)
 
 
 def carries(name: str, layout: Coordinates, end: End, direction: np.ndarray) -> bool:
-    """Whether a place carries a vector."""
+    """Whether a place carries a vector (c,), as a combination of its own ones; the ground carries all."""
     if not isinstance(end, At):
         return True
     own = basis(name, layout, end)[1]
@@ -176,7 +192,10 @@ def carries(name: str, layout: Coordinates, end: End, direction: np.ndarray) -> 
 
 
 def rows_of(name: str, layout: Coordinates, end: At, direction: np.ndarray) -> csr_array:
-    """Rows (c, q) of a vector that a place carries."""
+    """Rows (c, q) of a vector (c,) that a place carries: the combination of its own ones that equals it in the reference.
+
+    InputError, after `name`, where the place does not carry it.
+    """
     rows, own = basis(name, layout, end)
     if not carries(name, layout, end, direction):
         kind = ("a mere point", "a slope", "two tangents", "three axes")[len(own)]
@@ -187,14 +206,20 @@ def rows_of(name: str, layout: Coordinates, end: At, direction: np.ndarray) -> c
 
 
 def carried(joint: Any, draft: Draft, end: End, direction: np.ndarray) -> Vector:
-    """Probe rows of a vector that is carried along; on the ground the vector itself."""
+    """The first of c probe rows of a vector (c,) that an end carries along; on the ground the vector itself.
+
+    InputError where the place does not carry it.
+    """
     if not isinstance(end, At):
         return direction
     return draft.probes.add(rows_of(where(joint), draft.layout, end, direction))
 
 
 def dot(u: Vector, w: Vector, dim: int, factor: float = 1.0, signal: int = -1) -> list[Term]:
-    """Terms of factor s(t) u . w."""
+    """Terms (coefficient, signal, i, j) of factor s(t) u . w.
+
+    u and w are the first of c = `dim` probe rows, or fixed vectors (c,); `signal` is the number of s, -1 for 1.
+    """
     if isinstance(u, np.ndarray):
         if isinstance(w, np.ndarray):
             return [(factor * float(u @ w), signal, -1, -1)]
@@ -205,7 +230,10 @@ def dot(u: Vector, w: Vector, dim: int, factor: float = 1.0, signal: int = -1) -
 
 
 def far(first: int, dim: int, length: float) -> list[Term]:
-    """Terms of (|u|^2 - l^2) / (2 l) [m] of the probe rows from `first` on: its reaction is the force along u [N]."""
+    """Terms of (|u|^2 - l^2) / (2 l) [m] of the probe rows u (dim,) from `first` on, l = `length` [m].
+
+    Its derivative by u is u / l: the multiplier is the force along u [N].
+    """
     return [(0.5 / length, -1, first + c, first + c) for c in range(dim)] + [(-0.5 * length, -1, -1, -1)]
 
 
@@ -224,7 +252,13 @@ def pushed(at: At, full: End, u: np.ndarray, n: np.ndarray) -> tuple[np.ndarray,
 
 
 def parallel(joint: Any, draft: Draft, at: At, to: End, axis: np.ndarray) -> None:
-    """The axis as one end carries it stays parallel to that of the other; a slope normal to the axis stays normal to it."""
+    """Rows by which the axis (c,), as one end carries it, stays parallel to that of the other.
+
+        u . n_i = 0,    u the axis of one end, n_i the c - 1 normals to it that the other end carries
+
+    Of an end with a slope alone that is normal to the axis, the slope stays normal to it: one row. InputError where no end has axes
+    in all directions, or one does not carry its vector.
+    """
     name, layout = where(joint), draft.layout
     full, other = sorted_ends(joint, draft, at, to)
     if not carries(name, layout, other, axis):
@@ -266,7 +300,10 @@ def locked(joint: Any, draft: Draft, at: At, to: End) -> None:
 
 
 def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarray) -> None:
-    """n_i . (r_a - r_b) keeps its reference value for the normals n_i of a direction, which move with the end `to`."""
+    """Rows n_i . (r_at - r_to) = const [m] for the c - 1 normals n_i of a direction (c,), which move with the end `to`.
+
+    Values are those of the reference; to None: normals are fixed. InputError where `to` does not carry them.
+    """
     name, layout = where(joint), draft.layout
     rows, apart = layout.read(name, at), layout.reference(name, at)
     if to is not None:

@@ -22,7 +22,7 @@ from ..terms.elastic import Piece
 
 
 class ConstraintRoutines(NamedTuple):
-    """What a record is acted on by; each takes the table of the evaluation and the record."""
+    """What a record of constraint rows is acted on by; each takes the table of the evaluation and the record."""
 
     constrain: Routine  #: rows of Phi and of dPhi/dy +=
     slopes: Routine  #: H += d(Phi_y^T lambda)/dy on its pairs, from the place it was given on
@@ -31,7 +31,10 @@ class ConstraintRoutines(NamedTuple):
 
 @dataclass(frozen=True)
 class ConstraintLaw(RowLaw):
-    """A constraint function."""
+    """A constraint function phi(y, numbers, histories) with its derivatives.
+
+    `pairs` are those of its rows in which it has second derivatives.
+    """
 
     routines: ConstraintRoutines
     kind: ClassVar[str] = "constraint law"
@@ -53,12 +56,15 @@ class LawRows(Groups):
 
 
 def one(law: str | ConstraintLaw, row: int, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()) -> LawRows:
-    """One constraint row by a law or its name, of probe rows (r,), numbers (p,) and histories (h,)."""
+    """One constraint row, number `row`, by a law or its name, of probe rows (r,), numbers (p,) and histories (h,).
+
+    InputError where no law has that name.
+    """
     return LawRows(*group(ConstraintLaw, law, rows, numbers, signals), np.array([row]))
 
 
 class ConstraintRecord(NamedTuple):
-    """Constraint rows for compiled code."""
+    """t constraint rows of one law for compiled code: row (t,), rows (t, r), numbers (t, p), signals (t, h)."""
 
     row: Integers
     rows: IntegerMatrix
@@ -72,14 +78,14 @@ opened = opener(ConstraintRecord)
 
 @dataclass(frozen=True)
 class Constraint(Piece):
-    """Constraint rows for compiled code."""
+    """Constraint rows of one law for compiled code: a record, and the routines that act on it."""
 
     routines: ConstraintRoutines
     pairs: np.ndarray  #: (h, 2) probe rows of its second derivatives
 
 
 def compile_rows(found: LawRows, pair: int) -> Constraint:
-    """Constraint rows whose second derivatives begin at a place in H."""
+    """Constraint rows for compiled code, whose second derivatives begin at the place `pair` in H."""
     parts = (np.ascontiguousarray(part) for part in (found.row, found.rows, found.numbers, found.signals))
     row, rows, numbers, signals = parts
     local = np.array(found.law.pairs, dtype=np.int64).reshape(-1, 2)
@@ -87,7 +93,7 @@ def compile_rows(found: LawRows, pair: int) -> Constraint:
 
 
 def evaluate(found: LawRows, y: np.ndarray, signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """phi (t,) and its derivatives by the rows of each (t, r) at probe rows y (j,)."""
+    """phi (t,) and its derivatives by the rows of each (t, r), at probe rows y (j,) and signals (s,)."""
     count, size = found.rows.shape
     own = LawRows(found.law, np.arange(count * size).reshape(count, size), found.numbers, found.signals, np.arange(count))
     piece = compile_rows(own, 0)

@@ -37,7 +37,7 @@ accelerations = partial(symbols, "a")  #: second derivatives of the rows by time
 
 @dataclass(frozen=True)
 class RowSymbols:
-    """A constraint function in symbols."""
+    """A constraint function phi(y, h, p) in symbols: `rows` y, `numbers` p and `histories` h are how many of each it may read."""
 
     phi: Expression
     rows: int
@@ -51,7 +51,7 @@ class RowSymbols:
 
 
 def pruned(law: RowSymbols) -> tuple[RowSymbols, tuple[int, ...]]:
-    """The same function of those rows alone that it reads, and the numbers of these."""
+    """The same function of those rows alone that it reads, renumbered from 0, and the old numbers of these (i,)."""
     y = rows(law.rows)
     used = tuple(k for k in range(law.rows) if y[k] in law.phi.free_symbols)
     fewer = dict(zip([y[k] for k in used], rows(len(used)), strict=True))
@@ -64,7 +64,12 @@ def change(number: int, order: int) -> Expression:
 
 
 def drift(law: RowSymbols) -> Expression:
-    """phi_y z + D1 + second D2 + third D3."""
+    """phi_y z + D1 + second D2 + third D3 in symbols, see `kernels.drift`.
+
+        D_k = d^k phi/dt^k - phi_y d^k y/dt^k
+
+    Rates v and accelerations a of the rows, and derivatives of the histories up to the third, are symbols.
+    """
     y, v, a, z = (part(law.rows) for part in (rows, rates, accelerations, steps))
 
     def by_time(value: Expression) -> Expression:
@@ -122,5 +127,8 @@ def text(name: str, law: RowSymbols) -> str:
 
 
 def source(laws: Mapping[str, RowSymbols], about: str) -> str:
-    """A module with LAWS of these names."""
+    """Source of a module with LAWS of these names: routines for phi, its derivatives and its drift.
+
+    `about` is its docstring.
+    """
     return module(about, IMPORTS, ["LAWS = {}", *(text(name, law) for name, law in laws.items())])

@@ -21,7 +21,10 @@ ROUND_OFF = 1e-14  #: of the largest |a_ij| u_j of a row: shape functions at a p
 
 @dataclass(frozen=True)
 class Echelon:
-    """x[dependent] = solution @ x + fixed; `solution` has no entries in the columns of dependent unknowns."""
+    """The solution of A x + a = 0 for some unknowns: x[dependent] = solution @ x + fixed.
+
+    `solution` has no entries in the columns of dependent unknowns.
+    """
 
     dependent: np.ndarray  #: (i,) unknowns
     solution: csr_array  #: (i, n)
@@ -31,9 +34,11 @@ class Echelon:
 
 
 def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np.ndarray | None = None) -> Echelon:
-    """Echelon form of A x + a = 0; pivots are larger than `tolerance` times r_i c_j, entries of S than that times c_j / c_i.
+    """Echelon form of A x + a = 0, A (m, n), a (m,), see the module; unknowns x (n,).
 
-    `units` (n,) are changes of the unknowns that count alike, 1 without them.
+    Pivots are larger than `tolerance` times r_i c_j, entries of S than that times c_j / c_i, r and c the largest entries of rows
+    and columns. `units` (n,) are changes of the unknowns that count alike, 1 without them. Rows without a pivot are `left`; nothing
+    is raised where they contradict the others: their `gap` says it.
     """
     u = np.ones(A.shape[1]) if units is None else units
     A = without_round_off(A, u)
@@ -106,7 +111,10 @@ def sizes(work: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def eliminated(
     work: np.ndarray, right: np.ndarray, tolerance: float, units: np.ndarray
 ) -> tuple[list[tuple[int, int]], list[int], np.ndarray]:
-    """Gauss and Jordan's elimination with full pivoting in place: pivots (row, column), rows without one, right-hand side."""
+    """Gauss and Jordan's elimination with full pivoting, in place, of a dense block `work` (m, n) and `right` (m,).
+
+    It gives pivots (row, column), rows without one, and the right-hand side; `units` (n,) and `tolerance` as in `solve`.
+    """
     pivots: list[tuple[int, int]] = []
     round_off = ROUND_OFF * np.outer((np.abs(work) * units).max(axis=1, initial=0.0), 1.0 / units)
     left, weights = [*range(len(work))], np.maximum(np.outer(*sizes(work)), round_off / tolerance)

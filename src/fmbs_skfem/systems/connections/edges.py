@@ -126,7 +126,10 @@ def show(joint: Edge | RimNodes, draft: Draft, part: Body, shape: Surface, sides
 
 
 def outward(draft: Draft, part: Body, shape: Surface, sides: np.ndarray, size: float) -> np.ndarray:
-    """Rows (x, 2) of sensors that read `size` times the outward normal where `middles` are, as long as the slope along the side."""
+    """Rows (x, 2) of sensors that read `size` times the outward normal where `middles` are, of a surface in the plane.
+
+    The normal is as long as the slope along the side.
+    """
     cell, side = thinned(sides).T
     xi = surface.side_points(shape.parent, side, np.full(len(side), 0.5))
     slopes = [surface.sample(shape, cell, xi, k) for k in (1, 2)]
@@ -137,7 +140,10 @@ def outward(draft: Draft, part: Body, shape: Surface, sides: np.ndarray, size: f
 
 
 def middles(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cells (x,) and parent points (x, 2) of the middles of some of the sides (i, 2), or of the cells (i,)."""
+    """Cells (x,) and parent points (x, 2) of the middles of some of the sides (i, 2), or of the cells (i,).
+
+    They are chosen evenly, for pictures.
+    """
     some = thinned(sides)
     if some.ndim == 1:
         return some, np.tile(surface.VERTICES[shape.parent].mean(axis=0), (len(some), 1))
@@ -153,13 +159,16 @@ def thinned(sides: np.ndarray) -> np.ndarray:
 def sensed(
     draft: Draft, part: Body, shape: Surface, cell: np.ndarray, xi: np.ndarray, derivative: int = 0, factor: float = 1.0
 ) -> np.ndarray:
-    """Rows (x, c) of sensors that read a surface, or one of its derivatives, at parent points, times a factor."""
+    """Rows (x, c) of sensors that read a surface at parent points xi (x, 2) of cells (x,), times a factor.
+
+    With `derivative` k they read one of its derivatives by parent coordinates, numbered as in `surface.sample`.
+    """
     rows = draft.layout.spread(part, own(part, factor * surface.sample(shape, cell, xi, derivative)))
     return draft.sensors.add(rows) + np.arange(rows.shape[0]).reshape(len(cell), -1)
 
 
 def shape_of(name: str, draft: Draft, body: str) -> tuple[Body, Surface]:
-    """A body with its surface."""
+    """A body with its surface; InputError, after `name`, where it does not exist or is no plate or shell."""
     part = draft.layout.body(name, At(body, ""))
     if not isinstance(part.space, Surface):
         raise InputError(say(name, "a plate or shell", f"'{body}', which is none"))
@@ -194,7 +203,10 @@ def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: b
 
 
 def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool) -> np.ndarray:
-    """int N_b dA (b, 1), or int N_b n dA (b, 3) with the unit normal of the reference, over some cells [m2]."""
+    """int N_b dA (b, 1), or int N_b n dA (b, 3) with the unit normal of the reference, over some cells (i,) [m2].
+
+    b counts the functions of the body.
+    """
     reference = part.shape_reference
     table = surface.tabulate(shape)
     nodes, values = shape.nodes[cells], table.values[cells]
@@ -205,7 +217,7 @@ def surface_weights(part: Body, shape: Surface, cells: np.ndarray, normal: bool)
 
 
 def edge_weights(part: Body, shape: Surface, sides: np.ndarray) -> np.ndarray:
-    """int N_b ds (b, 1) over sides of cells [m]."""
+    """int N_b ds (b, 1) over sides of cells, pairs (i, 2) of a cell and a side [m]; b counts the functions of the body."""
     x, w = np.polynomial.legendre.leggauss(shape.order + 1)
     cell, side = np.repeat(sides, len(x), axis=0).T
     xi = surface.side_points(shape.parent, side, np.tile(0.5 + 0.5 * x, len(sides)))
@@ -226,7 +238,7 @@ def gathered(part: Body, shape: Surface, nodes: np.ndarray, values: np.ndarray) 
 
 
 def chosen(name: str, shape: Surface, faces: Iterable[str]) -> np.ndarray:
-    """Cells of named faces; all of them without names."""
+    """Cells (i,) of named faces, each once; all of them without names. InputError, after `name`, for a face that is not there."""
     names = tuple(faces)
     unknown = [face for face in names if face not in shape.faces]
     if unknown:

@@ -29,7 +29,7 @@ def arm(rows: Any, F: ConstraintRecord, k: int, wheel: int) -> complex:
 
 @jit
 def inverse(w: complex) -> complex:
-    """1 / w."""
+    """1 / w of a complex number w that is not zero."""
     return w.conjugate() / (w.real * w.real + w.imag * w.imag)
 
 
@@ -77,7 +77,7 @@ def drift(table: Any, record: Any) -> int:
 
 
 def gear(wheels: int) -> ConstraintLaw:
-    """The law of a number of wheels."""
+    """The law `gear_N` of a number N of wheels: 2 N probe rows, N ratios and the turn of a tooth [rad] as numbers."""
     pairs = [(2 * wheel + i, 2 * wheel + j) for wheel in range(wheels) for i in range(2) for j in range(2)]
     return ConstraintLaw(f"gear_{wheels}", 2 * wheels, wheels + 1, 0, tuple(pairs), ConstraintRoutines(constrain, slopes, drift))
 

@@ -25,7 +25,12 @@ FREE = 1e-9  #: force on a frame that turns, over the stiffness of what it moves
 
 
 def find(system: System) -> np.ndarray:
-    """Motions (z, k) of the bodies, in columns, that swing about rims that joints hold; the frames of the rims stay behind."""
+    """Motions (z, k) of the bodies, in columns, that swing about rims that joints hold; the frames of the rims stay behind.
+
+        Phi_q (B z + U w) = 0,    k = rank A + rank E - rank [A E],    A = Phi_q B,    E = Phi_q U
+
+    z as in `mechanism.motions`; of a system with all multipliers, at its start.
+    """
     U = loose_frames(system)
     if not U.shape[1] or not system.constraints.names:
         return np.zeros((sum(B.shape[1] for B in motions(system, system.x0)), 0))
@@ -46,7 +51,7 @@ def find(system: System) -> np.ndarray:
 
 
 def named(system: System) -> list[str]:
-    """The motions in words."""
+    """The motions of `find` in words, such as which body turns about which axis."""
     return [str(motion(system, z)) for z in sparse_basis(find(system))]
 
 
@@ -55,7 +60,7 @@ def rank(A: np.ndarray) -> int:
 
 
 def pushed(system: System, time: float) -> tuple[FreeMotion, ...]:
-    """Those of the motions that loads at a time [s] push, so that there is no equilibrium near the reference."""
+    """Those of the motions of `find` that loads at a time [s] push, so that there is no equilibrium near the reference."""
     Z = find(system)
     if not Z.shape[1]:
         return ()

@@ -57,7 +57,10 @@ class Group:
 
 @dataclass(frozen=True)
 class Dependence:
-    """A constraint row that follows from others, and how far it misses them [m]; nan where they are not all linear."""
+    """A constraint row that follows from others, and how far it misses them [m]; nan where they are not all linear.
+
+    Rows are named JOINT.COORDINATE.
+    """
 
     row: str
     on: tuple[str, ...]
@@ -66,7 +69,10 @@ class Dependence:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """Bodies, joints and degrees of freedom as an engineer counts them."""
+    """Bodies, joints and degrees of freedom as an engineer counts them: F by ranks, G by Gruebler and Kutzbach.
+
+    F - G is the number of rows too many for rigid bodies.
+    """
 
     bodies: dict[str, int]  #: rigid motions of every body
     joints: tuple[JointCount, ...]
@@ -79,11 +85,17 @@ class Mechanism:
 
     @property
     def floating(self) -> tuple[Group, ...]:
+        """Groups of bodies that no joint ties to the ground."""
         return tuple(group for group in self.groups if not group.ground)
 
 
 def analyse(system: System) -> Mechanism:
-    """The mechanism of a system with all multipliers in its reference configuration, histories of drives taken at t = 0."""
+    """The mechanism of a system with all multipliers in its reference configuration, histories of drives taken at t = 0.
+
+        F = sum_b rank B_b - rank(Phi_q B),    G = sum_b rank B_b - sum_j rank(Phi_q,j B),    drives left out
+
+    Ranks are the largest of the start and of positions near it. Sources as of the module.
+    """
     names, joint, driven = joints_of(system)
     rows = rows_of(system)[0] if system.constraints.names else None
     start = on_motions(system, rows, system.x0)
@@ -126,7 +138,12 @@ def joints_of(system: System) -> tuple[list[str], np.ndarray, np.ndarray]:
 
 
 def motions(system: System, q: np.ndarray) -> list[np.ndarray]:
-    """B_b (coordinates, 3 or 6) of every body in the state q, turns times the size of the system [m]."""
+    """B_b (coordinates, 3 or 6) of every body in the state q (q,), turns times the size of the system [m].
+
+        B_b = [ 1 (x) e_c,  e_k x (r - c_b) / size ]
+
+    c_b is the mean of the positions of the body.
+    """
     dim, size, found = system.dim, system.scale, []
     for _, first, last in system.coordinates:
         part, unit = q[first:last].reshape(-1, dim), system.unit[first // dim : last // dim]
@@ -138,13 +155,16 @@ def motions(system: System, q: np.ndarray) -> list[np.ndarray]:
 
 
 def turn(apart: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """axis x r for rows r (b, c), in the plane about z."""
+    """axis x r for rows r (b, c) and an axis (3,), in the plane about z: (b, c)."""
     dim = apart.shape[1]
     return np.asarray(np.cross(axis, np.pad(apart, ((0, 0), (0, 3 - dim))))[:, :dim])
 
 
 def idle(system: System) -> list[np.ndarray]:
-    """Combinations (i, 3 or 6) of motions of every body that move nothing: turns of a point, of a straight line about itself."""
+    """Combinations (i, 3 or 6) of motions of every body that move nothing: turns of a point, of a straight line about itself.
+
+    One array a body, with columns as in `motions`.
+    """
     found, weight = [], np.repeat(np.where(system.unit > 0.5, 1.0, system.scale), system.dim)
     for (_, first, last), B in zip(system.coordinates, motions(system, system.x0), strict=True):
         moving = weight[first:last, None] * B  # turns of axes and slopes by the size of the system beside positions
@@ -159,7 +179,10 @@ def motion_counts(system: System) -> dict[str, int]:
 
 
 def on_motions(system: System, rows: StartRows | None, q: np.ndarray) -> np.ndarray:
-    """Phi_q B (m, z); rows that all motions satisfy are zero."""
+    """Phi_q B (m, z) in the state q (q,), of the constraint rows of a system or of none; rows that all motions satisfy are zero.
+
+    z counts the motions of all bodies, 3 or 6 each, as in `motions`.
+    """
     B = csr_array(block_diag(motions(system, q), format="csr"))
     if rows is None:
         return np.zeros((0, B.shape[1]))
@@ -170,7 +193,7 @@ def on_motions(system: System, rows: StartRows | None, q: np.ndarray) -> np.ndar
 
 
 def balanced(A: np.ndarray) -> np.ndarray:
-    """Columns, then rows, of length one; those that are zero stay."""
+    """A (m, n) with columns, then rows, of length one, so that ranks do not depend on units; those that are zero stay."""
     return ranks.unit_rows(ranks.unit_rows(A.T).T)
 
 
@@ -211,7 +234,7 @@ def common(system: System) -> np.ndarray:
 
 
 def center(system: System, first: int, last: int) -> np.ndarray:
-    """Mean (c,) of the positions of a body in the reference."""
+    """Mean (c,) of the positions [m] of a body in the reference, whose coordinates are first ... last - 1 of q."""
     unit = system.unit[first // system.dim : last // system.dim]
     return np.asarray(unit @ system.x0[first:last].reshape(-1, system.dim) / (unit @ unit))
 
@@ -228,7 +251,10 @@ def groups(names: Sequence[str], touched: np.ndarray, ground: np.ndarray) -> tup
 
 
 def moved(system: System, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-    """The state q after finite rigid motions z = step of all bodies."""
+    """The state (q,) after finite rigid motions `step` (z,) of all bodies from the state q (q,).
+
+    Of every body c translations [m], and 1 or 3 turns about its centre times the size of the system [m], as a rotation vector.
+    """
     dim, size, out = system.dim, system.scale, q.copy()
     for (_, first, last), z in zip(system.coordinates, step.reshape(len(system.coordinates), -1), strict=True):
         part, unit = q[first:last].reshape(-1, dim), system.unit[first // dim : last // dim]
@@ -266,7 +292,11 @@ def onto_joints(
     mine: np.ndarray | slice = slice(None),
     directions: int | None = None,
 ) -> tuple[np.ndarray, bool]:
-    """The state q moved back onto the rows `mine` by rigid motions of least norm, and whether they hold in it."""
+    """The state q (q,) moved back onto the rows `mine` by rigid motions of least norm, and whether they hold in it.
+
+    Newton's iteration, until gaps in units of the system are below `tolerance` times its largest coordinate in these units, at
+    least 1. A step has the rank `directions`, by default that of the rows.
+    """
     close = tolerance * max(1.0, float(np.abs(q[rows.used] / rows.scale).max()))
     for _ in range(ITERATIONS):
         if np.abs(relative(rows, q[rows.used])[0][mine]).max() < close:
@@ -318,14 +348,17 @@ def redundant(system: System) -> tuple[Dependence, ...]:
 
 
 def driven_against(system: System, found: Sequence[Dependence]) -> list[Dependence]:
-    """Dependences with a drive among their rows: what it moves is held or driven already."""
+    """Dependences with a drive among their rows: what it moves is held or driven already.
+
+    `system` has the rows that they name.
+    """
     names = system.constraints.names
     driven = {".".join(names[row]) for row in np.flatnonzero(driven_rows(system.constraints))}
     return [one for one in found if driven & {one.row, *one.on}]
 
 
 def conflict(found: Sequence[Dependence]) -> SolverError:
-    """The error of drives that move what is held or driven already."""
+    """The SolverError (INCONSISTENT) of drives that move what is held or driven already, which names the rows."""
     listed = "; ".join(f"{one.row} with {' and '.join(one.on)}" if one.on else f"{one.row} with what is held" for one in found)
     text = f"joints contradict each other: {listed}; a driven motion must be free: remove the drive or the joint that holds it"
     return SolverError(text, Reason.INCONSISTENT, 0.0, tuple((one.row, 0.0) for one in found))

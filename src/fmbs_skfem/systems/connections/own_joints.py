@@ -35,7 +35,10 @@ __all__ = ["OwnJoint", "norm"]
 
 
 class OwnJoint(Joint, ABC, word=None):
-    """Base of joints in symbols: frozen dataclasses with `equations`."""
+    """Base of joints in symbols: frozen dataclasses with `equations`, which become constraint functions with exact derivatives.
+
+    InputError, when a joint is used, where `equations` reads what is no field, or gives other symbols than those of its arguments.
+    """
 
     def __init_subclass__(cls, **more: Any) -> None:
         super().__init_subclass__(**more)

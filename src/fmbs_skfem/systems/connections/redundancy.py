@@ -48,7 +48,7 @@ AGREE = 1e-6  #: weight of a driven row in a combination of rows, below which it
 
 @dataclass(frozen=True)
 class StartRows:
-    """Constraints at t = 0 on the coordinates z = x[used] that they read."""
+    """Constraints at t = 0 on the coordinates z = x[used] that they read: called with z (u,), Phi (m,) and Phi_z (m, u)."""
 
     terms: kernels.Terms
     laws: tuple[LawRows, ...]
@@ -103,7 +103,7 @@ class StartRows:
 
 
 def rows_of(system: System) -> tuple[StartRows, np.ndarray]:
-    """The constraints of a system, and the values (u,) at the start of the coordinates that they read."""
+    """The constraints of a system at t = 0, and the values (u,) at the start of the coordinates that they read."""
     terms = system.constraints
     read = distinct(reads(terms, len(system.probes.offset)).indices)
     place = np.full(len(system.probes.offset), -1)
@@ -120,7 +120,12 @@ def rows_of(system: System) -> tuple[StartRows, np.ndarray]:
 
 
 def scale_of(system: System) -> np.ndarray:
-    """Changes (n,) of the unknowns that move positions by the size of the system, or turn axes and slopes by 1, and none more."""
+    """Changes (n,) of the unknowns that count as large in ranks.
+
+        1 / max_i |f_i lift_in|,    f_i = 1 / size for positions [1/m], 1 for axes and slopes
+
+    They move positions by the size of the system, or turn axes and slopes by 1, and none more.
+    """
     parts = system.lift, system.unit, system.scale, system.dim
     return prepare(system).find("scale", parts, lambda: large_changes(system))
 
@@ -137,7 +142,12 @@ def large_changes(system: System) -> np.ndarray:
 
 
 def row_lengths(system: System) -> np.ndarray:
-    """Lengths (m,) of the constraint rows at the start for changes of `scale_of`, in the unit of their gaps; 1 for zeros."""
+    """Lengths (m,) of the constraint rows at the start for changes of `scale_of`, in the unit of their gaps; 1 for zeros.
+
+        |Phi_m,n scale_n|,    the Euclidean norm over n
+
+    Where gaps are over these lengths, units do not matter.
+    """
     rows, z = rows_of(system)
     length = lengths(rows, rows(z)[1])
     return np.where(length > 0.0, length, 1.0)
@@ -149,7 +159,10 @@ def lengths(rows: StartRows, J: Array) -> np.ndarray:
 
 
 def doubtful(rows: StartRows, z: np.ndarray) -> np.ndarray:
-    """Rows (i,) that may depend on each other at z: those within ranks.NEAR of others, and what is coupled to them."""
+    """Rows (i,) that may depend on each other at z (u,): those within `ranks.NEAR` of others, and what is coupled to them.
+
+    Pivots of a sparse factorisation of J J^T show it; none where the rows are certainly independent.
+    """
     unit = relative(rows, z)[1]
     if rows.count * len(z) <= FEW and ranks.rank(unit, ranks.NEAR) == rows.count:
         return np.zeros(0, np.int64)
@@ -163,7 +176,11 @@ def doubtful(rows: StartRows, z: np.ndarray) -> np.ndarray:
 
 
 def nearby(rows: StartRows, z: np.ndarray) -> list[np.ndarray]:
-    """Jacobians, of unit rows and dense, in positions near z where the joints hold; z itself counts where nothing can move."""
+    """Jacobians (m, u), of unit rows and dense, in positions near z (u,) where the joints hold.
+
+    z itself counts where nothing can move. Positions are found by random changes along the null space and Newton steps of least
+    norm; there may be fewer than `AMPLITUDES`, or none.
+    """
     if not len(z):
         return [np.zeros((rows.count, 0))]
     random, found = np.random.default_rng(0), []
@@ -186,7 +203,10 @@ def nearby(rows: StartRows, z: np.ndarray) -> list[np.ndarray]:
 
 
 def relative(rows: StartRows, z: np.ndarray) -> tuple[np.ndarray, Array]:
-    """Phi (m,) and Phi_z (m, u) in units of z and with rows of length 1, so that units of lengths and equations do not matter."""
+    """Phi (m,) and Phi_z (m, u) at z (u,), in units of z and with rows of length 1.
+
+    Units of lengths and equations do not matter so.
+    """
     phi, J = rows(z)
     length = lengths(rows, J)
     factor = 1.0 / np.where(length > 0.0, length, 1.0)
@@ -194,7 +214,7 @@ def relative(rows: StartRows, z: np.ndarray) -> tuple[np.ndarray, Array]:
 
 
 def singular_start(system: System) -> bool:
-    """Whether rows depend on each other in the start although they do not near it."""
+    """Whether rows depend on each other in the start although they do not near it: a dead centre."""
     near = doubtful(*rows_of(system))
     if not len(near):
         return False
@@ -203,7 +223,13 @@ def singular_start(system: System) -> bool:
 
 
 def without_redundant(system: System) -> System:
-    """The system without rows that follow from the others in all positions near the start; a notice names them."""
+    """The system without rows that follow from the others in all positions near the start; a notice names them.
+
+    Rows that are driven, or that events release or lock, stay. SolverError (INCONSISTENT) where linear rows contradict each other.
+    Reactions of rows that are left out are zero; `full` keeps them.
+
+    Source: M. Wojtyra, J. Fraczek, Multibody Syst. Dyn. 30 (2013) 153-171, doi:10.1007/s11044-013-9352-y.
+    """
     parts = system.constraints, system.probes, system.lift, system.unit, system.scale
     system = left_out(system, prepare(system).find("redundant linear", parts, lambda: redundant_linear_rows(system)))
     parts, known = (system.constraints, *parts[1:]), prepare(system) if repeatable(system) or not system.signals else Prepared()
@@ -253,7 +279,10 @@ def apart(A: Array) -> bool:
 
 
 def refuse_gaps(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float) -> None:
-    """SolverError that names the rows that miss those they follow from by more than a tolerance [m]."""
+    """SolverError (INCONSISTENT) that names the rows that miss those they follow from by more than a tolerance [m].
+
+    `names` are joint and coordinate of the rows (k,), `gap` (k,) is what they miss; nothing where all are within the tolerance.
+    """
     wrong = sorted(np.flatnonzero(np.abs(gap) > tolerance), key=lambda k: -abs(gap[k]))
     if wrong:
         worst = tuple((".".join(names[k]), abs(float(gap[k]))) for k in wrong)
@@ -278,7 +307,10 @@ def left_out(system: System, rows: np.ndarray) -> System:
 
 
 def notify_left_out(names: list[tuple[str, str]]) -> None:
-    """The notice of rows that are left out; of many of one kind, as of an edge that is held twice, their number."""
+    """The notice of rows that are left out; of many of one kind, as of an edge that is held twice, their number.
+
+    `names` are the joint and the coordinate of every row.
+    """
     kinds: dict[str, list[str]] = {}
     for joint, row in sorted(set(names)):
         kinds.setdefault(f"{joint}.{row.split()[0]}", []).append(f"{joint}.{row}")
@@ -287,7 +319,10 @@ def notify_left_out(names: list[tuple[str, str]]) -> None:
 
 
 def notify_projected(system: System, change: np.ndarray, why: str = "") -> None:
-    """Notice by how much initial velocities change (n,) where joints do not let them be, and why."""
+    """Notice by how much initial velocities change (n,) where joints do not let them be, and why.
+
+    The size is the root mean square over the mass [m/s].
+    """
     size = float(sizes(system, change)[0])
     text = f"initial velocities are projected onto the joints; that changes them by {size:.3g} m/s, root mean square over the mass"
     notify(f"{text}; {why}" if why else text)
