@@ -29,7 +29,10 @@ IMPACT = 2  #: numbers that a law keeps of accepted states that judges impacts
 
 @dataclass(frozen=True)
 class ForceLaw(RowLaw):
-    """A force on the rows that it reads; pairs are of a force and a row."""
+    """A force F(y, y', numbers, histories, memory) on the rows that it reads; pairs are of a force and a row.
+
+    Routines and the numbers that it keeps of accepted states are those of one group of rows.
+    """
 
     memory: int  #: angles whose turns it counts
     damped: bool  #: whether it reads the rates y'
@@ -48,23 +51,29 @@ class ForceLaw(RowLaw):
 @storable
 @dataclass(frozen=True)
 class LawForces(Groups):
-    """Forces of t groups of probe rows by one law."""
+    """Forces of t groups of r probe rows by one law, with p numbers and h histories each."""
 
     law: Annotated[ForceLaw, Attributes("r=rows p=numbers h=histories")]
 
 
 def one(law: str | ForceLaw, rows: Sequence[int], numbers: ArrayLike = (), signals: Sequence[int] = ()) -> LawForces:
-    """One force by a law or its name, of probe rows (r,), numbers (p,) and histories (h,)."""
+    """One force by a law or its name, of probe rows (r,), numbers (p,) and histories (h,).
+
+    InputError where no law has that name.
+    """
     return LawForces(*group(ForceLaw, law, rows, numbers, signals))
 
 
 def dead(rows: np.ndarray, coefficients: ArrayLike, signals: np.ndarray) -> LawForces:
-    """Forces coefficient s(t) on probe rows (t,) [N per unit of the row], whatever the state is, by histories (t,) or -1."""
+    """Forces coefficient s(t) on probe rows (t,) [N per unit of the row], whatever the state is.
+
+    Coefficients (t,); `signals` (t,) are the numbers of the histories s, or -1 for 1.
+    """
     return LawForces(ForceLaw.find("dead"), rows[:, None], np.array(coefficients, dtype=float)[:, None], signals[:, None])
 
 
 class ForceRecord(NamedTuple):
-    """Forces for compiled code."""
+    """t forces of one law for compiled code: rows (t, r), numbers (t, p), signals (t, h)."""
 
     rows: IntegerMatrix
     numbers: Matrix
@@ -78,7 +87,7 @@ opened = opener(ForceRecord)
 
 @jit
 def continued(value: float, last: float) -> float:
-    """An angle known but for whole turns, nearest to its last value."""
+    """An angle [rad] known but for whole turns, the one nearest to its last value [rad]."""
     return last + remainder(value - last, 2.0 * np.pi)
 
 
@@ -108,7 +117,10 @@ def _(found: LawForces, place: Place) -> Force:
 
 
 def evaluate(law: ForceLaw, y: np.ndarray, rates: np.ndarray, numbers: np.ndarray, histories: np.ndarray) -> np.ndarray:
-    """F (s, r) on its rows at s states: y, y' (s, r), numbers (s, p), histories (s, h); angles count no turns."""
+    """F (s, r) on its rows at s states: y, y' (s, r), numbers (s, p), histories (s, h).
+
+    Every state is one of its own, with the memory of the start: angles count no turns.
+    """
     count, rows, signals = len(y), np.arange(y.size).reshape(y.shape), np.arange(histories.size).reshape(histories.shape)
     memory = np.zeros(count * memory_of(law))
     parts = {"y": y.ravel(), "rates": rates.ravel(), "signals": histories.ravel(), "memory": memory, "g": np.zeros(y.size)}

@@ -38,7 +38,7 @@ CURVES = ("from fmbs_skfem.core.compiling.curves import beyond, lookup, lookup_s
 
 
 def norm(vector: sympy.Matrix) -> Expression:
-    """|vector|, whose derivatives are numbers where it is zero, too."""
+    """|vector| of a matrix of symbols (c,), as sqrt(v . v + tiny): its derivatives are numbers where it is zero, too."""
     return sympy.sqrt(vector.dot(vector) + SMALLEST)
 
 
@@ -50,7 +50,7 @@ beyond = function("beyond")  #: how far the argument is beyond its ends
 
 
 def symbols(letter: str, count: int, first: int = 0) -> sympy.Matrix:
-    """Symbols of one letter by number (count,)."""
+    """Real symbols of one letter, numbered from `first` on, as a column (count,)."""
     return sympy.Matrix(sympy.symbols(f"{letter}{first}:{first + count}", real=True))
 
 
@@ -60,18 +60,18 @@ numbers = partial(symbols, "p")  #: of a law
 
 
 def table(number: int) -> Expression:
-    """The numbers of a curve that a law reads."""
+    """The numbers of curve `number` that a law reads, as one symbol."""
     return sympy.Symbol(f"T{number}", real=True)
 
 
 def history(number: int = 0) -> Expression:
-    """A function of time, 1 where there is none."""
+    """The symbol of history `number`, a function of time; its value is 1 where the force has none."""
     return sympy.Symbol(f"h{number}", real=True)
 
 
 @dataclass(frozen=True)
 class ForceSymbols:
-    """Forces on all rows in symbols."""
+    """Forces F(y, v, p, h) on r rows in symbols, of rows y, their rates v, `numbers` p and `histories` h."""
 
     force: Sequence[Expression]  #: (r,)
     numbers: int
@@ -88,7 +88,7 @@ class ForceSymbols:
 
 
 def pruned(law: ForceSymbols) -> tuple[ForceSymbols, tuple[int, ...]]:
-    """The same forces on those rows alone that they read or push, and the numbers of these."""
+    """The same forces on those rows alone that they read or push, renumbered from 0, and the old numbers of these (i,)."""
     count = len(law.force)
     read = set().union(*(sympy.sympify(value).free_symbols for value in (*law.force, *law.kept)))
     y, v = rows(count), rates(count)
@@ -158,7 +158,7 @@ def text(name: str, law: ForceSymbols) -> str:
 
 
 def plain(value: Any) -> Expression:
-    """An expression without what only exists as a derivative of a jump."""
+    """An expression without what only exists as a derivative of a jump: delta functions are zero, steps are 0 or 1."""
     value = sympy.sympify(value)
     for kind, other in SIGN.items():
         value = value.replace(kind, other)
@@ -166,7 +166,10 @@ def plain(value: Any) -> Expression:
 
 
 def routine(name: str, head: str, values: Sequence[Expression], targets: Sequence[str], places: Mapping[Any, str]) -> str:
-    """A routine that gives values to targets, for all groups of rows."""
+    """Source of a routine `name` that gives values to targets, for all groups of rows.
+
+    `head` are its first lines; `places` say how symbols are read; a target has {} where its value goes. Zeros are left out.
+    """
     lines, found = statements(values, places)
     body = [*lines, *(target.format(value) for target, value in zip(targets, found, strict=True) if value != "0.0")] or ["pass"]
     start = f"@routine\ndef {name}(table: Any, record: Any) -> int:\n{head}\n    for k in range(len(F.rows)):"
@@ -174,6 +177,9 @@ def routine(name: str, head: str, values: Sequence[Expression], targets: Sequenc
 
 
 def source(laws: Mapping[str, ForceSymbols], about: str) -> str:
-    """A module with LAWS of these names."""
+    """Source of a module with LAWS of these names: routines for forces, derivatives, memory and energy.
+
+    `about` is its docstring.
+    """
     more = () if not any(law.tables for law in laws.values()) else CURVES
     return module(about, (*IMPORTS, *more), ["LAWS = {}", *(text(name, law) for name, law in laws.items())])

@@ -42,7 +42,10 @@ Spin: TypeAlias = Annotated[float | Ground, fields.spin("N m")]
 
 
 class Load(Declared, ABC):
-    """A load: a frozen dataclass with a name, see `core.declared`."""
+    """A load: a frozen dataclass with a name, see `core.declared`, which adds forces to the system.
+
+    `check_force` tests one.
+    """
 
     name: str
     resists: ClassVar[bool] = False  #: whether it is a spring or damper, which acts in modes about the unloaded reference
@@ -67,7 +70,10 @@ class Load(Declared, ABC):
 
     @abstractmethod
     def push(self, draft: Draft) -> None:
-        """Add the load's probe rows and forces to the draft."""
+        """Add the load's probe rows and forces to the draft.
+
+        InputError, with the name of the load, where its fields do not fit the bodies.
+        """
 
 
 def where(load: Load) -> str:

@@ -19,7 +19,7 @@ from ..kernels import Csr
 
 
 class LowRank(NamedTuple):
-    """Terms of a state, q rows and rank r each."""
+    """Terms L^T R of the derivatives of a state, k of them, on q probe rows each and of rank r."""
 
     used: Integers  #: (1,) how many there are
     rows: IntegerMatrix  #: (k, q)
@@ -28,7 +28,7 @@ class LowRank(NamedTuple):
 
 
 class Size(NamedTuple):
-    """What a force needs at most."""
+    """What a force needs at most: terms k, probe rows q of a term, and its rank r."""
 
     terms: int
     rows: int
@@ -39,7 +39,10 @@ NONE = Size(0, 0, 0)
 
 
 def room(sizes: list[Size]) -> LowRank:
-    """Space for the terms of all forces."""
+    """Space for the terms of all forces, of which none are used yet.
+
+    It has the sum of their terms, each with as many rows and ranks as the largest of them.
+    """
     terms = sum(one.terms for one in sizes)
     rows, rank = (max((one[k] for one in sizes), default=0) for k in (1, 2))
     return LowRank(np.zeros(1, np.int64), np.zeros((terms, rows), np.int64), *np.zeros((2, terms, rank, rows)))
@@ -47,7 +50,7 @@ def room(sizes: list[Size]) -> LowRank:
 
 @jit
 def add_column(P: Csr, rows: np.ndarray, values: np.ndarray, x: np.ndarray) -> None:
-    """x (n,) += P^T of values (q,) on rows."""
+    """x (n,) += P^T of values (q,) on `rows` (q,) of the probe matrix P (j, n)."""
     for j in range(len(rows)):
         if values[j] != 0.0:
             for p in range(P.indptr[rows[j]], P.indptr[rows[j] + 1]):
@@ -56,7 +59,7 @@ def add_column(P: Csr, rows: np.ndarray, values: np.ndarray, x: np.ndarray) -> N
 
 @jit
 def read_terms(low: LowRank, P: Csr, x: np.ndarray, out: np.ndarray) -> None:
-    """out (k r,) = V^T x of all terms."""
+    """out (k r,) = V^T x of all terms, x (n,), V_k = P_k^T R_k^T (n, r)."""
     rank, many = low.right.shape[1], low.right.shape[2]
     y = np.empty(many)
     for k in range(low.used[0]):
@@ -68,7 +71,7 @@ def read_terms(low: LowRank, P: Csr, x: np.ndarray, out: np.ndarray) -> None:
 
 @jit
 def add_dense(low: LowRank, P: Csr, W: np.ndarray) -> None:
-    """W (n, n) += U V^T."""
+    """W (n, n) += sum U_k V_k^T of all terms, U_k = P_k^T L_k^T and V_k = P_k^T R_k^T (n, r)."""
     u, v = np.empty(len(W)), np.empty(len(W))
     for k in range(low.used[0]):
         for i in range(low.left.shape[1]):
@@ -83,7 +86,7 @@ def add_dense(low: LowRank, P: Csr, W: np.ndarray) -> None:
 
 
 def entries(low: LowRank) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (h, 2) of rows and H (h,) of all terms, pairs more than once."""
+    """Pairs (h, 2) of probe rows and H (h,) of all terms that are used, q^2 a term; pairs come more than once and add up."""
     count, many = int(low.used[0]), low.rows.shape[1]
     rows = low.rows[:count]
     pairs = np.stack([np.repeat(rows, many, axis=1), np.tile(rows, (1, many))], axis=2).reshape(-1, 2)

@@ -27,7 +27,10 @@ from .low_rank import NONE, Size
 
 
 class ForceRoutines(NamedTuple):
-    """What a record is acted on by; each takes the table of the evaluation and the record."""
+    """What a record of forces is acted on by; each takes the table of the evaluation and the record.
+
+    None stands for a routine that it does not need.
+    """
 
     force: Routine | Callback  #: g += F
     slopes: Routine | Callback | None = None  #: H += - c (dF/dy + gh dF/dy') on its pairs, from the place it was given on
@@ -37,7 +40,7 @@ class ForceRoutines(NamedTuple):
 
 
 class Place(NamedTuple):
-    """The first of the places of a force."""
+    """The first of the places of a force: in the derivatives H, in the memory of accepted states, and in the room of the space."""
 
     pair: int  #: in H
     memory: int
@@ -54,7 +57,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Force(Piece):
-    """A force for compiled code."""
+    """A force for compiled code: a record, and routines that act on it; h pairs of rows, l numbers of memory."""
 
     routines: ForceRoutines
     name: str = "force"  #: in messages
@@ -73,35 +76,44 @@ class Force(Piece):
 
 @singledispatch
 def compile_force(force: Any, place: Place) -> Force:
-    """A force for compiled code."""
+    """A force for compiled code, whose numbers in H, memory and room begin at a place.
+
+    Types of forces register here; TypeError for a type that has not.
+    """
     raise TypeError(type(force))
 
 
 @singledispatch
 def histories(force: Any) -> Sequence[tuple[int, int]]:
-    """The signals that drive it, each with a probe row that it pushes."""
+    """The signals that drive a force, each with a probe row that it pushes.
+
+    Types of forces register here; others have none.
+    """
     return ()
 
 
 @singledispatch
 def grow(force: Any, signal: int) -> Any:
-    """The force with the signal of a load factor where it has a constant in place of a history."""
+    """The force with the signal of a load factor where it has a constant in place of a history.
+
+    Types of forces register here; others stay as they are.
+    """
     return force
 
 
 @singledispatch
 def join(force: Any, others: Sequence[Any]) -> Sequence[Any]:
-    """Forces of one type as few as they can be."""
+    """Forces of one type as few as they can be, the first one and the others: all of them where the type does not register."""
     return [force, *others]
 
 
 def is_force(value: Any) -> bool:
-    """Whether a force can be made of a value."""
+    """Whether a force can be made of a value: whether its type has registered with `compile_force`."""
     return compile_force.dispatch(type(value)) is not compile_force.dispatch(object)
 
 
 def joined(found: Sequence[Any]) -> tuple[Any, ...]:
-    """Forces collected one by one as few as they can be, in the order of their first ones."""
+    """Forces collected one by one as few as they can be, in the order of their first ones: those of each type as `join` says."""
     kinds: dict[type, list[Any]] = {}
     for one in found:
         kinds.setdefault(type(one), []).append(one)
@@ -175,13 +187,13 @@ def _(force: OfPython) -> Sequence[tuple[int, int]]:
 
 
 def cost_of(found: Sequence[Force]) -> Cost:
-    """What functions of Python among forces cost so far."""
+    """What functions of Python among forces cost so far: the sum of their calls and of their time [s]."""
     known = [one.cost for one in found if one.cost is not None]
     return Cost(sum(one.calls for one in known), sum(one.seconds for one in known))
 
 
 def addressed(found: Sequence[Force]) -> ForceTerms:
-    """Forces by address; the caller keeps them."""
+    """Forces by address for compiled code; the caller keeps them, as the addresses point to their memory."""
 
     def column(values: list[int]) -> np.ndarray:
         return np.array(values, dtype=np.int64)

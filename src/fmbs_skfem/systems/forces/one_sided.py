@@ -12,7 +12,7 @@ from ...core.compiling.jit import jit
 
 @jit
 def lift(s: float, e: float) -> float:
-    """Integral of the ramp."""
+    """Integral of the ramp from 0 to s: 0, s^3 / 6e, (s - e/2)^2 / 2 + e^2 / 24."""
     if s <= 0.0:
         return 0.0
     return s * s * s / (6.0 * e) if s < e else 0.5 * (s - 0.5 * e) ** 2 + e * e / 24.0
@@ -20,7 +20,7 @@ def lift(s: float, e: float) -> float:
 
 @jit
 def ramp(s: float, e: float) -> float:
-    """Its value."""
+    """The ramp: 0, s^2 / 2e, s - e/2 for s <= 0, 0 < s < e, s >= e."""
     if s <= 0.0:
         return 0.0
     return 0.5 * s * s / e if s < e else s - 0.5 * e
@@ -28,7 +28,7 @@ def ramp(s: float, e: float) -> float:
 
 @jit
 def touch(s: float, e: float) -> float:
-    """Its derivative, between 0 and 1."""
+    """Derivative of the ramp, 0, s / e, 1: between 0 and 1."""
     if s <= 0.0:
         return 0.0
     return s / e if s < e else 1.0
@@ -36,7 +36,7 @@ def touch(s: float, e: float) -> float:
 
 @jit
 def closing(s: float, e: float) -> float:
-    """Its second derivative."""
+    """Second derivative of the ramp: 1 / e for 0 < s < e, else 0."""
     return 1.0 / e if 0.0 < s < e else 0.0
 
 

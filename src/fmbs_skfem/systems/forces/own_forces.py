@@ -35,7 +35,13 @@ __all__ = ["OwnForce", "norm", "turned"]
 
 
 class OwnForce(Load, ABC, word=None):
-    """Base of forces in symbols: frozen dataclasses with `act`, `energy`, or both."""
+    """Base of forces in symbols: frozen dataclasses with `act`, `energy`, or both; derivatives follow.
+
+        F = act - d energy / d vectors
+
+    InputError, when a force is used, where it has neither, a function reads what is no field, or pairs are not of a vector of a
+    place and a force on it.
+    """
 
     resists: ClassVar[bool] = True  #: acts in modes about the unloaded reference, too
 

@@ -27,7 +27,10 @@ def finer(shape: Surface) -> int:
 
 
 def surface_cells(part: Body, shape: Surface, chosen: np.ndarray, pressure: float) -> Cells:
-    """Cells of a pressure [Pa] along r,1 x r,2 on some cells of a surface in space."""
+    """Cells of a pressure [Pa] along r,1 x r,2 on some cells (i,) of a surface in space, for the law PRESSURE.
+
+    Quadrature is fine enough for the volume of splines, see `finer`.
+    """
     table, nodes = surface.tabulate(shape, finer(shape)), shape.nodes[chosen]
     values, weights = table.values[chosen][:, :, :3], table.weights[chosen]
     gradients = np.einsum("epkb,ebc->epkc", values, part.shape_reference[nodes])
@@ -36,7 +39,10 @@ def surface_cells(part: Body, shape: Surface, chosen: np.ndarray, pressure: floa
 
 
 def edge_cells(part: Body, shape: Surface, sides: np.ndarray, load: float) -> Cells:
-    """Cells of a line load [N/m] along the outward normal of sides (i, 2) of a planar surface."""
+    """Cells of a line load [N/m] along the outward normal of sides (i, 2) of a planar surface, for the law EDGE_PRESSURE.
+
+    Each side is a cell of its own.
+    """
     points, weights = np.polynomial.legendre.leggauss(shape.order)
     cell, side = np.repeat(sides, len(points), axis=0).T
     xi = surface.side_points(shape.parent, side, np.tile(0.5 + 0.5 * points, len(sides)))
@@ -62,7 +68,7 @@ def loaded(law: Law, dim: int, nodes: np.ndarray, values: np.ndarray, load: floa
 
 
 def at_load_factor(model: Compiled, factor: float) -> Compiled:
-    """The model with its pressures times a load factor."""
+    """The model with its pressures that follow times a load factor [-]; without any it is the model itself."""
     if not present(model.system):
         return model
 
@@ -78,5 +84,5 @@ def at_load_factor(model: Compiled, factor: float) -> Compiled:
 
 
 def present(system: System) -> list[str]:
-    """Names of the loads that follow surfaces or edges."""
+    """Names of the loads that follow surfaces or edges, which stand among the elastic terms of a system."""
     return [part.name for part in system.elastic if part.gather.law.follows]

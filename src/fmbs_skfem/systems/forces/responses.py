@@ -93,12 +93,21 @@ COORDINATES = {
 
 
 def act(draft: Draft, where: str, gauge: Gauge, coordinate: str, value: OfState) -> None:
-    """Add the force of an expression along a coordinate of the rows of a gauge, which count from its free length or angle."""
+    """Add the force of an expression along a coordinate, one of `COORDINATES`, of the rows of a gauge.
+
+        F = f dc/dy
+
+    Its stretch or angle counts from the gauge's free length [m] or angle [rad]. InputError, after `where`, for names that nothing
+    has, for outputs that only accepted states have, and for units that do not fit.
+    """
     add(draft, where, coordinate, (value,), gauge.rows, gauge.free)
 
 
 def keep(draft: Draft, wanted: Sequence[tuple[str, OfState]]) -> None:
-    """Keep the values of expressions, each with the place that messages name, of every accepted state: see `kept`."""
+    """Keep the values of expressions of every accepted state, each with the place that messages name: see `kept`.
+
+    InputError where parameters of one name have different values, and as of `act`.
+    """
     known = dict[str, Any]()
     for where, value in wanted:
         require(draft, where, value, {})
@@ -111,7 +120,7 @@ def keep(draft: Draft, wanted: Sequence[tuple[str, OfState]]) -> None:
 
 
 def kept(model: Compiled) -> np.ndarray:
-    """Places (i,) of these values in the memory of forces, in the order of the expressions."""
+    """Places (i,) in the memory of forces of the values that `keep` was asked for, in the order of the expressions."""
     found = list[int]()
     for source, _, held in model.remembering:
         if isinstance(source, LawForces) and source.law.kept:
@@ -121,7 +130,7 @@ def kept(model: Compiled) -> np.ndarray:
 
 
 def beyond(model: Compiled, memory: np.ndarray) -> Iterator[str]:
-    """What is said of tables that accepted states have left, up to those with this memory (l,)."""
+    """Texts about tables that accepted states have left, up to those with the memory (l,); none where all stayed inside."""
     far = dict[str, float]()
     for source, _, held in model.remembering:
         if isinstance(source, LawForces) and source.law.tables:
@@ -158,7 +167,10 @@ def add(draft: Draft, where: str, coordinate: str, values: Sequence[OfState], ro
 
 
 def require(draft: Draft, where: str, value: OfState, own: Mapping[str, str]) -> None:
-    """InputError where an expression does not fit the outputs and inputs there are."""
+    """InputError, after `where`, where an expression does not fit the outputs and inputs there are: names, units, calls of tables.
+
+    `own` are names, with their units, that it may read beside them.
+    """
     try:
         readings.refuse(value, draft.outputs, draft.layout.dim)
         responses.require(value, known(draft) | dict(own), calls_of(draft.inputs.values()))
@@ -167,17 +179,17 @@ def require(draft: Draft, where: str, value: OfState, own: Mapping[str, str]) ->
 
 
 def known(draft: Draft) -> dict[str, str]:
-    """Names of functions of the state and of inputs, with their units."""
+    """Names of functions of the state and of inputs that expressions may read, with their SI units."""
     return variables(draft.outputs, draft.layout.dim) | timed(draft.inputs.values())
 
 
 def tables_of(draft: Draft) -> dict[str, Table]:
-    """Tables by how expressions call them."""
+    """Tables among the inputs of a draft by how expressions call them, such as `NAME()`."""
     return {one.call: one for one in draft.inputs.values() if isinstance(one, Table)}
 
 
 def variables(outputs: Mapping[str, Probe], dim: int) -> dict[str, str]:
-    """Names that forces may read of outputs, with their units."""
+    """Names that forces may read of outputs, OUTPUT or OUTPUT.PART, with their SI units."""
     return {named(name, part): unit for name, one in outputs.items() for part, unit in one.variables(dim).items()}
 
 
@@ -201,7 +213,10 @@ def law_of(name: str) -> ForceLaw:
 
 @cache
 def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
-    """The same, and which of the rows that it is given it reads or pushes."""
+    """The law of this name, see the module, and which (i,) of the rows that it is given it reads or pushes.
+
+    InputError for an output whose class has not been declared.
+    """
     extras.need("symbols", "expression of the state")
     import sympy
 

@@ -41,7 +41,12 @@ MEETING = 1e-12  #: distance of places at one point, over the size of the bodies
 
 @dataclass(frozen=True)
 class Between(Load, ABC):
-    """What acts along the line between two places, or a place and a fixed point."""
+    """What acts along the line between two places, or a place and a fixed point.
+
+        F = - N(d, d') u on `at`, - F on `to`,    d = |r_at - r_to|,    u = (r_at - r_to) / d
+
+    InputError, when it is added to a system, where a number is not finite.
+    """
 
     name: str
     at: fields.Place
@@ -61,11 +66,14 @@ class Between(Load, ABC):
 
     @abstractmethod
     def act(self, draft: Draft) -> None:
-        """Add its law to the draft."""
+        """Add its law to the draft, on the rows of `along`."""
 
 
 def along(load: Between, draft: Draft, length: float | None) -> tuple[range, float]:
-    """Probe rows of r_at - r_to, three ones, and a free length, by default that of the reference."""
+    """Probe rows of r_at - r_to [m], three ones, and a free length [m], by default that of the reference.
+
+    In the plane the third row is zero. The rows are noted as the load's gauge, which outputs read.
+    """
     matrix, offset = draft.layout.apart(where(load), load.at, load.to)
     missing = SPACE - len(offset)
     first = draft.probes.add(csr_array(vstack([matrix, csr_array((missing, matrix.shape[1]))])), np.pad(offset, (0, missing)))
@@ -88,14 +96,17 @@ def act_on_one_side(load: Rope | Stop, draft: Draft, kind: str, rows: Sequence[i
 
 
 def distance(load: Between, draft: Draft) -> float:
-    """Distance of the places in the reference [m]."""
+    """Distance |r_at - r_to| of the places in the reference [m]."""
     layout, name = draft.layout, where(load)
     ends = [layout.reference(name, end) for end in (load.at, load.to)]
     return float(np.linalg.norm(ends[0] - ends[1]))
 
 
 def need_direction(load: Between, draft: Draft) -> None:
-    """Refuse places at one point, where what acts between them has no direction."""
+    """InputError where both places are at one point in the reference, where what acts between them has no direction.
+
+    One point is a distance below 1e-12 of the size of the bodies.
+    """
     points = np.concatenate([part.reference for part in draft.layout.bodies.values()])
     if distance(load, draft) <= MEETING * float(np.abs(points).max(initial=0.0)):
         remedy = "place them apart, or give a length of 0 to a spring"

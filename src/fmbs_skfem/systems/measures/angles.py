@@ -10,7 +10,12 @@ DOUBT = 1.5  #: change of an angle from one stored state to the next beside the 
 
 
 def angle_and_rates(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Argument of plane vectors y (s, 2), in (-pi, pi], and its first and second derivative, (s,) each."""
+    """Argument of plane vectors y (s, 2), in (-pi, pi] [rad], and its first and second derivative [rad/s, rad/s2], (s,) each.
+
+        theta' = (y_0 y_1' - y_1 y_0') / |y|^2,    theta'' = (y_0 y_1'' - y_1 y_0'' - 2 (y . y') theta') / |y|^2
+
+    `rate` and `change` are y' and y'' (s, 2).
+    """
     square, along = np.sum(y * y, axis=1), np.sum(y * rate, axis=1)
     speed = (y[:, 0] * rate[:, 1] - y[:, 1] * rate[:, 0]) / square
     return np.arctan2(y[:, 1], y[:, 0]), speed, (y[:, 0] * change[:, 1] - y[:, 1] * change[:, 0] - 2.0 * along * speed) / square

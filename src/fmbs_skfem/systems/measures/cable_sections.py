@@ -28,18 +28,25 @@ NOISE = 1e-12  #: psi' and psi'' that count as zero, over the largest
 
 
 def reads_cable(parameters: tuple[float, ...]) -> bool:
-    """Whether an output reads a cable: a law of cables comes first."""
+    """Whether an output reads a cable: its first parameter is the number of a law of cables."""
     return laws.NUMBERS[int(parameters[0])] in laws.CABLES
 
 
 def counts(parameters: tuple[float, ...], dim: int) -> tuple[int, int]:
-    """How many rows and parameters the output of a cable has in a file; earlier files have no quadrature points."""
+    """How many rows and parameters the output of a cable has in a file; earlier files have no quadrature points.
+
+    With p points 2 (1 + p) c rows and 4 + 5 p parameters; `dim` is c.
+    """
     points = max(0, len(parameters) - HEAD) // EACH
     return 2 * dim * (1 + points), HEAD + EACH * points
 
 
 def cable_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float, ...]]:
-    """Rows (2 + 2 p, b) of r' and r'' by reference arc length, at a place of a cable and at the points of (1); its parameters."""
+    """Rows (2 + 2 p, b) of r' and r'' by reference arc length, at a place of a cable and at the p points of (1); its parameters.
+
+    Parameters are the law, EA [N], EI [N m2] and kappa0 [1/m] of the place, and five numbers a point, see `EACH`. InputError, after
+    `where`, where `at` is no place of a cable with a law of this package.
+    """
     xi = locate(part, at.place) if isinstance(part.space, line.BSpline | line.Hermite) else None
     if part.cells is None or part.cells.law not in laws.CABLES or not isinstance(xi, float | int):
         raise InputError(say(where, "a place of a cable with a law of this package, or a named point of a plate", at))
@@ -100,7 +107,12 @@ def between(centers: np.ndarray, xi: float) -> np.ndarray:
 
 
 def cable_forces(parameters: tuple[float, ...], dim: int, u: np.ndarray) -> list[np.ndarray]:
-    """N and M (s,), in space with the vector of M, of r' and r'' (s, (2 + 2 p) c)."""
+    """N [N] and M [N m], (s,) each, in space with the components of M, of rows u (s, (2 + 2 p) c) that `cable_point` gives.
+
+        N = F . r' / |r'|,    F = sum_p w psi' dW/dr' + w psi'' dW/dr'',    M = l^(2 - m) EI (kappa - kappa0)
+
+    In space M is about the binormal r' x r'', zero where the line is straight. Without points N is that of the strain at the place.
+    """
     number, EA, EI, kappa0 = parameters[:HEAD]
     slope, bend = u[:, :dim], u[:, dim : 2 * dim]
     n = laws.NUMBERS[int(number)].option

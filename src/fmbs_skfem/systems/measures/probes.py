@@ -37,7 +37,7 @@ Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows
 
 @dataclass(frozen=True)
 class Sensed:
-    """What the output `name` reads of a motion: its sensor rows over time, and what they cannot say."""
+    """What the output `name` reads of a motion of s states: its i sensor rows over time, and what they cannot say."""
 
     name: str
     dim: int
@@ -53,7 +53,10 @@ class Sensed:
 
 
 class Probe(Declared, ABC):
-    """An output, see `core.declared`; files of reduced models hold what it has sensed, so that they know it by its word."""
+    """An output, see `core.declared`: sensor rows, and what is made of them on a motion.
+
+    Files of reduced models hold what it has sensed, so that they know it by its word.
+    """
 
     unit: ClassVar[str] = ""  #: SI unit of its columns
     filed: ClassVar[tuple[str, ...]] = ()  #: other words in files of reduced models
@@ -65,7 +68,10 @@ class Probe(Declared, ABC):
 
     @abstractmethod
     def sense(self, name: str, draft: Draft) -> Output:
-        """Its sensor rows, columns and numbers; see `output`."""
+        """Its sensor rows, columns and numbers, as an `Output` that is called `name`; see `output`.
+
+        InputError where its fields do not fit the bodies.
+        """
 
     @staticmethod
     @abstractmethod
@@ -108,7 +114,10 @@ class Probe(Declared, ABC):
 
 
 def kind_of(output: Output) -> type[Probe]:
-    """The class of an output."""
+    """The class of an output, by its word or an earlier one.
+
+    InputError where none is known, as of an extension that is not imported.
+    """
     for kind in Probe.known.values():
         if output.kind in kind.words or output.kind in kind.filed:
             return kind
@@ -117,7 +126,10 @@ def kind_of(output: Output) -> type[Probe]:
 
 
 def counted_angle(kind: type[Probe], output: Output, sensed: Sensed) -> tuple[np.ndarray, np.ndarray]:
-    """The angle (s,) of an output with its whole turns, and its rate (s,): counted on the way, or by the rates of a motion."""
+    """The angle (s,) [rad] of an output with its whole turns, and its rate (s,) [rad/s].
+
+    Turns are counted on the way between equilibria, where that is known, or by the rates of a motion, see `angles.continuous`.
+    """
     found = kind.angle(output, sensed.values, sensed.rates, sensed.accelerations)
     assert found is not None
     angle, speed, acceleration = found
@@ -130,7 +142,10 @@ def counted_angle(kind: type[Probe], output: Output, sensed: Sensed) -> tuple[np
 
 
 def largest_turn(system: System, before: np.ndarray, after: np.ndarray) -> float:
-    """Most that an angle of the outputs turns from one state (n,) to another, up to half a turn [rad]."""
+    """Most that an angle of the outputs turns from one state (n,) to another (n,), up to half a turn [rad].
+
+    0 without outputs that count turns.
+    """
     sensors, largest = system.sensors, 0.0
     counted = [(one, kind) for one in system.outputs.values() if (kind := kind_of(one)).counted]
     if not counted:
@@ -145,22 +160,25 @@ def largest_turn(system: System, before: np.ndarray, after: np.ndarray) -> float
 
 
 def units(name: str, output: Output) -> tuple[str, ...]:
-    """SI units of the columns of an output; empty where a number has none, or that of a multiplier has no name."""
+    """SI units of the columns of an output called `name`.
+
+    A unit is empty where a number has none, or that of a multiplier has no name.
+    """
     return kind_of(output).units(name, output)
 
 
 def column_units(outputs: Mapping[str, Output]) -> dict[str, str]:
-    """The SI unit of every column, empty where it has none."""
+    """The SI unit of every column of outputs, by the name of the column; empty where it has none."""
     return {column: unit for name, one in outputs.items() for column, unit in zip(one.columns, units(name, one), strict=True)}
 
 
 def column_labels(outputs: Mapping[str, Output]) -> dict[str, str]:
-    """What columns are whose names do not say it, such as the axis of a moment."""
+    """What columns are, by name, whose names do not say it, such as the axis of a moment; other columns are left out."""
     return {column: label for one in outputs.values() for column, label in zip(one.columns, one.labels, strict=False) if label}
 
 
 def require_distinct_columns(outputs: Mapping[str, Output]) -> None:
-    """Raises an InputError that names the outputs where two columns, or one and the time, have the same name."""
+    """InputError that names the outputs where two columns have the same name, or one that of the time."""
     owner = {TIME: ""}
     for name, output in outputs.items():
         for column in output.columns:

@@ -55,13 +55,16 @@ class WantedReadings(NamedTuple):
 
 
 def follows(name: str, outputs: Mapping[str, Probe], dim: int) -> bool:
-    """Whether a name in an expression is a column of an output that is no function of the state."""
+    """Whether a name in an expression is a column of an output that is no function of the state, such as a reaction.
+
+    `outputs` by name; `dim` is the number of components.
+    """
     head = name.partition(".")[0]
     return head in outputs and not outputs[head].variables(dim)
 
 
 def refuse(value: OfState, outputs: Mapping[str, Probe], dim: int) -> None:
-    """Raises a Problem where a force, which is needed at every trial state, reads what belongs to accepted ones."""
+    """A Problem where a force, which is needed at every trial state, reads what belongs to accepted ones."""
     for name in value.outputs:
         if follows(name, outputs, dim):
             expected = "outputs that are functions of positions and velocities"
@@ -69,7 +72,10 @@ def refuse(value: OfState, outputs: Mapping[str, Probe], dim: int) -> None:
 
 
 def sort(wanted: Sequence[tuple[str, OfState]], outputs: Mapping[str, Probe], dim: int) -> WantedReadings:
-    """What forces keep, and what is read of outputs, whose other names are kept behind it."""
+    """Parts expressions into those that forces keep, and those that read outputs, whose other names are kept behind them.
+
+    Numbers of the first count from 0, those of the second are -1, -2, ...
+    """
     late = [any(follows(name, outputs, dim) for name in value.outputs) for _, value in wanted]
     found = WantedReadings([one for one, apart in zip(wanted, late, strict=True) if not apart], [], [])
     plain = 0
@@ -124,7 +130,10 @@ def collect(
 
 
 def evaluate(reading: Reading, kept: Callable[[int], float], columns: Mapping[str, float]) -> float:
-    """The value of a reading, of values that forces keep by number and columns of outputs by name."""
+    """The value of a reading in the SI unit of its expression.
+
+    `kept` gives values that forces keep by number, `columns` are those of outputs by name.
+    """
     names = {"pi": np.pi} | dict(zip(reading.parameters, reading.values.tolist(), strict=True))
     names |= {name: kept(number) for name, number in reading.kept}
     names |= {name: columns[column] for name, _, column in reading.columns}
@@ -134,12 +143,15 @@ def evaluate(reading: Reading, kept: Callable[[int], float], columns: Mapping[st
 
 
 def outputs_of(readings: Sequence[Reading]) -> tuple[str, ...]:
-    """Names of the outputs that readings read, each once."""
+    """Names of the outputs that readings read, each once, in the order in which they first come."""
     return tuple(dict.fromkeys(output for one in readings for _, output, _ in one.columns))
 
 
 def require_known(reading: Reading, columns: Mapping[str, float]) -> None:
-    """InputError where a column of an output has no value, as the reaction of a joint that a reduced model has dropped."""
+    """InputError where a column of an output that a reading reads has no value (NaN).
+
+    So is the reaction of a joint that a reduced model has dropped.
+    """
     for name, output, column in reading.columns:
         if np.isnan(columns[column]):
             remedy = "a reduced model knows the reactions of joints between its components alone"

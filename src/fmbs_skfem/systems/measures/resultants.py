@@ -17,7 +17,7 @@ from ..connections.constraint_functions import AXES
 
 @dataclass(frozen=True)
 class Resultant:
-    """What the rows of a joint read, in their order."""
+    """What the k rows of a joint read, in their order, of which its force and moment are made."""
 
     arms: csr_array  #: (k c, q) rows w_k of all components
     components: np.ndarray  #: (k,) c(k)
@@ -36,14 +36,19 @@ def columns(name: str, dim: int) -> tuple[str, ...]:
 
 
 def labels(place: np.ndarray) -> tuple[str, ...]:
-    """What the columns are."""
+    """What the columns are, for a moment about a place (c,) [m]: axes of forces, axes and place of moments."""
     dim, at = len(place), ", ".join(f"{value + 0.0:.4g}" for value in np.round(place, 9))
     moments = [f"moment about {axis} at ({at})" for axis in (AXES if dim == 3 else "z")]
     return (*(f"force along {axis}" for axis in AXES[:dim]), *moments)
 
 
 def evaluate(numbers: tuple[float, ...], dim: int, arms: np.ndarray, forces: np.ndarray) -> list[np.ndarray]:
-    """Columns (s,) of forces (s, k) of the rows whose sensors read arms (s, k c) now."""
+    """Columns (s,) of force [N] and moment [N m] of forces (s, k) of the rows whose sensors read arms (s, k c) now.
+
+        F = sum_k u_k f_k e_c(k),      M = sum_k (w_k . r - u_k p) x f_k e_c(k)
+
+    `numbers` are those of `Resultant`: p (c,), then c(k) and u_k of every row.
+    """
     place, rows = np.array(numbers[:dim]), np.reshape(numbers[dim:], (-1, 2))
     each = np.zeros((*forces.shape, 3))
     k = np.arange(forces.shape[1])

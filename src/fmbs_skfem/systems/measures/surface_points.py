@@ -37,7 +37,10 @@ class SurfacePoint:
 
 
 def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
-    """What is read at a named point of a plate or shell; InputError where it is none."""
+    """What is read at a named point of a plate or shell, by the derivatives of which `bodies.fields` makes strains and stresses.
+
+    InputError, after `where`, where it is no such point; notices where a rim holds its strains, or the thickness jumps.
+    """
     part, shape = edges.shape_of(where, draft, at.body)
     place = locate(part, at.place)
     if not isinstance(place, tuple) or part.cells is None:
@@ -92,13 +95,16 @@ def warn_of_jump(where: str, shape: surface.Surface, thickness: float | np.ndarr
 
 
 def recovered(parameters: tuple[float, ...], values: np.ndarray) -> Fields:
-    """Fields (.., s) of what the rows of a surface point read over time (s, k c)."""
+    """Fields (.., s) of what the rows of a surface point read over time, values (s, k c), by the parameters of the point."""
     law, thickness, *section = parameters
     data = np.tile(np.array(section)[:, None], (1, len(values)))
     return recover(laws.NUMBERS[int(law)], values.T, data, thickness)
 
 
 def counts(number: float, dim: int) -> tuple[int, int]:
-    """How many rows and parameters a surface point of a law has in a file; LookupError of a law that has none."""
+    """How many rows (k c) and parameters (2 + i) a surface point of a law, by its number, has in a file.
+
+    KeyError, which is a LookupError, for a number that no law has.
+    """
     law = laws.NUMBERS[int(number)]
     return law.vectors * dim, 2 + law.rows
