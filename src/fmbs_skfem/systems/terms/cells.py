@@ -159,7 +159,7 @@ def modulus_times_basis(D: np.ndarray, table: np.ndarray, p: int, b: int, c: int
 
 @jit
 def place(C: Any, target: np.ndarray, at: int) -> np.ndarray:
-    """An array (k c, p, e) from a place of `target` on."""
+    """An array (k c, p, e) from the place `at` of `target` on, for the gradients of a block of cells."""
     # views of one room: no array is made in a step
     vectors, points, _, cells = C.table.shape
     return view(target, at, (vectors * laws.components(C.calls), points, cells))
@@ -193,7 +193,7 @@ def add_tangent(s: Any, C: Any, D: np.ndarray) -> None:
 
 @jit
 def put(T: Targets, entries: np.ndarray, W: np.ndarray) -> None:
-    """W += the entries of the cell matrices, each in its place."""
+    """W += the entries (l (l + 1) / 2, e) of the lower triangles of cell matrices, each in its place."""
     # where every coordinate is an unknown, a place an entry is all: no source, no factor, in the order of the entries
     if len(T.source) == 0:
         for k in range(len(T.target)):
@@ -312,7 +312,7 @@ def numbers_read(cells: Cells) -> float:
 
 
 def gradient_rows(cells: Cells, size: int) -> csr_array:
-    """Gather of cells as a sparse array: rows (k, c, p, e), columns q."""
+    """Gather of cells as a sparse array: u = rows @ q, rows (k c p e, q) in the order (k, c, p, e), q (size,)."""
     K, P, B, E = cells.table.shape
     dim = cells.dim
     # written as rows, without a loop over cells
@@ -325,7 +325,10 @@ def gradient_rows(cells: Cells, size: int) -> csr_array:
 
 
 def targets(local: np.ndarray, T: csr_array, layout: Layout) -> Targets:
-    """Where entries of the lower triangles of cells go in the flat storage of a matrix, W += T^T K_e T with p = T x."""
+    """Where entries of the lower triangles of cells go in the flat storage of a matrix, W += T^T K_e T with p = T x.
+
+    `local` (l, e) are the coordinates p that cells read, T (p, n) is sparse, `layout` says how W (n, n) is stored.
+    """
     (size, count), place, dense = local.shape, layout.place, layout.dense
     # unknowns that a coordinate is slaved to: 1 of free ones, 3 of those on the rim of a frame
     deep = int(np.diff(T.indptr).max(initial=1))

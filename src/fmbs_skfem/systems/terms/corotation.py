@@ -32,7 +32,12 @@ PROOF = 2.0  #: that angle [rad]
 
 
 class CorotationalTangent(NamedTuple):
-    """Tangents of all groups, flattened; no rows where they do not apply."""
+    """Tangents of the t elastic parts of a planar reduced system, flattened; no rows where they do not apply.
+
+        K(theta) = c^2 K_a + s^2 K_b + c s K_c,     c = cos theta, s = sin theta
+
+    K_a, K_b are tangents at 0 and 90 degrees, K_c follows from 45 degrees; (r, r) each for the r unknowns of a part.
+    """
 
     table: IntegerMatrix  #: (t, 3) first unknown, number of unknowns, place of K_a, K_b, K_c in `numbers`
     rows: Cube  #: (t, 2, n) with offset (t, 2): multiples of c and s
@@ -42,13 +47,18 @@ class CorotationalTangent(NamedTuple):
 
 
 def nothing(size: int) -> CorotationalTangent:
-    """No body turns."""
+    """The tangents of no part, for `size` unknowns n."""
     # tables without rows: the step asks for their length, and compiles the same code
     return CorotationalTangent(np.zeros((0, 3), np.int64), np.zeros((0, 2, size)), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
 
 
 class Turning(NamedTuple):
-    """How the bodies of a reduced system turn, whatever their tangents are."""
+    """How the t bodies of a reduced system turn, whatever their tangents are.
+
+        (c, s) ~ rows @ x + offset,    theta = atan2(s, c)
+
+    for the unknowns x (n,); lengths of (c, s) drop out.
+    """
 
     table: np.ndarray  #: of `CorotationalTangent`, as are
     rows: np.ndarray
@@ -57,7 +67,10 @@ class Turning(NamedTuple):
 
 
 def turning_of(system: System) -> Turning | None:
-    """How all elastic parts of a reduced system turn; None where one of them does not, or its space does not hold it turned."""
+    """How all elastic parts of a reduced system turn; None where one of them does not, or its space does not hold it turned.
+
+    None in space too, and of full systems. Up to `REACH` of the turned reference shape may be missed.
+    """
     # in space a rotation is no polynomial of degree two in two numbers
     if system.dim != 2 or not isinstance(system.lift.matrix, np.ndarray) or not system.elastic:
         return None
@@ -89,7 +102,10 @@ def find_turning(system: System) -> Turning | None:
 
 
 def room(system: System, turning: Turning | None) -> CorotationalTangent:
-    """What `fill` puts the tangents into; nothing where bodies do not turn."""
+    """What `fill` puts the tangents into; nothing where bodies do not turn.
+
+    Numbers are zero until then.
+    """
     if turning is None:
         return nothing(system.size)
     # damping in proportion to the stiffness turns with it, by one factor
@@ -98,7 +114,10 @@ def room(system: System, turning: Turning | None) -> CorotationalTangent:
 
 
 def fill(T: CorotationalTangent, turning: Turning, tangent: Callable[[int], Callable[[np.ndarray], np.ndarray]]) -> bool:
-    """Put K_a, K_b and K_c of all parts in, by `tangent` (number of the part) (x) (n, n); False where one does not turn so."""
+    """Put K_a, K_b and K_c of all parts in, by `tangent` (number of the part) (x) (n, n); False where one does not turn so.
+
+    K(theta) is compared with the tangent at a fifth angle `PROOF` [rad], from which it may differ by `ALIKE` of its norm.
+    """
     for number, ((first, count, at), place) in enumerate(zip(T.table, turning.places, strict=True)):
         K, on = tangent(number), slice(first, first + count)
         # a quadratic form in c and s has three coefficients; the fourth angle is none of theirs, and tries them
@@ -135,7 +154,7 @@ def fit(system: System, span: slice) -> tuple[np.ndarray, np.ndarray, Callable[[
 
 @jit
 def add_rotated_tangent(T: CorotationalTangent, x: np.ndarray, gh: float, W: np.ndarray) -> None:
-    """W (n, n) += (1 + gh beta) K(theta) of all bodies."""
+    """W (n, n) += (1 + gh beta) K(theta) of all parts, theta their turns in the state x (n,), gh [1/s]."""
     for t in range(len(T.table)):
         c, s = T.offset[t, 0], T.offset[t, 1]
         # two sums over the unknowns: c and s are linear in them, up to one size

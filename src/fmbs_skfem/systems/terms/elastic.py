@@ -39,7 +39,13 @@ Function: TypeAlias = Callable[..., Any]
 
 
 class TermRoutines(NamedTuple):
-    """What a record is acted on by."""
+    """What a record of an elastic term is acted on by; each takes the table of the evaluation and the record.
+
+        force      f += L^T phi(L x, L v)            tangent    W += L^T phi' L, derivatives by rates times gh
+        energy     energy += phi(L x) [J]            dissipate  energy += power [W] of what reads velocities
+
+    The last one is None where nothing does.
+    """
 
     force: Routine | Callback
     tangent: Routine | Callback
@@ -51,7 +57,7 @@ class TermRoutines(NamedTuple):
 
 @dataclass(frozen=True)
 class Piece:
-    """A record for compiled code with the routines that act on it."""
+    """A record for compiled code with the routines that act on it; it owns the arrays that its address points to."""
 
     record: Any  #: a struct, see `core.compiling.structs`
     routines: Any  #: a tuple of routines by name
@@ -73,7 +79,10 @@ class Piece:
 
 @dataclass(frozen=True)
 class Term(Piece):
-    """A piece of a storage for compiled code."""
+    """A piece of a storage of elastic energy for compiled code.
+
+    InputError where it reads velocities and has no routine `dissipate`.
+    """
 
     routines: TermRoutines
     work: int  #: length of a work vector
@@ -101,7 +110,7 @@ class Targets(NamedTuple):
 
 @dataclass(frozen=True)
 class Setting:
-    """How a piece is compiled."""
+    """How a piece is compiled: what `compile_term` needs beside the piece."""
 
     dim: int
     beta: float  #: stiffness-proportional damping time [s]
@@ -112,7 +121,12 @@ class Setting:
 
 @dataclass
 class Lifts:
-    """Coordinates p of the cells, while pieces of bodies say which ones they read: those of the bodies, or images of them."""
+    """Coordinates p (p,) of the cells, while pieces of bodies say which ones they read: those of the bodies, or images of them.
+
+        p = matrix @ x + offset
+
+    of the unknowns x (n,), see `whole`.
+    """
 
     lift: Affine  #: all body coordinates from the unknowns
     rows: list[Matrix] = field(default_factory=list)
@@ -121,7 +135,7 @@ class Lifts:
     count: int = 0
 
     def place(self, spread: csr_array | None) -> int:
-        """The first of the coordinates `spread` q, or of q."""
+        """The first of the coordinates `spread` q, spread (w, q), or of q itself, which is there once for all that read it."""
         if spread is None and self.shared >= 0:
             return self.shared
         matrix, offset = self.lift.matrix, self.lift.offset
@@ -131,7 +145,7 @@ class Lifts:
         return self.shared
 
     def add(self, matrix: Matrix, offset: np.ndarray) -> int:
-        """The first of the coordinates matrix @ x + offset of the unknowns."""
+        """The first of the coordinates matrix @ x + offset of the unknowns x (n,), with the matrix (w, n) and the offset (w,)."""
         start = self.count
         self.rows.append(matrix)
         self.offsets.append(offset)
@@ -205,84 +219,113 @@ def at_points(
 
 @singledispatch
 def carry(storage: Any, name: str, lift: Affine, V: Matrix, d: np.ndarray) -> Any:
-    """The storage of a body in unknowns z with x = V z + d; `lift` gives the body coordinates from z."""
+    """The storage of a body in unknowns z (r,) with x = V z + d, V (n, r) and d (n,); `lift` gives the body coordinates from z.
+
+    Types of storages register here; TypeError for a type that has not.
+    """
     raise TypeError(type(storage))
 
 
 @singledispatch
 def multiply_out(storage: Any, lift: Affine) -> Any:
-    """The storage of a reduced body as points in the unknowns, for those who choose among points; most are as they stand."""
+    """The storage of a reduced body as points in the unknowns, for those who choose among points; most are as they stand.
+
+    `lift` gives the body coordinates from the unknowns. Types of storages register here.
+    """
     return storage
 
 
 @singledispatch
 def split(storage: Any, lifts: Lifts) -> Sequence[Any]:
-    """The storage in pieces whose numbers stay in the cache from gather to scatter."""
+    """The storage in pieces whose numbers stay in the cache from gather to scatter.
+
+    Pieces that read bodies are in the coordinates p of `lifts`. Types of storages register here; TypeError for a type that has not.
+    """
     raise TypeError(type(storage))
 
 
 def is_storage(value: Any) -> bool:
-    """Whether terms can be made of a value."""
+    """Whether terms can be made of a value: whether its type has registered with `split`."""
     return split.dispatch(type(value)) is not split.dispatch(object)
 
 
 @singledispatch
 def compile_term(piece: Any, setting: Setting) -> Term:
-    """A piece for compiled code."""
+    """A piece for compiled code: a record, routines that act on it, and what they need of the space.
+
+    Types of pieces register here; TypeError for a type that has not.
+    """
     raise TypeError(type(piece))
 
 
 @singledispatch
 def couplings(piece: Any) -> np.ndarray:
-    """Coordinates p (l, e) that the cells of a piece couple; none where it acts on dense unknowns."""
+    """Coordinates p (l, e) that each of e cells of a piece couples, l a cell; none (0, 0) where it acts on dense unknowns."""
     return np.zeros((0, 0), np.int64)
 
 
 @singledispatch
 def position_gradients(storage: Any, x: np.ndarray, q: np.ndarray) -> np.ndarray | None:
-    """Derivatives of the position (k c, p, e) at the points of a storage; None where it has no points."""
+    """Derivatives of the position u (k c, p, e) at the points of a storage, at unknowns x (n,) and body coordinates q (q,).
+
+    None where it has no points.
+    """
     return None
 
 
 @singledispatch
 def rotation_weights(storage: Any, q: np.ndarray) -> np.ndarray:
-    """G (b, c) of a surface, for the vectors of all body coordinates q: sum over its points of w N,k r,k^T, k = 1, 2."""
+    """G (b, c) of a surface, for the vectors of all body coordinates q (q,), b of them.
+
+        G_b = sum_p w (N_b,1 r,1 + N_b,2 r,2)
+
+    over its points; zeros for functions of other bodies. TypeError for a storage without it.
+    """
     raise TypeError(type(storage))
 
 
 @singledispatch
 def functions_read(storage: Any, size: int) -> csr_array:
-    """Ones (e, b) where a cell of a full body reads one of the `size` functions of all bodies; no rows of other storages."""
+    """Ones (e, b) where a cell of a full body reads one of the `size` functions b of all bodies.
+
+    Other storages have no rows, (0, b).
+    """
     return csr_array((0, size), dtype=np.float32)
 
 
 @singledispatch
 def numbers_read(storage: Any) -> float:
-    """Products of a table entry with a coordinate in one evaluation of the force of a full body; 0 of other storages."""
+    """Products of a table entry with a coordinate in one evaluation of the force of a full body; 0 of other storages.
+
+    They stand for its cost.
+    """
     return 0.0
 
 
 @singledispatch
 def cells_of_points(storage: Any) -> np.ndarray:
-    """Number of the cell of every point in use of a reduced body (p,); none of storages without such points."""
+    """Number of the cell of every point in use of a reduced body (p,); none (0,) of storages without such points."""
     return np.zeros(0, np.int64)
 
 
 @singledispatch
 def dense_rows(storage: Any) -> Sampled | None:
-    """The points of a reduced body as dense rows on the unknowns; None of other storages."""
+    """The points of a reduced body as dense rows on the unknowns, `Sampled` with rows (k c p, r); None of other storages."""
     return None
 
 
 @singledispatch
 def unknowns(storage: Any) -> slice | None:
-    """The unknowns that the points of a reduced body read; None of other storages."""
+    """The unknowns that the points of a reduced body read, as a slice of x (n,); None of other storages."""
     return None
 
 
 @singledispatch
 def choose_points(storage: Any, kept: np.ndarray, factors: np.ndarray) -> Any:
-    """The storage of a reduced body at some of its points (i,), their quadrature weights times factors (i,)."""
+    """The storage of a reduced body at some of its points (i,), their quadrature weights times factors (i,).
+
+    TypeError for a storage without points to choose among.
+    """
     raise TypeError(type(storage))
 
 
@@ -291,20 +334,28 @@ class Nothing(NamedTuple):
 
 
 class PythonTerm(Protocol):
-    """A force that is evaluated in Python, on all unknowns of a dense system: slow, and free to do anything."""
+    """A force that is evaluated in Python, on all unknowns of a dense system: slow, and free to do anything.
+
+        f(x, v),    df/dx + gh df/dv,    energy E(x)
+
+    x and v (n,) are in the order of the system.
+    """
 
     def force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(n,)"""
+        """f (n,) [N] at x and v (n,), on the left side of the equations: minus a load."""
 
     def tangent(self, x: np.ndarray, gh: float) -> np.ndarray:
-        """Derivative by x plus gh times that by v (n, n)."""
+        """df/dx + gh df/dv (n, n) at x (n,), gh [1/s]."""
 
     def energy(self, x: np.ndarray) -> float:
-        """[J]"""
+        """What is stored at x (n,) [J]."""
 
 
 def of_python(force: PythonTerm) -> Term:
-    """A term whose routines are functions of Python: about 0.1 ms a call beside their own time."""
+    """A term whose routines are functions of Python: about 0.1 ms a call beside their own time.
+
+    What it dissipates is (f(x, v) - f(x, 0)) . v in the middle of a step.
+    """
 
     def add_force(table: int, _: int) -> None:
         s = unpacked(Space, table)

@@ -172,9 +172,10 @@ DENSE = LiftRoutines(place_dense, scatter_dense, tangent_dense, (place_dense, sc
 
 
 def piece(V: Csr | np.ndarray, offset: np.ndarray, locals_: Sequence[np.ndarray], pattern: Pattern | None) -> Piece | None:
-    """The lift V (p, n) of a system with the coordinates (l, e) of the cells of each storage, and the pattern of K of a dense one.
+    """The lift V (p, n) of a system with its offset d (p,), p = V x + d; None where nothing reads p.
 
-    None where nothing reads p.
+    A sparse V is given as `Csr`, a dense one as an array, which is kept in blocks of the coordinates that cells read. `locals_` are
+    the coordinates (l, e) of the cells of each storage, `pattern` is that of K for a dense lift.
     """
     if not len(offset):
         return None
@@ -206,14 +207,17 @@ def spans(locals_: Sequence[np.ndarray]) -> list[tuple[int, int]]:
 
 
 def addressed(lift: Piece | None) -> LiftTerm:
-    """A lift by address; the caller keeps it."""
+    """A lift by address, zeros for none; the caller keeps it, as the addresses point to its memory."""
     if lift is None:
         return LiftTerm(0, 0, 0, 0)
     return LiftTerm(lift.routines.place.address, lift.routines.scatter.address, lift.routines.tangent.address, lift.address)
 
 
 def needs(lift: Piece | None) -> tuple[int, int | None, int]:
-    """Coordinates of the cells, entries of K where W does not hold them, and numbers of a work vector."""
+    """What a lift needs of a space: coordinates of the cells, entries of K where W does not hold them, numbers of a work vector.
+
+    None in place of the entries where W holds them.
+    """
     # W itself takes the tangents of cells where V is sparse
     if lift is None or isinstance(lift.record, SparseLift):
         return len(lift.record.offset) if lift else 0, None, 0

@@ -33,7 +33,12 @@ ROOM = 20_000  #: numbers of gradients that stay in the cache from gather to sca
 
 @dataclass(frozen=True)
 class Sampled:
-    """Gather multiplied out at chosen points: gradients (k c, p) = L @ x[columns] + offset."""
+    """Gather multiplied out at chosen points p of a reduced body: gradients u (k c, p) = L @ x[columns] + offset.
+
+        f = L^T phi(u),    W += L^T phi' L
+
+    Rows of L (k c p, r) are in the order (k, c, p).
+    """
 
     law: Annotated[Law, Attributes("k=vectors i=rows")]
     rows: Annotated[np.ndarray, Reals("kcp r")]  #: L
@@ -243,7 +248,7 @@ def choose_points(points: Sampled, kept: np.ndarray, factors: np.ndarray) -> Sam
 
 
 def weigh(section: np.ndarray, kept: np.ndarray, factors: np.ndarray) -> np.ndarray:
-    """Rows of a section (i, 1, p) at some points, the last one, the weight, times factors."""
+    """Rows of a section (i, 1, p) at some points `kept` (j,), the last one, the weight, times factors (j,): (i, 1, j)."""
     few = np.ascontiguousarray(section[:, :, kept])
     # weights of the sample multiply those of the quadrature: the law's energy is scaled, so that its force keeps a potential
     few[-1] *= factors

@@ -43,7 +43,12 @@ LANES = 8  #: numbers of a cache line, to which rows are padded
 @storable
 @dataclass(frozen=True)
 class Quartic:
-    """Strain energy of one body as a polynomial of x[columns]."""
+    """Strain energy [J] of one body as a polynomial of degree 4 in its r unknowns x[columns].
+
+        W(x) = sum_{a<=b<=c<=d} T_abcd z_a z_b z_c z_d,    z = (1, x)
+
+    Coefficients are in the order of the module, t = `length(r)` of them.
+    """
 
     law: ClassVar[Law] = Law.MEMBRANE
     coefficients: Annotated[np.ndarray, Reals("t")]  #: blocks B_c behind each other [J]
@@ -51,18 +56,24 @@ class Quartic:
 
     @property
     def modes(self) -> int:
+        """Number r of its unknowns."""
         return self.columns.stop - self.columns.start
 
 
 @jit
 def padded(count: int) -> int:
-    """The next multiple of 8."""
+    """The least multiple of 8 that is not below `count`: numbers of a row with padding."""
     return (count + LANES - 1) // LANES * LANES
 
 
 @jit
 def length(modes: int) -> int:
-    """Number of stored coefficients of a polynomial in `modes` unknowns, padding included."""
+    """Number of stored coefficients of a polynomial in r = `modes` unknowns, padding included.
+
+        sum_c (r + 1 - c) padded((c + 1)(c + 2)/2),    c = 0 ... r
+
+    Without padding there are C(r + 4, 4).
+    """
     total = 0
     for c in range(modes + 1):
         total += (modes + 1 - c) * padded((c + 1) * (c + 2) // 2)
@@ -71,7 +82,7 @@ def length(modes: int) -> int:
 
 @jit
 def work_length(modes: int) -> int:
-    """Length of the work vector of `add_force`, `add_tangent` and `energy`."""
+    """Length of the work vector of `add_force`, `add_tangent` and `energy` in `modes` unknowns."""
     return 4 * padded(modes + 1) + 2 * padded((modes + 1) * (modes + 2) // 2)
 
 
@@ -82,7 +93,7 @@ def _(part: Quartic, name: str, sizes: Sizes) -> None:
 
 
 def aligned(size: int) -> np.ndarray:
-    """Zeros (size,) that start at a multiple of 64 bytes."""
+    """Zeros (size,) that start at a multiple of 64 bytes, from where coefficients are read fastest."""
     room = np.zeros(size + LANES)
     first = -room.ctypes.data // room.itemsize % LANES
     return room[first : first + size]
@@ -137,7 +148,7 @@ def add_eight_rows(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndar
 
 @jit
 def add_block(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray) -> None:
-    """products (d,) = B y, and g += weights B."""
+    """products (d,) = B y, and g (m,) += weights B, of a block B (d, m), y (m,) and weights (d,): B is read once."""
     rows, d = B.shape[0], 0
     while d + 8 <= rows:
         add_eight_rows(B[d : d + 8], weights[d : d + 8], y, g, products[d : d + 8])
@@ -186,7 +197,12 @@ def pair_gradient(T: np.ndarray, x: np.ndarray, work: np.ndarray) -> None:
 
 @jit
 def energy(T: np.ndarray, x: np.ndarray, work: np.ndarray) -> float:
-    """Strain energy [J]."""
+    """Strain energy W [J] of coefficients T (t,) at x (r,).
+
+        W = g . y / 2,    g = dW/dy of the products y_ab = z_a z_b
+
+    `work` is room for `work_length(r)` numbers.
+    """
     pair_gradient(T, x, work)
     _, y, g = views(len(x), work)
     total = 0.0
@@ -211,7 +227,12 @@ def pair_slope(row: np.ndarray, z: np.ndarray, c: int, h: np.ndarray) -> None:
 
 @jit
 def add_force(T: np.ndarray, x: np.ndarray, work: np.ndarray, f: np.ndarray) -> None:
-    """f (r,) += dW/dx."""
+    """f (r,) += dW/dx of coefficients T (t,) at x (r,).
+
+        f_a = sum_b (1 + delta_ab) g_ab z_b,    g = dW/dy
+
+    `work` is room for `work_length(r)` numbers.
+    """
     pair_gradient(T, x, work)
     n = len(x) + 1
     z, y, g = views(len(x), work)
@@ -232,7 +253,12 @@ def add_pair(W: np.ndarray, i: int, h: np.ndarray, factor: float, count: int) ->
 
 @jit
 def add_tangent(T: np.ndarray, x: np.ndarray, work: np.ndarray, W: np.ndarray) -> None:
-    """W (r, r) += d2W/dx2, both triangles."""
+    """W (r, r) += d2W/dx2, both triangles, of coefficients T (t,) at x (r,).
+
+        K_ab = (1 + delta_ab) g_ab + sum over rows (c, d) of h e^T + e h^T,   h = d(B_c[d] y)/dz,   e = d y_cd/dz
+
+    `work` is room for `work_length(r)` numbers.
+    """
     pair_gradient(T, x, work)
     n = len(x) + 1
     z, y, g = views(len(x), work)

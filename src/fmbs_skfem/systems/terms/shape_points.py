@@ -206,7 +206,12 @@ def choose_points(points: ShapePoints, kept: np.ndarray, factors: np.ndarray) ->
 
 
 def of_cells(cells: Cells, functions: np.ndarray) -> ShapePoints:
-    """All quadrature points of cells, for shape functions (b, m) over those that the cells read."""
+    """All quadrature points of cells, p e of them, for shape functions (b, m) over the functions b that the cells read.
+
+        N[k, (p, e), m] = sum_b table[k, p, b, e] functions[node of b in e, m]
+
+    Points are in the order (p, e); they read the coordinates 0 ... m c - 1 of their body.
+    """
     K, P, _, E = cells.table.shape
     table = np.einsum("kpbe,bea->kpea", cells.table, functions[cells.nodes // cells.dim], optimize=True)
     return ShapePoints(

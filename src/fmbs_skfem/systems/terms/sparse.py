@@ -22,7 +22,7 @@ NONE = np.zeros(0, np.int32)
 
 @dataclass(frozen=True)
 class Pattern:
-    """Pattern of K_p (lower triangle)."""
+    """Pattern of K_p (p, p), of which the lower triangle has z entries, and T of K = T^T K_p T (n, n)."""
 
     keys: np.ndarray  #: (z,) row * n + column of every entry
     indices: np.ndarray
@@ -42,7 +42,10 @@ class Pattern:
 
 
 def pattern(n: int, locals_: Sequence[np.ndarray], T: csr_array | None = None) -> Pattern:
-    """Pattern of cells with the coordinates (l, e) of n, several of them."""
+    """Pattern of the cells of several storages, each with its coordinates (l, e), numbers below n.
+
+    T (n, i) gives the n coordinates from i unknowns; it is left out where it is the identity.
+    """
     keys = distinct(np.concatenate([np.zeros(0, np.int64), *(distinct(entries(local, n)) for local in locals_)]))
     return Pattern(keys, keys % n, np.searchsorted(keys, np.arange(n + 1) * n), None if T is None or is_identity(T) else T)
 
@@ -55,7 +58,10 @@ def entries(local: np.ndarray, n: int) -> np.ndarray:
 
 
 def function_pattern(system: System) -> csr_array:
-    """Pattern (b, b) of the iteration matrix over the functions of all bodies, each the place of a vector of unknowns."""
+    """Pattern (b, b) of the iteration matrix over the functions of all bodies, each the place of a vector of unknowns.
+
+    What mass, springs and cells couple, without joints and forces on probe rows.
+    """
     dim, count = system.dim, system.lift.matrix.shape[0] // system.dim
     pattern = csr_array(eye_array(count, dtype=np.float32))  # frames without mass and stiffness have entries too
     for matrix in (system.mass, system.stiffness):

@@ -27,7 +27,7 @@ POLAR = 30  #: iterations: the first ones halve large stretches, the last ones d
 
 
 def room(functions: int) -> int:
-    """How many numbers are kept of a body: the lower triangle of K, G z, and room for two matrices (c, c)."""
+    """How many numbers are kept of a body of b = `functions`: the lower triangle of K, G z, and room for two matrices (c, c)."""
     # in the space of the model: what is kept survives from factor to factor, and no step makes an array
     size = 3 * functions
     return size * (size + 1) // 2 + size + 18
@@ -45,7 +45,10 @@ def kept(s: Any, P: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @jit
 def keep(s: Any, P: Any, entries: np.ndarray) -> None:
-    """Keep the lower triangle of K in the front of `entries`, which was assembled at the coordinates of the cells."""
+    """Keep the lower triangle of K, in the front of `entries`, and G z (b, c).
+
+    z are the coordinates of the cells at which K was assembled, those of the space.
+    """
     K, Gz, _ = kept(s, P)
     z = view(s.body[0], P.first, Gz.shape)
     # half of K: K' is symmetric for any rotation
@@ -60,7 +63,12 @@ def keep(s: Any, P: Any, entries: np.ndarray) -> None:
 
 @jit
 def turned(s: Any, P: Any) -> np.ndarray:
-    """The lower triangle of K' row by row, in the front of the first work vector."""
+    """The lower triangle of K' row by row, in the front of the first work vector.
+
+        K' = (I (x) Q) K (I (x) Q)^T,    Q the rotation nearest to z'^T G z
+
+    from what `keep` kept, at the coordinates z' (b, c) of the space.
+    """
     K, Gz, matrices = kept(s, P)
     z, Q = view(s.body[0], P.first, Gz.shape), matrices[0]
     clear_rows(Q)
@@ -76,7 +84,7 @@ def turned(s: Any, P: Any) -> np.ndarray:
 
 @jit
 def turn(K: np.ndarray, Q: np.ndarray, block: np.ndarray, entries: np.ndarray) -> None:
-    """entries = lower triangle of (I (x) Q) K (I (x) Q)^T, with room for a `block` (c, c)."""
+    """entries = lower triangle of (I (x) Q) K (I (x) Q)^T, row by row as K, of a rotation Q (3, 3); `block` is room for (3, 3)."""
     b, at = 0, 0
     while at < len(K):
         size = 3 * b
@@ -109,7 +117,12 @@ def turn_diagonal(K: np.ndarray, rows: tuple[int, int, int], first: int, Q: np.n
 
 @jit
 def to_rotation(H: np.ndarray, other: np.ndarray) -> None:
-    """H (c, c) becomes the rotation nearest to it, the identity where there is none."""
+    """H (c, c) becomes the rotation nearest to it, in place; the identity where there is none. `other` is room for (c, c).
+
+        X <- (X + X^-T) / 2
+
+    Source: Higham, SIAM J. Sci. Stat. Comput. 7 (1986) 1160-1174, doi 10.1137/0907079.
+    """
     square = 0.0
     for c in range(3):
         for g in range(3):
