@@ -34,8 +34,12 @@ from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
 
 PLATES = (Law.MEMBRANE, Law.SHELL)
+# first derivatives divide round-off by d, second and third ones by d^2 and d^3, which asks for longer ways; formulas of five
+# instants err by d^4, d^3 and d^2
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
 ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none
+# double pendulum in 30 modes, 80 steps of 1 ms: 7 factorisations leave 1.1e-10 of its size; 9 leave 2.6e-10 without secants, 7
+# with half as many 1.1e-10, 6 with twice 1.5e-10
 SECANTS = 4  #: kept beside dense factors that cost many corrections; beside others they cost more than they save
 RATE = np.array([-25.0, 48.0, -36.0, 16.0, -3.0])  #: first derivative at the first instant, times 12 d
 BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2

@@ -34,6 +34,7 @@ REASONS = {
     stepping.NOT_FINITE: Reason.NOT_FINITE,
     stepping.SINGULAR: Reason.SINGULAR_TANGENT,
 }
+# what `judge` measures again counts steps of the run: a stop between two of these would shift it
 WHOLE = stepping.REMEASURE  #: steps are taken in multiples of this number, so that a stop between them changes nothing
 PACE = 0.2  #: time between two looks at a run that is watched [s]
 

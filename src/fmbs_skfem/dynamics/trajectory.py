@@ -11,6 +11,7 @@ import numpy as np
 from ..core.storage.records import dataclass
 from ..systems.system import System
 
+# a hyper-reduced beam whose 250 steps were divided 140 times ended 89 % off; a first step that is divided is no doubt
 OFTEN = 0.1  #: failures of the iteration over steps, from which a motion is doubted
 ONE_STEP = 6  #: failures of a single step that is divided by 64
 COLUMNS = ("times", "x", "v", "a", "multipliers")  #: of a motion, a row a state

@@ -36,13 +36,24 @@ from ...systems import evaluation, kernels, work
 from .step import FACTORISATIONS, ITERATIONS, STEPS, Method, State, StepJob, opened
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG = range(7)
+# for new factors that leave next to nothing at once; half, twice and a hundred times of it take the same corrections of a double
+# pendulum (60 unknowns, h of 0.5 and 4 ms)
 FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
+# steps of 0.5 ms take 2 corrections, of 4 ms 3 to 4: half and twice of it change none in a double pendulum
 PATIENT = 6  #: corrections after which the tolerance alone decides
+# spin-up in 10 modes, 120 steps of 5 ms: 53 factorisations, 55 at half and 50 at twice of it, with 248 corrections each
 CHEAP = 0.2  #: part of `slow` where tangents are turned: new factors cost little then
+# quadratic at most: see `predict`
 HISTORY = 3  #: accelerations kept for the predictor
+# double pendulum in 30 modes, 80 steps of 1 ms: 264 corrections leave 1.1e-10 of its size, 246 at half 4.2e-10, 281 at twice
+# 0.8e-10
 SURELY = 2.0  #: on the remaining error where secants are taken up: contraction is no longer even
+# the same in steps of 4 ms: 255 corrections and 33 factorisations, 253 and 29 at half, 256 and 34 at twice
 CLEAR = 0.3  #: part of a correction along which the next one may lie to be a secant
+# sheet of 52 unknowns with sparse factors, 80 steps of 20 us: 96 corrections, 91 at half, 102 at twice, 160 where no contraction
+# is relied on
 MARGIN = 10.0  #: on a contraction that was not measured in the same step
+# the same sheet: 101 corrections at half, 96 at twice, as a contraction that is falling is measured too late to be used
 REMEASURE = 8  #: steps after which a contraction that is relied on is measured again
 
 

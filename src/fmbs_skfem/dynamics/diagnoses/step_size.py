@@ -24,6 +24,7 @@ from ..observers import Judge, Looks, Observer, Setting, offered
 from ..run import OpenRun
 from ..trajectory import Statistics, Trajectory
 
+# twice as many cost twice as much, 8 ms in a run of 6000 steps, and say the same of what a step misses
 INSIDE = 4  #: instants inside of a step at which histories are looked at
 MISSED = 0.05  #: of what a history gives over time, by the ends of steps alone, above which a warning is shown
 #: steps from where a history begins to the end of a run, up to which it may have only begun: after n steps t^2 is missed by

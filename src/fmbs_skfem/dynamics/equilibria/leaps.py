@@ -28,6 +28,7 @@ from .equilibrium import FLOOR, Equilibrium
 RESOLVED = 0.7  #: part of c by which f and g may miss it: 3.3 times as short, or 41 degrees to the side
 SMALL = 0.01  #: of the displacement so far: what is shorter is no leap, as a contact that closes in the step
 STILL = 0.02  #: displacement over the size of the system that counts as one so far
+# an angle that turns by pi may have turned either way: what is left of it is for the error of the one expected
 WIDE = 2.0  #: most that an angle of an output turns in a step [rad], of which turns are counted
 LISTED = 3  #: leaps in a warning
 

@@ -37,9 +37,12 @@ from .loading import parts, ramp
 SHORTER = 0.55  #: factor of a load step that failed; not 1/2, which would come back to the same load factor
 SHORTEST = 0.02  #: part of the load step asked for below which the solution is given up
 FINEST = 1e-3  #: part down to which a step that leaves its path is shortened
+# a clamped semi-cylinder with two leaps takes 98 s where the branch behind is followed back, 211 s by ever shorter steps
 CLOSE = 1e-2  #: part of a load step behind which a branch is taken that the path leaps to
 FINER = 1e-8  #: part down to which one is that starts where hardly anything resists: what bends before it is stretched
 ONE_BRANCH = 0.05  #: part down to which a step is shortened over which a pivot changes its sign
+# with FEW alone a thin roll-up of 4 strips takes 9730 factorisations in place of 1926, a pinched semi-cylinder 891 in place of
+# 722
 FEW, MORE = 8, 1.5  #: iterations within which a path that goes on is found, or over those that the step before took for its length
 ATTEMPTS = 150  #: steps on the way over one load step, beyond which they are not shortened any more for the path's sake
 
