@@ -20,6 +20,7 @@ from scipy.sparse import csr_array, diags_array
 from ..bodies.body import Body, positions
 
 LIGHT = 1e-12  #: mass, relative to that of the heaviest coordinate, that counts as none
+# up to there coordinates lose a digit and a half (log10 30) in differences; twice of it loses 0.3 more
 FAR = 30.0  #: distance of a mechanism from the origin of its scene, over its size, from which it counts from a point of its own
 DIGITS = 8.0 * float(np.finfo(np.float64).eps)  #: round-off of a position, relative to the largest coordinate
 

@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from ...core.algebra import ranks
 from ...core.storage.records import dataclass
 
+# without it 1e-17 became a constraint: a simply supported plate of 8 x 8 cells vibrated 2 % too fast and buckled 3.5 % too late
 ROUND_OFF = 1e-14  #: of the largest |a_ij| u_j of a row: shape functions at a place that is a node to the last digit
 
 

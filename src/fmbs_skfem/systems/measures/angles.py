@@ -6,6 +6,7 @@ import numpy as np
 
 from ...core.notices import notify
 
+# a turn is lost at a change of pi: half of that is left to what the expected change errs by
 DOUBT = 1.5  #: change of an angle from one stored state to the next beside the expected one, above which a turn may be lost [rad]
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 ALIKE = 0.05  #: largest relative difference from the exact tangent at a fifth angle
 REACH = 1e-2  #: largest part of the turned reference shape that the space may miss
+# no multiple of 45 degrees: at those K_a, K_b and K_c are right by the way they are made
 PROOF = 2.0  #: that angle [rad]
 
 

@@ -28,6 +28,7 @@ from .elastic import Lifts, Setting, Term
 if TYPE_CHECKING:
     from ..system import Affine, Matrix
 
+# 3600 gradients by 40 modes: 62 us a force; 63 to 79 at half, 65 at twice of it, 70 all in one
 ROOM = 20_000  #: numbers of gradients that stay in the cache from gather to scatter
 
 
