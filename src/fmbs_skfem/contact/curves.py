@@ -17,6 +17,7 @@ from ..core.compiling.jit import jit
 from .law import Scalar
 
 LIMIT = 30  #: corrections of a closest point
+# corrections of Newton double their digits: one of 1e-11 leaves less than round-off, as one of 1e-8 would
 NEAR = 1e-11  #: correction that is the last but one
 AHEAD = 0.5  #: largest correction
 PARALLEL = 1e-6  #: smallest curvature along A, over that along B, that is believed

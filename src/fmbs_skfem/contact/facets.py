@@ -21,6 +21,7 @@ from ..core.compiling.jit import jit
 from .law import Scalar
 
 LIMIT = 40  #: corrections of a closest point
+# as in `curves`: one more would be less than round-off
 NEAR = 1e-11  #: correction that is the last but one
 SIDE = 1e-13  #: of a coordinate l that is 0
 INSIDE, VERTEX = 0, 4  #: where a closest point is; 1, 2 and 3 are the sides opposite of the vertices

@@ -33,6 +33,8 @@ from .slip import WORK, component, place, recall, slip, weigh
 
 DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose rows are not kept: only what touches reads them
 THIRDS = 16  #: times that a way is cut by a third where a point may have passed a shape
+# the straight way between two places outside of a round shape cuts off a nanometre: without it such a step is divided by 64 for
+# nothing
 GRAZED = 0.999  #: cosine of the angle between normals before and behind a shape that is grazed: 1e-4 of its radius deep
 SEEN = 4  #: numbers of a point: clearance, distance from the origin of the shape, ways a unit of |dx| and of max |dx_n| at most
 

@@ -25,6 +25,7 @@ from ..core.storage.validation import require
 from ..systems.forces.one_sided import closing, keeps, kept, lift, ramp, touch
 
 Scalar: TypeAlias = Any  #: a real or a complex number
+# no difference is taken, so that nothing cancels: all from 1e-8 down give the same digits, as squares of it are lost
 STEP = 1e-30  #: of complex derivatives
 BEFORE = 1.0  #: how long points that touch at the start are taken to have moved as they do [s]
 UNKNOWN = -1.0  #: normal force of a point whose last state is not known

@@ -20,7 +20,11 @@ from .hyper.hyper_reduction import NONE, HyperReduction
 Components = Mapping[str, Sequence[str]]
 ModeCounts = int | Mapping[str, int] | None
 
+# double pendulum of 24 cells, eps 1e-12: at half the full run takes 3007 corrections in place of 2947, at twice 2867, and the
+# reduced model errs by 1.4e-5 with each
 SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
+# the same: 2700 corrections in 1000 reduced steps, 2900 at half, 2510 at twice, with one error; at 2e-3 a reduced crank-slider
+# was 5e-7 late at its end
 ENOUGH = 2e-5  #: Newton tolerance of a reduced run over sqrt(eps)
 FINEST = 1e-13  #: smallest Newton tolerance asked for
 

@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Blocks = ArrayLike | Iterable[ArrayLike]  #: a matrix, or its rows in blocks
 
+# A^T A has the square of the condition: it is good down to tolerances of about 1e-7, a tenth of this; below a thin QR comes first
 GRAM_FLOOR = 1e-6  #: smallest tolerance for which the Gram form is used
 DEPENDENT = 1e-12  #: a column with less than this outside the span, relative (in the Gram form: of its square), is passed over
 
