@@ -147,7 +147,12 @@ def local_first(
 
 
 def on_nodes(rows: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
-    """Rows (e, p, k, b) times the coordinates (e, b, c) of every cell, (e, p, k, c)."""
+    """Rows (e, p, k, b) times the coordinates (e, b, c) of every cell: (e, p, k, c).
+
+        sum_b rows[e, p, k, b] coordinates[e, b, c]
+
+    By one product of matrices a cell.
+    """
     cells, points, count, basis = rows.shape
     return np.asarray((rows.reshape(cells, points * count, basis) @ coordinates).reshape(cells, points, count, -1))
 
@@ -166,7 +171,13 @@ def cells(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, 
 def numbers_of(
     shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, material: Material
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (k, p, b, e) and section (i, p, e) of the cells of a plate or shell."""
+    """Table (k, p, b, e) and section (i, p, e) of the cells of a plate or shell with the reference (j, c) [m].
+
+        k = 2, section A, nu, weight in the plane;    k = 5, section A, B, nu, b0_11, b0_22, b0_12, weight in space
+        A = E t / (1 - nu^2) [N/m],    B = A t^2 / 12 [N m],    b0_ij = n . r0,ij [1/m],    weight [m2]
+
+    `thickness` t [m] is a number or one a cell (e,).
+    """
     (count, basis), dim, points = (
         shape.nodes.shape,
         reference.shape[1],
@@ -192,7 +203,8 @@ def numbers_of(
 def mass_matrix(shape: Surface, reference: np.ndarray, thickness: float | np.ndarray, density: float) -> csr_array:
     """m_ij = int rho t N_i N_j dA (b, b) [kg] over the functions of a surface with the reference (b, c) [m].
 
-    `thickness` [m] is a number or one a cell (e,).
+    `thickness` t [m] is a number or one a cell (e,), `density` rho [kg/m3]. The quadrature is of one order more than that of the
+    stiffness.
     """
     count, basis = shape.nodes.shape
     blocks = np.empty((count, basis, basis))
@@ -307,9 +319,12 @@ def middle(ends: np.ndarray) -> np.ndarray:
 def tie_rims(
     where: str, shape: Surface, reference: np.ndarray, rims: Mapping[str, Rim], seams: csr_array
 ) -> tuple[csr_array, np.ndarray, list[np.ndarray]]:
-    """Functions of the surface from free functions and frames: spread (n, b), free functions (i,), centres of the frames.
+    """Functions of the surface from free functions and frames: spread (n, b), free functions (i,), centres (c,) of the frames [m].
 
-    `seams` (n, n) are those that follow from others along seams, whose columns are zero, see `patches.tie`.
+        q = spread @ (free functions, frames),    r = c + X e1 + Y e2 [+ Z e3] along the edges of a rim
+
+    `seams` (n, n) are those that follow from others along seams, whose columns are zero, see `patches.tie`. InputError for edges
+    that do not exist, or share a cell side with those of another rim.
     """
     dim, n = reference.shape[1], shape.count
     taken = seams.diagonal() == 0.0

@@ -80,7 +80,10 @@ def rigid(
 
 
 def check_names(where: str, places: Mapping[str, tuple[float, ...]], size: float) -> None:
-    """`center` and `frame` are the centre of mass of a body of a size [m]: places (c,) of these names are refused elsewhere."""
+    """InputError where a place is called `center` or `frame` and is not the centre of mass, about which places (c,) [m] are given.
+
+    Up to `CENTERED` of the `size` [m] of the body it is.
+    """
     for key in ("center", "frame"):
         apart = float(np.linalg.norm(places.get(key, 0.0)))
         if apart > CENTERED * size:
@@ -164,7 +167,10 @@ def areas(corners: np.ndarray) -> np.ndarray:
 
 
 def area_moments(cells: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Area [m2], centroid (c,) [m] and int (x - centroid) (x - centroid)^T dA (c, c) [m4], exact for flat triangles."""
+    """Area [m2], centroid (c,) [m] and int (x - centroid) (x - centroid)^T dA (c, c) [m4] of cells (e, 3 or 4, c) [m].
+
+    Exact for flat triangles; quadrilaterals are parted into two.
+    """
     corners = triangles(cells)
     size = areas(corners)
     total = float(size.sum())
@@ -177,7 +183,7 @@ def area_moments(cells: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
 
 
 def normal_moments(cells: np.ndarray) -> np.ndarray:
-    """int n n^T dA (3, 3) [m2] over the cells."""
+    """int n n^T dA (3, 3) [m2] over cells (e, 3 or 4, 3) [m], with their unit normals n."""
     corners = triangles(cells)
     n = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return np.asarray(np.einsum("ic,id,i->cd", n, n, 0.5 / np.linalg.norm(n, axis=1)))
@@ -223,7 +229,7 @@ def orthonormal(where: str, rotation: np.ndarray, dim: int) -> np.ndarray:
 
 
 def point(where: str, values: Sequence[float] | np.ndarray, dim: int) -> np.ndarray:
-    """A point (c,) [m]."""
+    """A point (c,) [m], c = `dim`; InputError, after `where`, for another number of coordinates, or ones that are not finite."""
     array = np.asarray(values, dtype=float)
     if array.shape != (dim,) or not np.isfinite(array).all():
         raise InputError(say(where, f"points with {dim} finite coordinates", values))

@@ -34,13 +34,16 @@ class Material:
 
 
 class Section(Declared, ABC):
-    """A section of a slender body, see `core.declared`."""
+    """A section of a slender body, see `core.declared`: it gives the stiffnesses and the mass per length.
+
+    `bends_alike` says whether a cable in space may have it.
+    """
 
     tag: ClassVar[str] = "shape"
 
     @abstractmethod
     def stiffness(self, material: Material | None) -> Given:
-        """EA, EI and rhoA of the section made of a material."""
+        """EA [N], EI [N m2] and rhoA [kg/m] of the section made of a material; InputError where it needs one and has none."""
 
     @property
     def bends_alike(self) -> bool:

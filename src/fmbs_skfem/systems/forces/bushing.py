@@ -85,7 +85,7 @@ def given(load: Bushing, key: str, size: int) -> np.ndarray:
 
 
 def frame(load: Bushing, dim: int) -> np.ndarray:
-    """The axes (dim, c) in the reference."""
+    """The axes (dim, c) of a bushing in the reference: unit vectors, one a row."""
     x = unit(f"{where(load)}.x_axis", np.eye(dim)[0] if load.x_axis is None else load.x_axis, dim)
     if dim == 2:
         return np.array([x, [-x[1], x[0]]])
@@ -97,7 +97,10 @@ def frame(load: Bushing, dim: int) -> np.ndarray:
 
 
 def slide(load: Bushing, draft: Draft, axis: np.ndarray, k: float, c: float) -> Gauge:
-    """The spring k [N/m] and damper c [N s/m] along an axis (c,); what measures them."""
+    """Add the spring k [N/m] and damper c [N s/m] of a bushing along an axis (c,); what measures them.
+
+    InputError where `to` does not carry all axes.
+    """
     layout, name = draft.layout, where(load)
     rows, apart = layout.read(name, load.at), layout.reference(name, load.at)
     if load.to is None:

@@ -87,7 +87,11 @@ class LoadState(Probe, word="load"):
 
 
 def angles(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The angle (s,) of rows (s, 2), (s, 4) or (s, 9) as in `responses.torque`, but for whole turns, and its two derivatives."""
+    """The angle (s,) [rad] of rows as in `responses.torque`, but for whole turns, and its two derivatives [rad/s, rad/s2].
+
+    Rows y, their rates and second derivatives are (s, 2) of one arm, (s, 4) of two, whose difference it is, or (s, 9) of a vector u
+    and of two vectors p and q normal to the axis that another place carries, with the angle atan2(u . q, u . p).
+    """
     if y.shape[1] == 2:
         return angle_and_rates(y, rate, change)
     if y.shape[1] == 4:
@@ -99,7 +103,12 @@ def angles(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndar
 
 
 def torques(y: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """The torque (s,) on the first place of forces on the same rows."""
+    """The torque (s,) [N m] on the first place of forces on the same rows y (s, 2), (s, 4) or (s, 9) as of `angles`.
+
+        y_0 F_1 - y_1 F_0 of an arm,    F_u . ((p x q) x u) of a vector u
+
+    F are (s, i) as y.
+    """
     if y.shape[1] < 9:
         return np.asarray(y[:, 0] * force[:, 1] - y[:, 1] * force[:, 0])
     axis = np.cross(y[:, 3:6], y[:, 6:9])

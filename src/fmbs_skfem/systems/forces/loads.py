@@ -174,14 +174,22 @@ class Torque(Load):
 
 
 def warn_of_torsion(load: Moment | Torque, slope: np.ndarray, moment: np.ndarray) -> None:
-    """A notice of the part of a moment (3,) about the line that it acts on, whose slope (3,) has no rotation about itself."""
+    """A notice of the part of a moment (3,) [N m] about the line that it acts on, whose slope (3,) has no rotation about itself.
+
+    That part does nothing; below `ALONG` of the moment it is round-off.
+    """
     about = float(moment @ slope / np.linalg.norm(slope))
     if abs(about) > ALONG * np.linalg.norm(moment):
         notify(f"{where(load)}: {about:.4g} N m of the moment are about the line itself and do nothing: a cable has no torsion")
 
 
 def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> None:
-    """One law for each vector that turns with the place; frames share the moment between their axes."""
+    """Add a moment [N m] on the vectors that turn with a place: a number in the plane, (3,) in space.
+
+        Q = P_t^T m x t / |t|^2 on a slope t,    Q = sum_k P_k^T m/2 x e_k on axes e_k of a frame
+
+    Axes of a frame share it. InputError where the place has neither a slope nor a frame.
+    """
     layout = draft.layout
     moment = np.array([float(np.asarray(size))]) if layout.dim == 2 else vector(where(load), size, 3)
     axes = directions(layout.body(where(load), load.at), load.at.place)
@@ -359,7 +367,10 @@ def finite(load: Load, size: float) -> float:
 
 
 def push_whole(load: SurfaceLoad | Pressure | EdgeLoad, draft: Draft, values: np.ndarray) -> None:
-    """One probe row that holds all nodal forces (b, c) [N] of a load; finite ones."""
+    """Add one probe row that holds all nodal forces (b, c) [N] of a load on a plate or shell, times its history.
+
+    The row is sum_bc values_bc q_bc, its force 1. InputError where a value is not finite.
+    """
     if not np.isfinite(values).all():
         raise InputError(say(where(load), "finite numbers", "others"))
     row = draft.probes.add(draft.layout.widen(load.body, csr_array(values.reshape(1, -1))))

@@ -192,7 +192,7 @@ Component: TypeAlias = Literal["x", "y", "z"]
 
 
 def columns_of(values: np.ndarray) -> list[np.ndarray]:
-    """Columns (s,) of values (s, i)."""
+    """Columns (s,) of values (s, i), one for each of i rows."""
     return list(values.T)
 
 
@@ -576,7 +576,10 @@ class Reaction(Probe):
 
 
 def described(joint: str, label: str, draft: Draft) -> str:
-    """What the reaction of a row of a joint is: `force along x`, `moment about (0, 0, 1)`, that axis in the reference."""
+    """What the reaction of a row of a joint is, in words.
+
+    `force along x`, `moment about (0, 0, 1)`, with axes in the reference; empty where nothing is known of the row.
+    """
     row, dim = (joint, label), draft.layout.dim
     if (axis := draft.constraints.axes.get(row)) is not None:
         return f"moment about {named(axis, dim)}"

@@ -43,7 +43,12 @@ MEMBRANE = RESULTANTS[:5]
 
 
 def principal_axes(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Principal values s1 >= s2 (...) and the angle of direction 1 from axis 1 [rad] of tensors 11, 22, 12 (3, ...)."""
+    """Principal values s1 >= s2 (...) and the angle of direction 1 from axis 1 [rad] of tensors 11, 22, 12 (3, ...).
+
+        s1, s2 = (s11 + s22)/2 +- sqrt((s11 - s22)^2/4 + s12^2),    tan 2a = 2 s12 / (s11 - s22)
+
+    The values have the unit of the tensor.
+    """
     return *principal(tensor), 0.5 * np.arctan2(tensor[2], 0.5 * (tensor[0] - tensor[1]))
 
 
@@ -54,7 +59,10 @@ def axes_text(axes: np.ndarray) -> str:
 
 
 class Tensor(Probe, ABC):
-    """A symmetric tensor at a named point of a plate or shell."""
+    """A symmetric tensor at a named point of a plate or shell, with its principal values and the angle of the first [rad].
+
+    Columns are NAME_11, NAME_22, NAME_12, NAME_1, NAME_2 and NAME_angle. InputError where the point does not exist.
+    """
 
     at: fields.OnSurface
     face: Face
@@ -82,7 +90,10 @@ class Tensor(Probe, ABC):
 
 
 def tell_coarse(where: str, part: Body) -> None:
-    """A remark of what the shape functions of a part leave out of strains, of a line also of forces, in its training."""
+    """A remark of what the shape functions of a part leave out of strains, of a line also of forces, in its training.
+
+    Nothing is said of full bodies, nor of parts whose training has not kept its errors.
+    """
     if part.shapes is None or part.cells is None or not (errors := part.shapes.strain_errors).size:
         return
     largest = np.abs(part.shapes.trained).max(axis=0)
