@@ -68,7 +68,10 @@ class Cells:
 
     @classmethod
     def later(cls, law: Law, nodes: np.ndarray, dim: int, points: int, numbers: Numbers) -> Cells:
-        """Cells with p = `points` whose table and section `numbers` makes."""
+        """Cells with p = `points` whose table (k, p, b, e) and section (i, p, e) `numbers` makes when one of them is first read.
+
+        `nodes` (b, e) are the first components of the functions in the coordinates, `dim` is c.
+        """
         cells = object.__new__(cls)
         cells.__dict__.update(law=law, nodes=nodes, dim=dim, spread=None, points=points, numbers=numbers)
         return cells
@@ -90,7 +93,10 @@ class Cells:
         return (self.law.vectors, points, *self.nodes.shape)
 
     def moved(self, first: int, spread: csr_array | None = None) -> Cells:
-        """The cells in coordinates where theirs begin at `first`, or are `spread` from all."""
+        """The cells in coordinates where theirs begin at `first`, or are `spread` (w, q) from all: w the coordinates of the cells.
+
+        Table and section are shared, not copied.
+        """
         cells = copy(self)
         cells.__dict__.update(nodes=self.nodes + first if first else self.nodes, spread=spread)
         return cells

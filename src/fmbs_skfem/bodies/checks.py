@@ -56,24 +56,30 @@ class LawCase:
         require(self.where, name, error, self.tolerance if tolerance is None else tolerance)
 
     def energy(self, u: np.ndarray) -> float:
+        """[J] of gradients u (k c, p, e), summed over all points."""
         return self.rules.energy(self.law, u, self.section)
 
     def stress(self, u: np.ndarray, rate: np.ndarray | None = None, beta: float = 0.0) -> np.ndarray:
+        """S (k c, p, e) of gradients u (k c, p, e) and their rates, with the damping time beta [s]."""
         S = np.zeros_like(u)
         self.rules.stress(self.law, u, u if rate is None else rate, beta, self.section, S)
         return S
 
     def modulus(self, u: np.ndarray, beta: float = 0.0) -> np.ndarray:
+        """D (k c, k c, p, e) of gradients u (k c, p, e), with `beta` [-]."""
         D = np.zeros((len(u), *u.shape))
         self.rules.modulus(self.law, u, beta, self.section, D)
         return D
 
 
 def check_law(law: Law, dim: int, rules: Rules = laws, tolerance: float = 1e-8, seed: int = 0) -> None:
-    """The contract of a law in 2 or 3 dimensions; raises an InputError that names what fails.
+    """The contract of a law in 2 or 3 dimensions (`dim`); raises an InputError that names what fails.
+
+        S = dW/du,   D = d2W/du2 = D^T,   W(R u) = W(u),   S(R u) = R S(u),   v . S_d >= 0
 
     `rules` replace those of `laws`. Tested are straight and curved references (straight ones only for the quadratic curvature and
     the membrane) at random gradients. Stiffnesses and weights are of order one, so that no part of the energy hides behind another.
+    Errors are relative, up to the `tolerance`. InputError, too, where the law does not serve the dimension.
     """
     where, random = f"check_law({law.name}, dimension {dim})", np.random.default_rng(seed)
     if dim not in law.dims:

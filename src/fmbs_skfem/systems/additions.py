@@ -32,11 +32,17 @@ class Addition:
         return ()
 
     def sources(self, numbers: Sequence[int]) -> Sequence[Source]:
-        """Names that expressions of loads know; `numbers` are those of what it reads, see `readings`."""
+        """Names that expressions of loads know, as sources of values.
+
+        `numbers` are those of what it reads, in the order of `reads`: see `measures.readings`.
+        """
         return ()
 
     def add(self, draft: Draft, joints: Sequence[Joint], numbers: Sequence[int]) -> Mapping[str, Any]:
-        """Put itself into the draft, behind all joints and loads: fields of the system that are its own."""
+        """Put itself into the draft, behind all joints and loads: fields of the system that are its own, by name.
+
+        `joints` are those of the assembly, `numbers` as in `sources`.
+        """
         return {}
 
     def gains(self) -> Iterable[tuple[str, OfState]]:

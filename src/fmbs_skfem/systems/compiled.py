@@ -72,7 +72,7 @@ class Compiled:
         return (*self.terms, *((self.lift,) if self.lift else ()), *self.laws, *self.forces)
 
     def check(self) -> None:
-        """Raise what went wrong in terms that are functions of Python."""
+        """Raise what went wrong in terms and forces that are functions of Python: compiled code passes no exceptions."""
         # an exception cannot pass compiled code: a term keeps it, and it is raised where Python goes on
         for term in (*self.terms, *self.forces):
             term.check()

@@ -92,7 +92,7 @@ class Layout:
 
     @property
     def numbers(self) -> int:
-        """Numbers that its factors have."""
+        """Numbers that the factors of W have, which stand for their cost."""
         if self.storage is Storage.BLOCKS:
             # what a factorisation writes and a solution reads: storages are chosen by it
             return supernodes.entries(self.tree)
@@ -111,7 +111,10 @@ class Layout:
         return np.searchsorted(self.keys, j * len(self.order) + i)
 
     def store(self, A: csr_array | np.ndarray) -> np.ndarray:
-        """A symmetric matrix (n, n) in this storage; nothing of it where that is sparse."""
+        """A symmetric matrix (n, n), with the unknowns as the system has them, in this storage; nothing of it where that is sparse.
+
+        Dense (n, n), a lower band (n, width + 1), or the entries (1, z) of blocks.
+        """
         if self.storage is Storage.SPARSE:
             # large models keep the matrices of the system as they are
             return np.zeros((0, 1))

@@ -64,7 +64,7 @@ class ProbeRows:
     count: int = 0
 
     def add(self, block: csr_array, offset: np.ndarray | None = None) -> int:
-        """Append rows (j, q) with constants (j,), 0 by default; the number of the first one."""
+        """Append rows (j, q) with constants (j,), 0 by default, y = block @ q + offset; the number of the first one."""
         self.rows.append(block)
         self.offsets.append(np.zeros(block.shape[0]) if offset is None else offset)
         first, self.count = self.count, self.count + block.shape[0]
@@ -118,7 +118,10 @@ class Coordinates:
         return self.spread(part, self.row(part, at.place, derivative))
 
     def row(self, part: Body, place: str | float, derivative: int = 0) -> csr_array:
-        """Row (1, b) of the position or a vector at a place of a body, see `probe`."""
+        """Row (1, b) of the position or a vector at a place of a body, see `bodies.body.probe`; it is found once.
+
+        `place` is as of `bodies.body.locate`, which raises InputError.
+        """
         own = derivative or not isinstance(place, str)  # lengths along a body count from where it stands
         known = (place, derivative, part.name if own else "")
         return self.remember(part, known, lambda: probe(part, locate(part, place), derivative))
@@ -131,12 +134,18 @@ class Coordinates:
         return self.known[alike]
 
     def vectors(self, where: str, at: At) -> list[csr_array]:
-        """Rows (c, q) of all vectors that a place carries; in the plane a slope also carries its normal."""
+        """Rows (c, q) of all vectors that a place carries; in the plane a slope also carries its normal.
+
+        One array a vector; none of a mere point.
+        """
         found = [self.read(where, at, k + 1) for k in range(directions(self.body(where, at), at.place))]
         return [found[0], csr_array(QUARTER @ found[0])] if len(found) == 1 and self.dim == 2 else found
 
     def spread(self, part: Body, rows: csr_array) -> csr_array:
-        """Rows (x, b) on the functions of one body as rows (x c, q)."""
+        """Rows (x, b) on the functions of one body as rows (x c, q): A (x) I, at the place of the body.
+
+        Row x c + k reads component k.
+        """
         found, dim = csr_array(rows), self.dim
         of, axis = np.repeat(np.arange(found.shape[0]), dim), np.tile(np.arange(dim), found.shape[0])
         lengths = np.diff(found.indptr)[of]
@@ -151,7 +160,7 @@ class Coordinates:
         return csr_array((block.data, (block.row, block.col + self.first[name])), shape=(block.shape[0], self.size))
 
     def fixed(self, where: str, point: Ground) -> np.ndarray:
-        """A fixed point (c,) from the origin of the coordinates."""
+        """A fixed point (c,) of the scene [m] from the origin of the coordinates; InputError where it has not c finite numbers."""
         return vector(where, point, self.dim) - self.origin
 
     def apart(self, where: str, at: At, to: At | Ground) -> tuple[csr_array, np.ndarray]:
@@ -321,7 +330,10 @@ class Draft:
                         raise InputError(say(f"law '{one.law.name}'", f"numbers of the {count} {what} that there are", got))
 
     def signal(self, function: Signal | None) -> int:
-        """The number of a function of time; -1 for None, the constant 1. InputError where it is no function."""
+        """The number of a function of time, which is added to the system; -1 for None, the constant 1.
+
+        It takes times (s,) [s] and gives values (s,). InputError where it is no function.
+        """
         if function is None:
             return -1
         given: object = function

@@ -64,7 +64,7 @@ class RowLaw:
         return found
 
     def named(self: L, name: str, maker: Callable[[str], L]) -> L:
-        """A law of one's own by its name."""
+        """The law as one of one's own by a name, by which `maker` makes it again."""
         return replace(self, name=name, maker=maker)
 
 

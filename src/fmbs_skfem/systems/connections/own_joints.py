@@ -48,7 +48,10 @@ class OwnJoint(Joint, ABC, word=None):
     @staticmethod
     @abstractmethod
     def equations(*known: Any) -> Mapping[str, Any]:
-        """Functions that are zero, by the names of their rows: lengths [m] or numbers of that size."""
+        """Functions that are zero, by the names of their rows: lengths [m] or numbers of that size, in symbols.
+
+        Arguments are fields of the class by their names, and `t`: places come as `PlaceSymbols`, numbers and histories as symbols.
+        """
 
     def constrain(self, draft: Draft) -> None:
         arguments = own_symbols.arguments_of(type(self), (type(self).equations,))

@@ -54,7 +54,10 @@ class Load(Declared, ABC):
 
     @property
     def rests(self) -> bool:
-        """Whether it is known to push nothing in the reference."""
+        """Whether it is known to push nothing in the reference.
+
+        False where that is not known.
+        """
         return False
 
     def idle(self, undamped: str) -> Iterator[tuple[str, str]]:

@@ -52,12 +52,18 @@ class OwnForce(Load, ABC, word=None):
 
     @staticmethod
     def act(*known: Any) -> Sequence[tuple[Any, Any]]:
-        """Vectors of places and the forces [N] on them."""
+        """Pairs of a vector of a place and the force on it [N], both matrices (c,) of symbols; the power is force . d vector / dt.
+
+        Arguments are fields of the class by their names, and `t`: places come as `PlaceSymbols`, numbers and histories as symbols.
+        """
         return ()
 
     @staticmethod
     def energy(*known: Any) -> Any:
-        """A potential [J] whose negative gradient acts besides."""
+        """A potential [J] in symbols, whose negative gradient acts besides; arguments as of `act`.
+
+        It counts as stored energy in the balance.
+        """
         return 0
 
     def push(self, draft: Draft) -> None:

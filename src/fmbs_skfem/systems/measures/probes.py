@@ -76,7 +76,10 @@ class Probe(Declared, ABC):
     @staticmethod
     @abstractmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        """Values (s,) of its columns on a motion."""
+        """Values (s,) of its columns on a motion of s states, in the units of `units`.
+
+        `sensed` has its rows over time.
+        """
 
     def variables(self, dim: int) -> Mapping[str, str]:
         """What forces read of it, `output.x` or by "" the output itself: parts with their SI units.
@@ -87,12 +90,18 @@ class Probe(Declared, ABC):
 
     @staticmethod
     def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
-        """The same in symbols of its rows (i,), their rates and its parameters."""
+        """What `variables` names, in symbols of its rows (i,), their rates and its parameters, in the same order.
+
+        y, v and numbers are matrices of symbols; forces are differentiated through it.
+        """
         return ()
 
     @classmethod
     def angle(cls, output: Output, y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Argument | None:
-        """The angle (s,) of its rows (s, i), but for whole turns, and its two derivatives, where its turns are counted."""
+        """The angle (s,) [rad] of its rows (s, i), but for whole turns, and its two derivatives; None of outputs without one.
+
+        Its turns are counted then. `rate` and `change` are the first and the second derivative of the rows y (s, i).
+        """
         return None
 
     @classmethod
@@ -106,7 +115,10 @@ class Probe(Declared, ABC):
         return None, None, None
 
     def output(self, draft: Draft, columns: tuple[str, ...], rows: Sequence[Matrix] = (), **more: Any) -> Output:
-        """The output with sensor rows (i, q) of its own."""
+        """The output with sensor rows (i, q) of its own, which are added to the draft.
+
+        `columns` are names of its columns, `rows` blocks of rows on the body coordinates, `more` other fields of `Output`.
+        """
         first = draft.sensors.count
         for block in rows:
             draft.sensors.add(csr_array(block))

@@ -30,7 +30,10 @@ class Pattern:
     lift: csr_array | None  #: T, none for the identity
 
     def targets(self, local: np.ndarray) -> Targets:
-        """The places of all entries of the cells with coordinates (l, e)."""
+        """The places of all entries of cells with coordinates (l, e) among the z entries of K_p.
+
+        They are the lower triangles of the matrices of cells, l (l + 1) / 2 entries each.
+        """
         found = np.searchsorted(self.keys, entries(local, len(self.indptr) - 1)).astype(np.int32)
         return Targets(NONE, found.ravel(), np.zeros(0))
 
