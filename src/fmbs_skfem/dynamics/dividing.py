@@ -33,14 +33,19 @@ def divided(
     and no guess of the next q''.
     """
     state, counters, full = run.step.state, run.step.job.counters, run.step.method
+    # every trial begins with the same state, whatever the one before has left
     saved = [array.copy() for array in state]
     touching, reached = status == stepping.TOO_LONG, begin
+    # judged ones first, from long to short; where the shortest fails as well longer ones stand as they are, so that nothing that
+    # went through fails
     for halving, judging in TRIALS[first:]:
         parts = 2**halving
         method = method_of(run.scheme, run.newton, span / parts, run.model)._replace(judging=judging)
         for kept in (state.multipliers, state.past):
+            # multipliers of a step have c = beta h^2 in them
             kept *= method.c / full.c
         restart(state, run.step.work)
+        # what touches divides steps by plan: only failures of the iteration speak against a motion
         counters[HALVED] += status not in (stepping.TOO_LONG, stepping.DONE)
         leapt = run.step.job.done[1]
         signals, broken = leading_signals(run.model.system, begin + span * (np.arange(parts) + 1) / parts, method.h)
@@ -51,6 +56,7 @@ def divided(
                 kept *= full.c / method.c
             restart(state, run.step.work)
             counters[STEPS] += 1
+            # a touch takes some steps: the next one begins near what this one needed, and grows back
             state.parts[0] = max(halving - 1, 0) if touching else 0
             if leapt == 0 and run.step.job.done[1] > 0:
                 warn_of_leaps(begin, begin + span, method.h)
@@ -60,6 +66,7 @@ def divided(
             status, reached = stepping.NOT_FINITE, broken.time
         touching = touching or status == stepping.TOO_LONG
         put(state, saved)
+    # the last resort: filtered accelerations leave out what divided steps would follow
     if begin == 0.0 and status == stepping.DIVERGED and not filtered and (start := filtered_start(run.model, run.scheme)):
         put(state, first_state(run.model, start, full.c))
         return divided(run, status, begin, span, row, first, filtered=True)

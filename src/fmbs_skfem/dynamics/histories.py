@@ -49,6 +49,7 @@ def leading_signals(system: System, times: np.ndarray, step: float) -> tuple[np.
 
 def signals_of_steps(system: System, step: float, steps: int, first: int, many: int) -> tuple[np.ndarray, SolverError | None]:
     """`leading_signals` at the ends of some of the steps of a run, from the number `first` on."""
+    # long tables are made as they are needed, or a run would begin with as much memory as it stores
     if steps * len(system.signals) > ROOM:
         return leading_signals(system, step * (first + 1 + np.arange(many)), step)
     all_of_them = lambda: leading_signals(system, step * (1 + np.arange(steps)), step)[0]  # noqa: E731
@@ -70,11 +71,13 @@ def derivatives(system: System, times: np.ndarray, table: np.ndarray, step: floa
     They read the step alone, so that what a history does before and after it is left out; 0 where a value inside is not finite.
     """
     d = step / 3
+    # inside the step: a history that bends at its end has two derivatives there, and this step goes by the one before
     a, b, c = (signal_table(system, times - k * d) for k in (1, 2, 3))
     with np.errstate(invalid="ignore", over="ignore"):
         first = (11 * table - 18 * a + 9 * b - 2 * c) / (6 * d)
         second = (2 * table - 5 * a + 4 * b - c) / d**2
         third = (table - 3 * a + 3 * b - c) / d**3
+    # a value inside of a step stops no run: steps read histories at their ends
     return [np.where(np.isfinite(part), part, 0.0) for part in (first, second, third)]
 
 

@@ -83,9 +83,11 @@ def integrate(
 def advance(run: OpenRun) -> None:
     """Take all steps of a run, with pauses where it is watched."""
     watching = [one for one in run.observers if one.looks == "pause"]
+    # a run that nobody watches is one call of compiled code
     chunk = WHOLE if watching else run.steps
     while run.done < run.steps:
         begin = clock.perf_counter()
+        # resumed runs and stops begin within a multiple: the next chunk ends on one again
         past = run.done % WHOLE
         march(run, min(WHOLE - past if past else chunk, run.steps - run.done))
         if watching:
@@ -119,6 +121,7 @@ def begun(setting: Setting, kept: np.ndarray, more: Sequence[Observer] = (), res
     at_rest = scheme.start == "equilibrium" and resume is None
     x, v, memory = rest.in_equilibrium(system, newton, setting.progress) if at_rest else (system.x0, system.v0, None)
     observers = [*observers_of(replace(setting, system=system)), *more]
+    # inputs, events and controllers act between steps: one source takes them one by one
     source = next((one for one in observers if isinstance(one, Source)), None)
     if source is None and any(one.looks == "step" for one in observers):
         source = SingleSteps(system, scheme)
@@ -133,6 +136,7 @@ def begun(setting: Setting, kept: np.ndarray, more: Sequence[Observer] = (), res
         if resume is None
         else Start(system.x0, system.v0, none, np.zeros(m), np.zeros((2, n)))
     )
+    # a place a step, so that compiled steps store without a search
     rows = np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
     kept_by_forces = None if memory is None else accepted(model, x, start.v, memory)
@@ -140,6 +144,7 @@ def begun(setting: Setting, kept: np.ndarray, more: Sequence[Observer] = (), res
     step.space.off[:] = first.off
     step.job.out[:, 0] = step.state.x, start.v[model.order], start.a[model.order]
     step.job.multipliers[0], step.job.memory[0] = start.multipliers, step.state.memory
+    # factors of sparse models live here, outside of the packed step
     large = Large(model, newton.solver) if model.pattern else None
     clocks = clock.process_time(), clock.perf_counter()
     run = OpenRun(model, scheme, newton, kept, scheme.step * kept, rows, step, large, *clocks, observers, source)
@@ -153,17 +158,20 @@ def begun(setting: Setting, kept: np.ndarray, more: Sequence[Observer] = (), res
 def choose_chunk(chunk: int, seconds: float) -> int:
     """Steps to take at once, in units of WHOLE, so that they take about PACE seconds; results do not depend on it."""
     if seconds < 0.5 * PACE:
+        # doubled and halved: after some ten pauses they are PACE apart, whatever a step costs
         return 2 * chunk
     return max(WHOLE, chunk // 2 // WHOLE * WHOLE) if seconds > 2.0 * PACE else chunk
 
 
 def march(run: OpenRun, many: int) -> None:
     """Take some steps, the last one possibly halved; SolverError where it cannot be taken."""
+    # observers of every step: some 14 us a step in Python
     if run.close:
         for _ in range(many):
             if not run.ended:
                 take_step(run)
         return
+    # a step that begins in parts is not tried whole: it touches still
     status = whole_steps(run, many) if run.step.state.parts[0] == 0 else stepping.TOO_LONG
     if status != stepping.DONE:
         divide(run, status)

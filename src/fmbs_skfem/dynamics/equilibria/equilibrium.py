@@ -25,8 +25,8 @@ from ...systems.system import System
 from ..names import as_text, row_names, worst
 from ..scheme import Newton, round_off
 
-# with FAR from the first correction on a cable that hardly bends fell into another equilibrium, with a fold; from NEAR, doubled
-# while corrections shrink, it takes fewer of them
+# with FAR from the first correction on a cable that hardly bends fell into another equilibrium, with a fold; a roll-up in 12 load
+# steps takes 267 corrections, 264 at half of NEAR, 200 at twice, and as many with any FAR from 0.1 to 5
 NEAR, FAR = 0.02, 0.2  #: longest corrections over the size of the mechanism, at first and at most
 FLOOR = 50.0  #: corrections up to this times the round-off of positions are round-off: thin bodies amplify it
 LITTLE, SOLVES = 1e-9, 1e-3  #: of the metric beside a singular tangent, and the rest of the residual that it may leave
