@@ -43,6 +43,7 @@ from .evaluation import (
 def idle(table: Any) -> bool:
     """Whether F = 0 in all states: no forces on probe rows, no loads that follow, no damping but that of elastic terms."""
     A = evaluation(table).arrays
+    # of the storages of a matrix the one in use has numbers
     undamped = not A.damping.full and len(A.damping.rows.indptr) < 2 and len(A.damping.offsets) == 0
     return undamped and len(A.forces.records) == 0 and len(A.elastic.follow) == 0
 
@@ -57,11 +58,13 @@ def find_forces(table: Any) -> None:
     """
     E = evaluation(table)
     A, s = E.arrays, E.space
+    # it clears f, to which all others add
     following_forces(table)
     kernels.add_operator(A.damping, s.v, s.f)
     for i in range(len(s.f)):
         s.f[i] = -s.f[i]
     if len(A.forces.records) > 0:
+        # forces with a potential come into g, and go out again by dE/dy: each is asked once, and no list says which they are
         read_loads(table)
         store_energies(table)
         kernels.add_transposed(A.probes, 1.0, s.g, s.f)
@@ -71,6 +74,7 @@ def find_forces(table: Any) -> None:
 def find_damping(table: Any) -> None:
     """f = f(x, v) - f(x, 0) of elastic terms."""
     s = evaluation(table).space
+    # a difference of whole forces, for reports: the step itself takes `find_heat`
     v = s.v.copy()
     elastic_forces(table)
     damped = s.f.copy()
@@ -91,6 +95,7 @@ def find_heat(table: Any, h: float) -> float:
     """
     E = evaluation(table)
     A, s = E.arrays, E.space
+    # means of both ends, so that a rigid rotation has no rate of strain
     s.energy[0], s.span[0] = 0.0, h
     for k in range(len(A.elastic.dissipate)):
         if A.elastic.dissipate[k] != 0:
@@ -104,6 +109,7 @@ def held(table: Any, signals: np.ndarray) -> float:
     s = evaluation(table).space
     for k in range(len(signals)):
         s.signals[k] = signals[k]
+    # energies of springs with histories, and lambda . Phi of drives: what both change is work
     s.energy[0] = 0.0
     store_energies(table)
     constrain(table)
@@ -117,6 +123,7 @@ def changed(table: Any, before: np.ndarray, after: np.ndarray) -> float:
     It is that in the state of the space, which keeps the signals `after`.
     """
     read_probes(table)
+    # `after` last: the space keeps its signals
     earlier = held(table, before)
     return held(table, after) - earlier
 

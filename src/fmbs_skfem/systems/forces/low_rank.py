@@ -52,6 +52,7 @@ def room(sizes: list[Size]) -> LowRank:
 def add_column(P: Csr, rows: np.ndarray, values: np.ndarray, x: np.ndarray) -> None:
     """x (n,) += P^T of values (q,) on `rows` (q,) of the probe matrix P (j, n)."""
     for j in range(len(rows)):
+        # rows of two pieces, most of whose weights are zero in one of d, A_p and B_q
         if values[j] != 0.0:
             for p in range(P.indptr[rows[j]], P.indptr[rows[j] + 1]):
                 x[P.indices[p]] += values[j] * P.data[p]
@@ -64,6 +65,7 @@ def read_terms(low: LowRank, P: Csr, x: np.ndarray, out: np.ndarray) -> None:
     y = np.empty(many)
     for k in range(low.used[0]):
         for j in range(many):
+            # rows of a term are read once for all of its ranks
             y[j] = kernels.row_value(P, low.rows[k, j], x)
         for i in range(rank):
             out[rank * k + i] = kernels.dot(low.right[k, i], y)
@@ -80,6 +82,7 @@ def add_dense(low: LowRank, P: Csr, W: np.ndarray) -> None:
             add_column(P, low.rows[k], low.left[k, i], u)
             add_column(P, low.rows[k], low.right[k, i], v)
             for a in range(len(W)):
+                # columns have entries of two pieces: most rows of W are not touched
                 if u[a] != 0.0:
                     for b in range(len(W)):
                         W[a, b] += u[a] * v[b]
@@ -89,5 +92,6 @@ def entries(low: LowRank) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (h, 2) of probe rows and H (h,) of all terms that are used, q^2 a term; pairs come more than once and add up."""
     count, many = int(low.used[0]), low.rows.shape[1]
     rows = low.rows[:count]
+    # for Python, as modes and reports: a step never forms U V^T
     pairs = np.stack([np.repeat(rows, many, axis=1), np.tile(rows, (1, many))], axis=2).reshape(-1, 2)
     return pairs, np.einsum("kri,krj->kij", low.left[:count], low.right[:count]).ravel()

@@ -37,6 +37,7 @@ from .elastic import Lifts, Setting, Term, TermRoutines
 if TYPE_CHECKING:
     from ..system import Affine, Matrix
 
+# 64 bytes, what a processor reads from memory at once: aligned rows begin a line each
 LANES = 8  #: numbers of a cache line, to which rows are padded
 
 
@@ -63,6 +64,7 @@ class Quartic:
 @jit
 def padded(count: int) -> int:
     """The least multiple of 8 that is not below `count`: numbers of a row with padding."""
+    # zeros at the end of rows, so that every row begins at a multiple of 64 bytes, and no loop has a rest
     return (count + LANES - 1) // LANES * LANES
 
 
@@ -95,6 +97,7 @@ def _(part: Quartic, name: str, sizes: Sizes) -> None:
 def aligned(size: int) -> np.ndarray:
     """Zeros (size,) that start at a multiple of 64 bytes, from where coefficients are read fastest."""
     room = np.zeros(size + LANES)
+    # arrays of numpy may begin anywhere in a line of the cache
     first = -room.ctypes.data // room.itemsize % LANES
     return room[first : first + size]
 
@@ -102,6 +105,7 @@ def aligned(size: int) -> np.ndarray:
 @regrouped
 def add_row(a: np.ndarray, weight: float, y: np.ndarray, g: np.ndarray) -> float:
     """a y, and g += weight a."""
+    # both uses of a row while it is in the registers: reading it is what costs
     total = 0.0
     for i in range(len(a)):
         total += a[i] * y[i]
@@ -115,6 +119,7 @@ def add_two_rows(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarra
     a, b = B[0], B[1]
     wa, wb = weights[0], weights[1]
     sa, sb = 0.0, 0.0
+    # as eight below, for what is left of a block
     for i in range(len(a)):
         sa += a[i] * y[i]
         sb += b[i] * y[i]
@@ -131,6 +136,7 @@ def add_eight_rows(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndar
         *(weights[4], weights[5], weights[6], weights[7]),
     )
     sa, sb, sc, sd, se, sp, sq, sr = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    # y and g pass through the registers once for eight rows, which they would else for each
     for i in range(len(a)):
         yi = y[i]
         sa += a[i] * yi
@@ -150,6 +156,7 @@ def add_eight_rows(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndar
 def add_block(B: np.ndarray, weights: np.ndarray, y: np.ndarray, g: np.ndarray, products: np.ndarray) -> None:
     """products (d,) = B y, and g (m,) += weights B, of a block B (d, m), y (m,) and weights (d,): B is read once."""
     rows, d = B.shape[0], 0
+    # eight, two, one: rows of a block are n - c, of any number
     while d + 8 <= rows:
         add_eight_rows(B[d : d + 8], weights[d : d + 8], y, g, products[d : d + 8])
         d += 8
@@ -165,6 +172,7 @@ def views(modes: int, work: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
     """z (n,), y (m,) and g (m,) at the front of the work vector, y and g padded."""
     n = modes + 1
     first, pairs = padded(n), padded(n * (n + 1) // 2)
+    # one vector for all terms of a model, whose front they take
     return work[:n], work[first : first + pairs], work[first + pairs : first + 2 * pairs]
 
 
@@ -181,6 +189,7 @@ def pair_gradient(T: np.ndarray, x: np.ndarray, work: np.ndarray) -> None:
     k = 0
     for b in range(n):
         for a in range(b + 1):
+            # pairs in the order of the blocks, so that each block reads the front of y
             y[k] = z[a] * z[b]
             k += 1
     at = 0
@@ -191,6 +200,7 @@ def pair_gradient(T: np.ndarray, x: np.ndarray, work: np.ndarray) -> None:
         for d in range(c, n):
             weights[d - c] = z[c] * z[d]
         add_block(B, weights, y[:size], g[:size], products)
+        # the other half of the derivative: what the products say of the pairs (c, d)
         for d in range(c, n):
             g[d * (d + 1) // 2 + c] += products[d - c]
 
@@ -203,6 +213,7 @@ def energy(T: np.ndarray, x: np.ndarray, work: np.ndarray) -> float:
 
     `work` is room for `work_length(r)` numbers.
     """
+    # homogeneous of degree two in y: no second sum over coefficients
     pair_gradient(T, x, work)
     _, y, g = views(len(x), work)
     total = 0.0
@@ -217,6 +228,7 @@ def pair_slope(row: np.ndarray, z: np.ndarray, c: int, h: np.ndarray) -> None:
     k = 0
     for b in range(c + 1):
         total = 0.0
+        # a row of the triangle, used for both of its unknowns
         part = row[k : k + b]
         for a in range(b):
             total += part[a] * z[a]
@@ -236,6 +248,7 @@ def add_force(T: np.ndarray, x: np.ndarray, work: np.ndarray, f: np.ndarray) -> 
     pair_gradient(T, x, work)
     n = len(x) + 1
     z, y, g = views(len(x), work)
+    # the products have been used: their place takes the slope
     slope = work[padded(n) + 2 * len(y) :][:n]
     pair_slope(g, z, len(x), slope)
     for i in range(len(x)):
@@ -245,6 +258,7 @@ def add_force(T: np.ndarray, x: np.ndarray, work: np.ndarray, f: np.ndarray) -> 
 @jit
 def add_pair(W: np.ndarray, i: int, h: np.ndarray, factor: float, count: int) -> None:
     """W += factor (e_i h^T + h e_i^T) over the unknowns, of which z_0 = 1 is none."""
+    # z_0 = 1 is no unknown
     if i > 0:
         for a in range(1, count):
             W[i - 1, a - 1] += factor * h[a]
@@ -267,6 +281,7 @@ def add_tangent(T: np.ndarray, x: np.ndarray, work: np.ndarray, W: np.ndarray) -
     for c in range(n):
         size = padded((c + 1) * (c + 2) // 2)
         for d in range(c, n):
+            # by rows again, which come from memory in order: the tangent reads coefficients once, as the force does
             pair_slope(T[at : at + size], z, c, h)
             add_pair(W, c, h, z[d], c + 1)
             add_pair(W, d, h, z[c], c + 1)
