@@ -355,7 +355,11 @@ def require_line_law(name: str, law: Law, dim: int, numbers: Mapping[str, float]
 def cable_numbers(
     space: line.BSpline | line.Hermite, reference: np.ndarray, data: Given, law: Law, numbers: Mapping[str, float], points: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table and section at the quadrature points; the reference configuration is free of stress."""
+    """Table (k, p, b, e) and section (i, p, e) of a cable at `points` quadrature points a cell; the reference is free of stress.
+
+    Rows of the section are those of the law: EA [N], EI [N m2], kappa0 [1/m], weight [m], and its own `numbers`. Where the cubics
+    lock, EA has shares at the points that differ, see `shapes.locking`. `reference` (b, c) [m].
+    """
     table, values, weights = arc_length_table(space, reference, points)
     gradients = np.einsum("epkb,ebc->epkc", values[:, :, 1:], reference[table.nodes])
     measure = law if law.bends else Law.EXACT
@@ -470,7 +474,7 @@ def own(body: Body, rows: csr_array) -> csr_array:
 
 
 def vector_row(body: Body, derivative: int, known: int, row: csr_array) -> csr_array:
-    """The row, where the place has a vector of that number."""
+    """The row (1, b), where the place has a vector of that number, which is at most `known`; else InputError."""
     if derivative > known:
         expected = "a body with a slope" if derivative == 1 else f"a place with {derivative} vectors"
         remedy = "take a place of a line for a slope, a frame for axes"
@@ -479,7 +483,7 @@ def vector_row(body: Body, derivative: int, known: int, row: csr_array) -> csr_a
 
 
 def without_round_off(row: csr_array) -> csr_array:
-    """A row of a reduced body: places that are coordinates of their own are read by exact numbers."""
+    """A row (1, b) of a reduced body: places that are coordinates of their own are read by exact numbers."""
     row.data[np.abs(row.data) <= ROUND_OFF * np.abs(row.data).max(initial=0.0)] = 0.0
     row.data[np.abs(row.data - 1.0) <= ROUND_OFF] = 1.0
     row.eliminate_zeros()

@@ -94,7 +94,10 @@ def check_law(law: Law, dim: int, rules: Rules = laws, tolerance: float = 1e-8, 
 
 
 def samples(law: Law, dim: int, bent: bool, random: Generator) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-    """Random sections of a law with their reference gradients, where they are known, and random deformed gradients."""
+    """Random sections (i, p, e) of a law, reference gradients, where they are known, and deformed ones (k c, p, e).
+
+    `bent` ones have curvatures in the reference.
+    """
     if law in (Law.MEMBRANE, Law.SHELL):
         section = surface_sections(random, law, bent)
         return section, surface_reference(random, section, dim), surface_gradients(random, law.vectors, dim)

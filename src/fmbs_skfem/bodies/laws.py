@@ -155,7 +155,7 @@ def addresses(law: Law, dim: int, damped: bool) -> np.ndarray:
 
 @jit
 def components(calls: np.ndarray) -> int:
-    """The number of components of the `addresses` of a law."""
+    """The number of components c of the `addresses` (7,) of a law, in compiled code."""
     return calls[DIM]
 
 

@@ -194,7 +194,7 @@ def places_of(kind: str, items: Iterable[Joint | Load]) -> Iterator[tuple[str, A
 
 
 def springs(parts: list[Body], dim: int) -> csr_array:
-    """Constant stiffness of all bodies, alike in every component."""
+    """Constant stiffness K (q, q) [N/m] of all bodies, alike in every component."""
     own = [csr_array(part.mass.shape) if part.stiffness is None else part.stiffness for part in parts]
     return diagonal([alike(matrix, dim) for matrix in own])
 
@@ -276,7 +276,12 @@ def require_kind(where: str, item: object, kind: type[Rayleigh | Motion]) -> Non
 
 
 def initial_velocity(layout: Coordinates, parts: list[Body], initial: Mapping[str, Motion]) -> np.ndarray:
-    """v = v0 + omega x (r - center) for the bodies that move at the start, the center in the scene."""
+    """v (q,) [m/s] of the bodies that move at the start, the center in the scene; zeros of the others.
+
+        v = v0 + omega x (r - center)
+
+    InputError for a name that is no body, and for what is no `Motion`.
+    """
     for name, given in initial.items():
         require_kind(f"initial '{name}'", given, Motion)
         if name not in layout.bodies:
@@ -413,7 +418,10 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
 
 
 def without_motion(system: System, rows: np.ndarray, found: echelon.Echelon, gap: np.ndarray) -> System:
-    """The system where linear constraints `rows` hold all unknowns: it keeps those that do, for their reactions."""
+    """The system where linear constraints `rows` (i,) hold all unknowns: it keeps those that do, for their reactions.
+
+    `gap` (i,) is what the rows miss in the initial state.
+    """
     report_moved(system, rows, gap)
     x0 = np.zeros(system.size)
     x0[found.dependent] = found.fixed
@@ -422,7 +430,10 @@ def without_motion(system: System, rows: np.ndarray, found: echelon.Echelon, gap
 
 
 def report_moved(system: System, rows: np.ndarray, gap: np.ndarray) -> None:
-    """Notice linear constraints that the initial state does not satisfy."""
+    """Notice linear constraints `rows` (i,) that the initial state does not satisfy, by `gap` (i,).
+
+    Gaps up to `MOVED` of the size of the system are left out.
+    """
     wrong = [k for k in np.argsort(-np.abs(gap)) if abs(gap[k]) > MOVED * system.scale]
     if wrong:
         listed = ", ".join(f"{'.'.join(system.constraints.names[rows[k]])} by {abs(gap[k]):.3g}" for k in wrong)
@@ -440,7 +451,12 @@ def mass_of_speeds(system: System) -> csr_array:
 
 
 def admissible_velocity(system: System, T: csr_array, free: System) -> np.ndarray:
-    """Initial velocities in the unknowns of `free`: (T^T M T) v = T^T M v0; a notice names a change."""
+    """Initial velocities (r,) in the unknowns of `free`, x = T y + d, T (n, r): those of least kinetic energy of the change.
+
+        (T^T M T) v = T^T M v0
+
+    A notice names a change.
+    """
     if not system.v0.any():
         return free.v0
     M = mass_of_speeds(system)

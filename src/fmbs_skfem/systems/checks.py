@@ -119,13 +119,13 @@ def length(system: System) -> float:
 
 
 def difference(function: Function, x: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Derivative of a function along d by the fourth-order central difference."""
+    """Derivative of a function of x (n,) along d (n,) by the fourth-order central difference with the step `STEP`."""
     f = {k: function(x + k * STEP * d) for k in (-2, -1, 1, 2)}
     return (8 * (f[1] - f[-1]) - (f[2] - f[-2])) / (12 * STEP)
 
 
 def row_size(row: np.ndarray, d: np.ndarray) -> float:
-    """Size of a product row @ d without cancellation; 1 for a row of zeros."""
+    """Size |row| . |d| of a product of a row (n,) and d (n,) without cancellation; 1 for a row of zeros."""
     return float(np.abs(row) @ np.abs(d)) or 1.0
 
 
@@ -140,7 +140,10 @@ def check_tangent(
     tolerance: float,
     v: np.ndarray | None = None,
 ) -> None:
-    """K d against differences of f + Phi_x^T lambda, relative to |K d| and to the change of a force that turns with d."""
+    """K d against differences of f + Phi_x^T lambda, relative to |K d| and to the change of a force that turns with d.
+
+    x and v (n,), multipliers (m,), `time` [s]; InputError where an error is above the `tolerance`.
+    """
     v = np.zeros_like(x) if v is None else v
 
     def force(z: np.ndarray) -> np.ndarray:
@@ -154,7 +157,10 @@ def check_tangent(
 
 
 def check_energy(where: str, model: Compiled, x: np.ndarray, random: Generator, tolerance: float) -> None:
-    """Elastic force . d against differences of the strain energy; `model` has no loads."""
+    """Elastic force f . d against differences of the strain energy at x (n,); `model` has no loads.
+
+    InputError where an error is above the `tolerance`.
+    """
 
     def energy(z: np.ndarray) -> np.ndarray:
         return np.array(compiled.strain_energy(model, z) + 0.5 * z @ (model.system.stiffness @ z))
@@ -168,7 +174,10 @@ def check_energy(where: str, model: Compiled, x: np.ndarray, random: Generator, 
 def check_rates(
     where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, random: Generator, tolerance: float
 ) -> None:
-    """The derivative by velocities that the tangent adds against differences of the forces."""
+    """The derivative by velocities that the tangent adds against differences of the forces, at x and v (n,) and `time` [s].
+
+    InputError where an error is above the `tolerance`.
+    """
     none = np.zeros(model.constraints)
     C = compiled.tangent(model, x, none, time, 1.0, v=v) - compiled.tangent(model, x, none, time, v=v)
     noise = 1e-12 * float(np.linalg.norm(compiled.forces(model, x, v, time)))
@@ -180,7 +189,7 @@ def check_rates(
 
 
 def check_loss(where: str, model: Compiled, x: np.ndarray, v: np.ndarray, time: float, tolerance: float) -> None:
-    """What reads velocities takes energy out."""
+    """What reads velocities takes energy out: v . (f(x, v) - f(x, 0)) >= 0 at x and v (n,) and `time` [s]; else InputError."""
     whole, still = compiled.forces(model, x, v, time), compiled.forces(model, x, np.zeros_like(x), time)
     damping, noise = whole - still, 1e-12 * float(np.linalg.norm(whole))
     room = (tolerance * float(np.linalg.norm(damping)) + noise) * float(np.linalg.norm(v))

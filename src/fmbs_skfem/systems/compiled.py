@@ -200,7 +200,7 @@ def flatten(system: System) -> Compiled:
 
 
 def without(rows: Array, left_out: np.ndarray) -> csr_array:
-    """Rows, some of them empty."""
+    """Rows (j, n) of which those with the numbers `left_out` (i,) are empty."""
     kept = np.ones(rows.shape[0])
     kept[left_out] = 0.0
     found = csr_array(diags_array(kept) @ rows)

@@ -147,7 +147,7 @@ def by_weight(system: System, rows: StartRows | None, Z: np.ndarray) -> tuple[np
 
 
 def reached(system: System, rows: StartRows | None, z: np.ndarray) -> np.ndarray:
-    """The state after the rigid motions z, moved back onto the joints by steps of least norm."""
+    """The state (q,) after the rigid motions z (z,), moved back onto the joints by steps of least norm."""
     q = moved(system, system.x0, z)
     return q if rows is None else onto_joints(system, rows, q, 1e-14)[0]
 

@@ -101,7 +101,10 @@ def unbroken(A: Csr, start: int, stop: int) -> bool:
 
 @summing
 def row_value(A: Csr, i: int, x: np.ndarray) -> float:
-    """(A x)_i, of one row here and there: called for every row of a product, it would cost a tenth of a step."""
+    """(A x)_i of a sparse A (m, n) and x (n,), of one row here and there.
+
+    Called for every row of a product, it would cost a tenth of a step.
+    """
     total, start, stop = 0.0, A.indptr[i], A.indptr[i + 1]
     # rows of dense bases are unbroken: no index is read
     if unbroken(A, start, stop):
@@ -151,7 +154,7 @@ def add_product(A: Csr, factor: float, x: np.ndarray, y: np.ndarray) -> None:
 
 @jit
 def add_pairwise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
-    """y += (A (x) I) x for vectors of two components."""
+    """y += (A (x) I) x for vectors of two components: A (m, n), x (2 n,), y (2 m,)."""
     # an index and a number are read once for two components: half the memory of all rows
     for i in range(len(A.indptr) - 1):
         first, second = 0.0, 0.0
@@ -165,7 +168,7 @@ def add_pairwise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
 
 @jit
 def add_triplewise(A: Csr, x: np.ndarray, y: np.ndarray) -> None:
-    """y += (A (x) I) x for vectors of three components."""
+    """y += (A (x) I) x for vectors of three components: A (m, n), x (3 n,), y (3 m,)."""
     # likewise, a third of it
     for i in range(len(A.indptr) - 1):
         first, second, third = 0.0, 0.0, 0.0
@@ -286,14 +289,14 @@ def add_sums(rows: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
 
 @jit
 def factor(signals: np.ndarray, number: int) -> float:
-    """The value of a signal; 1 for the number -1."""
+    """The value of a signal of this number among signals (s,); 1 for the number -1."""
     # -1 in place of a signal that is 1: constant terms need no column in every table of a run
     return signals[number] if number >= 0 else 1.0
 
 
 @jit
 def derivative(signals: np.ndarray, number: int, first: int) -> float:
-    """A derivative of a signal, which stand from `first` on; 0 for the number -1."""
+    """A derivative of a signal of this number, which stand from `first` on in signals (4 s,); 0 for the number -1."""
     # derivatives stand behind the values of all signals, where velocities on driven joints need them
     return signals[first + number] if number >= 0 else 0.0
 
@@ -321,7 +324,7 @@ def constrain(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jac
 
 @jit
 def add_term(A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarray) -> tuple[float, float]:
-    """gap += term k; its derivatives by y_i and y_j."""
+    """gap (m,) += term k at probe rows y (j,), with signals (s,); its derivatives by y_i and y_j."""
     # value and both derivatives at once: they share their products
     value = A.value[k] * factor(signals, A.signal[k])
     m, i, j = A.row[k], A.i[k], A.j[k]
@@ -436,7 +439,7 @@ def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, blocks: Csr, W: np.n
 
 @jit
 def any_of(x: np.ndarray) -> bool:
-    """Whether a number is not zero."""
+    """Whether a number of x (n,) is not zero."""
     found = False
     for i in range(len(x)):
         found = found or x[i] != 0.0

@@ -263,7 +263,7 @@ storable(
 
 
 def in_scene(system: System, q: np.ndarray) -> np.ndarray:
-    """Body coordinates (..., q) [m] from the origin of the scene: q + unit (x) origin.
+    """Body coordinates q (..., q) [m] from the origin of the scene, (..., q): q + unit (x) origin.
 
     A system far from that origin counts its coordinates from a point of its own, see `lengths`.
     """

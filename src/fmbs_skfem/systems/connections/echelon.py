@@ -59,7 +59,7 @@ def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np
 
 
 def solve_alone(A: csr_array, a: np.ndarray, rows: np.ndarray) -> Echelon:
-    """Rows that fix one unknown each, which no other row reads: edges that are held, thousands of them."""
+    """Rows (i,) of A (m, n) that fix one unknown each, which no other row reads: edges that are held, thousands of them."""
     at = A.indptr[rows]
     entry, unknown = A.data[at], A.indices[at].astype(np.int64)
     good = entry != 0.0
@@ -77,7 +77,7 @@ def without_round_off(A: csr_array, units: np.ndarray) -> csr_array:
 
 
 def solve_block(A: csr_array, a: np.ndarray, rows: np.ndarray, tolerance: float, units: np.ndarray) -> Echelon:
-    """Echelon form of some rows that share no unknown with the others."""
+    """Echelon form of some rows (i,) of A (m, n) that share no unknown with the others; arguments as of `solve`."""
     used, work = dense(A, rows)
     columns = sizes(work)[1]
     pivots, left, right = eliminated(work, -a[rows], tolerance, units[used])
@@ -91,7 +91,7 @@ def solve_block(A: csr_array, a: np.ndarray, rows: np.ndarray, tolerance: float,
 
 
 def dense(A: csr_array, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The columns that some rows use, and the block of those rows and columns."""
+    """The columns (j,) that some rows (i,) of A (m, n) use, and the block (i, j) of those rows and columns."""
     spans = [slice(A.indptr[row], A.indptr[row + 1]) for row in rows]
     used = np.unique(np.concatenate([A.indices[span] for span in spans]))
     block = np.zeros((len(rows), len(used)))

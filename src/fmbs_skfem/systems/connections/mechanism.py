@@ -198,11 +198,12 @@ def balanced(A: np.ndarray) -> np.ndarray:
 
 
 def rank_of(A: np.ndarray) -> int:
+    """Rank of A (m, n), with columns and rows of length one."""
     return ranks.rank(balanced(A), ranks.STATED)
 
 
 def independent(A: np.ndarray, mine: np.ndarray) -> np.ndarray:
-    """Those of the rows `mine` that do not depend on each other."""
+    """A largest set of the rows `mine` (i,) of A (m, n) that do not depend on each other, their numbers in A."""
     return mine[ranks.independent_rows(balanced(A[mine]), ranks.STATED)]
 
 
@@ -240,7 +241,10 @@ def center(system: System, first: int, last: int) -> np.ndarray:
 
 
 def groups(names: Sequence[str], touched: np.ndarray, ground: np.ndarray) -> tuple[Group, ...]:
-    """Bodies that hang together by joints; the ground does not join them."""
+    """Bodies that hang together by joints; the ground does not join them.
+
+    `touched` (j, b) says which bodies a joint ties, `ground` (j,) which joints tie them to the ground.
+    """
     joint, body = np.nonzero(touched)
     count = len(names)
     links = coo_array((np.ones(len(joint)), (body, count + joint)), shape=(count + len(touched),) * 2)
@@ -266,9 +270,10 @@ def moved(system: System, q: np.ndarray, step: np.ndarray) -> np.ndarray:
 
 
 def nearby(system: System, rows: StartRows | None, passive: np.ndarray) -> list[np.ndarray]:
-    """Phi_q B in positions near the start where the passive joints hold, reached by rigid motions.
+    """Phi_q B (m, z) in positions near the start where the passive joints hold, reached by rigid motions: none, or up to three.
 
-    Corrections keep as many directions as the start has, where rows are dependent in all positions, or else all that there are.
+    `passive` (m,) are the rows without drives. Corrections keep as many directions as the start has, where rows are dependent in
+    all positions, or else all that there are.
     """
     if rows is None or not passive.any():
         return []

@@ -291,7 +291,7 @@ def refuse_gaps(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float)
 
 
 def left_out(system: System, rows: np.ndarray) -> System:
-    """The system without some rows, always the same, which a notice names; their reactions are zero."""
+    """The system without some rows (i,), always the same, which a notice names; their reactions are zero."""
     if not len(rows):
         return system
     notify_left_out([system.constraints.names[k] for k in rows])

@@ -181,7 +181,7 @@ def read(s: Any, C: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
 
 @jit
 def scatter(s: Any, C: Any, S: np.ndarray) -> None:
-    """Forces on the coordinates of the cells += B^T S."""
+    """Forces on the coordinates of the cells += B^T S, of stresses S (k c, p, e)."""
     # gradients are not needed any more: their room takes the forces of the cells
     basis, cells = C.nodes.shape
     scatter_cells(C.nodes, C.table, S, view(s.work[0], 0, (basis, laws.components(C.calls), cells)), s.body[2])
@@ -189,7 +189,7 @@ def scatter(s: Any, C: Any, S: np.ndarray) -> None:
 
 @jit
 def add_tangent(s: Any, C: Any, D: np.ndarray) -> None:
-    """W += B^T D B in the places of `targets`."""
+    """W += B^T D B in the places of `targets`, of moduli D (k c, k c, p, e)."""
     # matrices of a block before any goes into W: loops over cells stay vectors, only the last one jumps in memory
     cell_matrices(C.table, D, s.work[2])
     put(C.targets, s.work[2], s.entries)

@@ -91,14 +91,14 @@ def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
 
 @jit
 def scatter(s: Any, P: Any, S: np.ndarray) -> None:
-    """f += L^T S."""
+    """f += L^T S, of stresses S (k c, 1, p)."""
     # the same rows as the gather, which are in the cache still
     add_sums(P.transposed, view(S, 0, (S.size,)), view(s.f, P.first, (len(P.transposed),)))
 
 
 @jit
 def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
-    """W[columns, columns] += L^T D L."""
+    """W[columns, columns] += L^T D L, of moduli D (k c, k c, 1, p)."""
     # moduli are in the second row of the room already
     add_product(P, s.work, s.W)
 

@@ -178,7 +178,7 @@ def views(modes: int, work: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 @jit
 def pair_gradient(T: np.ndarray, x: np.ndarray, work: np.ndarray) -> None:
-    """z, y and g = dW/dy in their places in `work`."""
+    """z (r + 1,), y and g = dW/dy of coefficients T (t,) at x (r,), in their places in `work`, see `views`."""
     n = len(x) + 1
     z, y, g = views(len(x), work)
     spare = work[padded(n) + 2 * len(y) :]

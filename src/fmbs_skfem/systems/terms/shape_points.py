@@ -98,7 +98,7 @@ def scatter(s: Any, P: Any, S: np.ndarray) -> None:
 
 @jit
 def add_tangent(s: Any, P: Any, D: np.ndarray) -> None:
-    """W += N^T D N in the places of `targets`."""
+    """W += N^T D N in the places of `targets`, of moduli D (k c, k c, 1, p)."""
     dim, (functions, size), (rows, _, _, points) = laws.components(P.calls), P.transposed.shape, D.shape
     DN = view(s.work[2], 0, (size, dim * (dim + 1) // 2, functions))
     modulus_times_functions(view(D, 0, (rows, rows, points)), P.table.reshape(size // points, points, functions), dim, DN)
