@@ -44,7 +44,7 @@ Frame = tuple[Vector, Vector, Vector, Vector, Vector]  #: r,1 r,2, their duals r
 
 @jit
 def vector(u: np.ndarray, k: int, q: int) -> Vector:
-    """Vector k of point q, r,1 r,2 r,11 r,22 r,12 for k = 0 ... 4, of gradients u (15, p e)."""
+    """Vector k of point q: the rows 3 k, 3 k + 1 and 3 k + 2 of gradients u (i, p e), in compiled code."""
     return u[3 * k, q], u[3 * k + 1, q], u[3 * k + 2, q]
 
 
