@@ -22,6 +22,8 @@ from ...core.storage.records import dataclass
 from .modes import grows
 
 MORE = 4  #: motions beyond those asked for, among which each goes on
+# of a pair with one frequency one grows and one decays: without it lines take either, and a buckled column is stable at every
+# other load
 UPWARD = 1e-3  #: by which one that grows is nearer than one that decays as much, relative to both
 
 

@@ -36,6 +36,7 @@ SMALL = 400  #: independent unknowns up to which all eigenvalues are found
 PAIR = 1e-6  #: sum of two real eigenvalues, over one of them, up to which they are a pair s, -s of a system without damping
 ROUND = 1e-9  #: real and imaginary parts, relative to the size of an eigenvalue, that are round-off
 GROWS = 1e-6  #: real part of an eigenvalue, over the largest one listed, from which a motion grows
+# round-off parts the double zero of a free motion into s and -s, of the root of it: 1e-16 becomes 1e-8
 STILL = 1e-7  #: eigenvalue over the largest frequency that the matrices allow, up to which the double zeros of free motions split
 ALONE = 1e-3  #: distance of a slow shape from those before it, over its size, from which it is a motion of its own
 MIRRORED = 0.1  #: sum of slow real parts, over that of their sizes, up to which they are such splits
