@@ -29,6 +29,7 @@ from .forces.on_rows import is_force
 from .prepared import COMPILED
 from .terms import elastic as terms
 
+# 1e-16 of a penalty times lengths squared is more than the strain energy of a shell that bends by micrometres
 SPRINGS = 1e-13  #: part of the sizes that a sum of forces of springs is made of which is round-off
 
 Matrix: TypeAlias = csr_array | np.ndarray

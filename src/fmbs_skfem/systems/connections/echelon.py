@@ -42,7 +42,9 @@ def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np
     is raised where they contradict the others: their `gap` says it.
     """
     u = np.ones(A.shape[1]) if units is None else units
+    # before anything is compared: round-off would join blocks that have nothing in common
     A = without_round_off(A, u)
+    # blocks of a few rows, as dense as they like, in place of one of thousands
     labels = connected_components(csr_array(abs(A) @ abs(A).T), directed=False)[1]
     alone = (np.bincount(labels)[labels] == 1) & (np.diff(A.indptr) == 1)
     order = np.flatnonzero(~alone)
@@ -60,6 +62,7 @@ def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np
 
 def solve_alone(A: csr_array, a: np.ndarray, rows: np.ndarray) -> Echelon:
     """Rows (i,) of A (m, n) that fix one unknown each, which no other row reads: edges that are held, thousands of them."""
+    # edges that are held: no elimination for thousands of rows of one entry
     at = A.indptr[rows]
     entry, unknown = A.data[at], A.indices[at].astype(np.int64)
     good = entry != 0.0

@@ -138,6 +138,7 @@ class OfPython:
         return 1
 
 
+# relative, as 1e-5 m is longer than a soft spring of 1 um, which then loses all of its stiffness
 STEP = 1e-5  #: of differences, relative to the size of the rows and rates
 
 

@@ -19,6 +19,7 @@ from ..connections import edges
 from ..places import At, Draft
 
 NOISE = 1e-12  #: value of a function at a point that counts as zero, over the largest
+# the curvature there is the mean of both sides: the moment of one is 85 % off in a cylinder of two thicknesses
 JUMP = 0.1  #: part of the thickness by which it differs in cells that meet
 
 
