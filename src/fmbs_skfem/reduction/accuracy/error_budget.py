@@ -73,6 +73,7 @@ def choose(task: TrainingTask, run: FullRun, tolerance: float, step: float | Non
 
 def first_eps(tolerance: float) -> float:
     """The eps tried first: the square of the share."""
+    # errors go with the root of eps
     return clip((TRUNCATION * tolerance) ** 2, SMALLEST_EPS, LARGEST_EPS)
 
 
@@ -85,6 +86,7 @@ def choose_eps(task: TrainingTask, run: FullRun, tolerance: float) -> tuple[floa
         found[eps] = error_at(task, run, replace(task.plan, tolerance=eps, modes=None, hyper=plain))
         if found[eps] <= share or eps <= SMALLEST_EPS:
             break
+        # the same law from the error that was found, with some room, since modes come one by one
         factor = SAFE * (share / found[eps]) ** 2 if math.isfinite(found[eps]) else UNSTABLE
         eps = clip(eps * max(factor, UNSTABLE), SMALLEST_EPS, LARGEST_EPS)
     best = min(found, key=lambda eps: found[eps])
@@ -107,6 +109,7 @@ def choose_eta(task: TrainingTask, run: FullRun, tolerance: float, eps: float, t
         found[eta] = error_at(task, run, replace(task.plan, tolerance=eps, modes=None, hyper=replace(hyper, tolerance=eta)))
         if found[eta] <= share or eta <= SMALLEST_ETA:
             break
+        # tenths: a few points more or less a trial, each of them a training
         eta = clip(0.1 * eta, SMALLEST_ETA, LARGEST_ETA)
     best = min(found, key=lambda eta: found[eta])
     return best, found[best]

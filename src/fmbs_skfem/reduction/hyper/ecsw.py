@@ -34,6 +34,7 @@ Blocks = ArrayLike | Iterable[ArrayLike]  #: a matrix, or its rows in blocks
 
 # A^T A has the square of the condition: it is good down to tolerances of about 1e-7, a tenth of this; below a thin QR comes first
 GRAM_FLOOR = 1e-6  #: smallest tolerance for which the Gram form is used
+# a hundredth and a hundred times of it select the same cells of a double pendulum, as does 1e-6
 DEPENDENT = 1e-12  #: a column with less than this outside the span, relative (in the Gram form: of its square), is passed over
 
 
@@ -82,6 +83,7 @@ def weights(G: ArrayLike, tolerance: float, b: ArrayLike | None = None) -> Sampl
     _check_tolerance(tolerance, where)
     matrix = _checked(G, where)
     target = matrix.sum(axis=1) if b is None else _target(b, matrix.shape[0], where)
+    # one matrix of as many rows as cells, however many states: it is made once, and the search never reads G again
     if tolerance >= GRAM_FLOOR:
         active, w, _, iterations = _search_gram(gram(matrix, target), tolerance)
         achieved = _residual(matrix, target, active, w)
@@ -124,6 +126,7 @@ def compress(blocks: Blocks, b: ArrayLike | None = None) -> tuple[Array, Array]:
     triangle = np.zeros((0, 0))
     for number, (block, part) in enumerate(_blocks(blocks, b, "ecsw.compress")):
         rows = np.column_stack([block, part])
+        # block after block, so that G is never whole in the memory
         triangle = np.asarray(np.linalg.qr(rows if number == 0 else np.vstack([triangle, rows]), mode="r"))
     return np.ascontiguousarray(triangle[:, :-1]), np.ascontiguousarray(triangle[:, -1])
 
@@ -171,16 +174,19 @@ def _search(rows: Array, c: Array, bb: float, R: Array, y: Array, tolerance: flo
             squared, slope = _slope_columns(rows, R, y, active, w, count)
         else:
             squared, slope = _slope_gram(rows, c, bb, active, w, count)
+        # as soon as the tolerance is met: each further column would be a cell more in every step of every run
         if squared <= tolerance * tolerance * bb:
             break
         chosen = -1
         for candidate in range(e):
             eligible = free[candidate] and not passed[candidate] and slope[candidate] > 0.0
+            # the steepest one, as Lawson and Hanson's
             if eligible and (chosen < 0 or slope[candidate] > slope[chosen]):
                 chosen = candidate
         if chosen < 0:
             break
         if orthogonal:
+            # factors of the active columns are kept, and grow by a row: k^2 operations a column, and not k^3
             accepted = _append_column(rows[chosen], y, T, z, Q, count)
         else:
             accepted = _append_gram(rows[chosen], c[chosen], chosen, active, T, z, count)
@@ -188,6 +194,7 @@ def _search(rows: Array, c: Array, bb: float, R: Array, y: Array, tolerance: flo
             passed[chosen] = True
             continue
         active[count], w[count], free[chosen] = chosen, 0.0, False
+        # a column that did not help may do so beside another one
         passed[:] = False
         count = _descend(T, z, Q, w, trial, active, free, count + 1)
         iterations += 1
@@ -250,6 +257,7 @@ def _append_column(column: Array, y: Array, T: Array, z: Array, Q: Array, count:
         whole += rest[i] * rest[i]
     for i in range(count):
         T[i, count] = 0.0
+    # Gram and Schmidt twice: once leaves round-off over the part outside, twice leaves round-off
     for _ in range(2):
         for i in range(count):
             part = 0.0
@@ -306,6 +314,7 @@ def _remove(T: Array, z: Array, Q: Array, w: Array, active: Indices, count: int,
         for i in range(j + 2):
             T[i, j] = T[i, j + 1]
     for i in range(at, count - 1):
+        # plane rotations in place of new factors: no column is read again
         length = np.hypot(T[i, i], T[i + 1, i])
         cosine, sine = T[i, i] / length, T[i + 1, i] / length
         for j in range(i, count - 1):

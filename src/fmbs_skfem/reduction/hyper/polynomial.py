@@ -61,6 +61,7 @@ class Polynomials:
         system = multiply_out(system)
         for elastic, made in self.known:
             factors = {ratio(old, new) for old, new in zip(elastic, system.elastic, strict=True)}
+            # another Young's modulus or thickness is a factor: no polynomial of r^4 / 24 numbers is made anew
             if len(factors) == 1 and (factor := factors.pop()) is not None:
                 scaled = (part if factor == 1.0 else replace(part, gather=scale(part.gather, factor)) for part in made.elastic)
                 return replace(system, elastic=tuple(scaled))
@@ -130,6 +131,7 @@ def energy_matrix(sampled: Sampled) -> np.ndarray:
     size = fields.shape[2]
     P = np.zeros((size * (size + 1) // 2,) * 2, order="F")
     lost = np.zeros_like(P)
+    # blocks of points as products of matrices; sums of many lose digits, which are carried on beside them
     for first in range(0, points, BLOCK):
         part = slice(first, first + BLOCK)
         lost = dsyrk(1.0, strain_rows(fields[:, part], sampled.section[:, 0, part]).T, beta=-1.0, c=lost, lower=1, overwrite_c=1)

@@ -35,10 +35,12 @@ from . import ecsw
 from .ecsw import Gram, Sample
 from .hyper_reduction import USUAL, HyperReduction, Rule, TrainingRun, register
 
+# double pendulum of 100 cells a beam: all 400 states keep 33 points, which err by 2.00e-5, 167 of them 32, by 2.03e-5
 WORK = 400_000  #: training states times points: more states than that are thinned out, down to LEAST
 LEAST = 120
 START = 20  #: first training states, of the transient, which are never left out
 BLOCK = 20_000_000  #: numbers in a block of training forces
+# 100 in its place selects the same 33 of 600 points of a double pendulum
 MANY = 6000  #: points above which the cells are searched first, and then the points of the cells that were found
 
 
@@ -159,6 +161,7 @@ def solve(
     """
     ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)  # compiled before the clock starts
     points = sum(count(e, Level.POINTS) for e in runs[0][0])
+    # neighbouring states say the same: 40 of a crank-slider were as good as 150
     runs = [(members, thin(states, len(runs) * points)) for members, states in runs]
     if level is Level.ELEMENTS or points <= MANY:
         return search([(training_blocks(*run, start, level, measure), None) for run in runs], tolerance)
@@ -167,6 +170,7 @@ def solve(
     totals = [np.concatenate([block.sum(axis=1) for block in blocks]) for blocks in by_cell]
     training = clock.process_time() - begun
     cells, *first = search([(blocks, None) for blocks in by_cell], tolerance)
+    # cells that do are a solution by their points, too: the search among these has one from the start
     few = [(*points_in(members, cells.indices), states) for members, states in runs]
     blocks_of_few = (training_blocks(members, states, start, level, measure) for members, _, states in few)
     sample, *second = search(list(zip(blocks_of_few, totals, strict=True)), tolerance)
@@ -231,6 +235,7 @@ def training_blocks(
 ) -> Iterator[np.ndarray]:
     """Rows (s n) of G for blocks of states (s, n); columns are cells or points of all bodies of the component."""
     points = sum(len(sampled_gather(e).cell) for e in members)
+    # blocks of states, so that forces of all points stay below BLOCK numbers
     block = max(1, min(32, BLOCK // (points * states.shape[1])))
     for first in range(0, len(states), block):
         part = states[first : first + block]

@@ -104,6 +104,7 @@ def with_directions(system: System, K: csr_array, rows: np.ndarray, read: np.nda
     normals = np.vstack([inner[kept], independent_of(inner[kept], turned)])
     W, mine = metric_of(system, rows), csr_array(K[rows][:, rows])
     soft = SOFT * float(np.max(np.abs(mine.diagonal()) / W.diagonal()))
+    # the static displacement against a row: what bends least for its reaction
     static = splu(csr_array(mine + (soft or 1.0) * W).tocsc()).solve(normals.T)
     wanted = np.isin(numbers[inside][kept], read)
     D, count = static @ np.linalg.inv(normals @ static), basis.modes.shape[1] - basis.against

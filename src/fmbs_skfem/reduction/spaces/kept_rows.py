@@ -37,6 +37,8 @@ Error: TypeAlias = Callable[[Names], float]  #: of the reduced motion without so
 
 NONE: Names = frozenset()
 FEW = 8  #: states, at least, at which dependent rows are looked for
+# rows between components are never left out: without that of a weld a beam came off its hub, with an error of 3.8 times its
+# range, 1.4e-6 with it
 SEEN = 1e-6  #: part of a row in a component, of that in another one, that is round-off
 LOCKS = 2.0  #: error with a row over that without it, from which it locks; those of rows that lock are 3 to 100 000 times larger
 FAR = 1e3  #: error over what the basis misses, from which single rows are tried; of motions that nothing locks it is 1 to 300

@@ -30,6 +30,7 @@ from ...core.values.arrays import finite
 Array = NDArray[np.float64]
 
 EPS = float(np.finfo(np.float64).eps)
+# the kept start is far from the mean, or the mean itself: 1e-14 and 1e-8 give the same 42 modes
 SAME = 1e-12  #: a kept state that differs from the mean by less than this, relative to their size, is the mean
 
 
@@ -129,6 +130,7 @@ def _tail_count(s: Array, tolerance: float, every: Array) -> int:
     if not 0.0 < tolerance < 1.0:
         raise InputError(say("pod", "0 < tolerance < 1", tolerance, "1e-12 means a relative error of 1e-6"))
     unit = float(np.max(every))
+    # from the small end: a sum from the large one would lose the tail in its round-off
     tails = np.append(np.cumsum(np.square(s / unit)[::-1])[::-1], 0.0)
     return int(np.argmax(tails <= tolerance * np.sum(np.square(every / unit))))
 
@@ -146,6 +148,7 @@ def _decompose(
         raise InputError(say("pod", "a component that moves in the training run", "one that stays where it is", remedy))
     first = np.zeros((len(mean), 0)) if keep is None else _direction(W, _state(keep, "keep", x.shape[0]), mean)
     rest = s
+    # the start is kept: without it slender beams begin with membrane strain that they do not have, and indefinite tangents
     if first.shape[1]:
         left, rest = left_singular(W, outside(W, x, first))
     count = _count(rest, int(np.sum(rest > floor)), tolerance, modes, s, first.shape[1])
@@ -174,6 +177,7 @@ def _size(W: csr_array, x: Array) -> float:
 
 def outside(W: csr_array, x: Array, first: Array) -> Array:
     """x (n,) or (n, k) without its part along the orthonormal columns `first` (n, r) in the metric W (n, n)."""
+    # twice, as what round-off leaves of the first time is as large as small modes
     for _ in range(2):
         x = x - first @ (first.conj().T @ (W @ x))
     return x
@@ -187,7 +191,9 @@ def orthonormal(W: csr_array, columns: Array) -> Array:
 
 def left_singular(W: csr_array, x: Array) -> tuple[Array, Array]:
     """U (n,i), orthonormal in the metric W (n,n), and s (i,) of x (n,s)."""
+    # positions and slopes in one size, so that QR loses no digits of either
     scale = np.sqrt(W.diagonal())
+    # QR and SVD: a Gram matrix squares singular values, and knows nothing below eps of 1e-16 where 1e-18 is asked for
     q, r = np.linalg.qr(scale[:, None] * x)
     C = np.linalg.cholesky(q.conj().T @ (diags_array(1.0 / scale) @ W @ diags_array(1.0 / scale) @ q))
     u, s, _ = np.linalg.svd(C.conj().T @ r, full_matrices=False)
