@@ -26,6 +26,8 @@ from .step import Workspace, opened
 from .woodbury import COLUMNS, JOINTS, RHS, rows_of
 
 BAND_CHOLESKY, BAND_LU, DENSE_LU, BLOCKS, DENSE_CHOLESKY = 1, 2, 3, 4, 5  #: kinds of factors, L D L^T those of blocks
+# joints and elastic terms leave 1e-16, friction 1e-4: nothing lies between, so that a hundredth and a hundred times of it decide
+# alike
 SYMMETRIC = 1e-8  #: largest difference of entries ij and ji of W, over sqrt(W_ii W_jj), with which half of them is factored
 
 
