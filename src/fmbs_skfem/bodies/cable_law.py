@@ -125,6 +125,7 @@ def spatial(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -
 @inlined
 def quadratic(r: Vector, b: Vector, n: int, EA: float, EI: float, kappa0: float) -> Bending:
     """H = r''.r''."""
+    # without r': mass and bending stiffness of a straight line are constant
     W, c, gamma, rho, mu = bent(dot(b, b), EA, EI, kappa0)
     return Bending(W, c, (0.0, 0.0, 0.0), b, (0.0, 0.0, gamma, 0.0, c, 0.0), (0.0, 0.0, rho, 0.0, mu), (0.0, 0.0))
 
@@ -298,6 +299,7 @@ def section_forces(
     """
     EA, EI = numbers
     stretch, kappa = np.linalg.norm(gradients[..., :dim], axis=-1), curvatures(n, dim, gradients)
+    # n = 0 stands for the quadratic curvature, whose moment is that of m = 1
     above = (n or 1) - 2
     change = EI * (kappa - kappa0)
     return EA * 0.5 * (stretch**2 - 1.0) * stretch - above * change * kappa / stretch, change * stretch**-above

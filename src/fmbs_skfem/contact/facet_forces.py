@@ -52,6 +52,7 @@ from .law import STEP, UNKNOWN, E, K, harden, size, stored
 
 WAYS = 4  #: bounds of the ways of the surface and of the points a unit of |dx| and of max |dx_n|
 RANK = 9  #: of the derivatives of a point: by d, X,u and X,v
+# as `forces.DISTANT`: what is ten steps away meets nothing in the next
 SOON = 10.0  #: steps like the last one that a point is away, at least, whose side is not looked for
 
 

@@ -28,6 +28,7 @@ Scalar: TypeAlias = Any  #: a real or a complex number
 # no difference is taken, so that nothing cancels: all from 1e-8 down give the same digits, as squares of it are lost
 STEP = 1e-30  #: of complex derivatives
 BEFORE = 1.0  #: how long points that touch at the start are taken to have moved as they do [s]
+# below zero, which no normal force is: one number says both
 UNKNOWN = -1.0  #: normal force of a point whose last state is not known
 LAW = ("stiffness", "damping", "dissipation", "smoothing", "cut", "friction", "sticking", "sticking_damping")
 POWER = ("exponent", "depth")  #: p and d [m], which stand behind

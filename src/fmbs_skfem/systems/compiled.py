@@ -340,6 +340,7 @@ def tabulated(system: System, times: np.ndarray) -> np.ndarray:
     """Values of all signals, (s, k)."""
     found = np.empty((len(times), len(system.signals)))
     for k, signal in enumerate(system.signals):
+        # all instants in one call of a history, which may be a function of Python
         found[:, k] = signal(times)
     return found
 
@@ -393,6 +394,7 @@ def evaluate(
     """
     found, table = place(model, x, v, t, memory, multipliers, a)
     evaluation.evaluate(table)
+    # errors of functions of Python are raised here: none can pass compiled code
     model.check()
     out = np.zeros(len(x))
     out[model.order] = found.space.f
@@ -502,6 +504,7 @@ def constraints_at(model: Compiled, x: np.ndarray, times: np.ndarray) -> tuple[n
     The second array is that of the space, which the next evaluation overwrites.
     """
     (found, table), signals = model.evaluation, signal_table(model.system, times)
+    # probes alone: no cell is evaluated for a gap
     phi, s, states = np.zeros((len(x), model.constraints)), found.space, x[:, model.order]
     for k in range(len(x)):
         s.x[:], s.signals[: signals.shape[1]] = states[k], signals[k]
@@ -523,6 +526,7 @@ def tangent(
 
     x, v (n,), at rest without v, multipliers (m,), t [s], gh [1/s]; C of the system counts gh times. Inertia is not in it.
     """
+    # exact, for equilibria and modes, where a step may take one that is rotated or old
     K = csr_array(elastic_tangent(model, x, gh)) + csr_array(model.system.stiffness)
     return csr_array(K + probe_tangent(model, x, multipliers, t, gh, memory, v) + gh * csr_array(model.system.damping))
 

@@ -62,6 +62,7 @@ class Pairs(NamedTuple):
 @jit
 def clear(x: np.ndarray) -> None:
     """x (n,) = 0, in place."""
+    # loops of numbers and no slices, here and below: the compiler makes one instruction of several of them
     for i in range(len(x)):
         x[i] = 0.0
 
@@ -70,6 +71,7 @@ def clear(x: np.ndarray) -> None:
 def clear_rows(A: np.ndarray) -> None:
     """A (m, n) = 0, in place."""
     for i in range(A.shape[0]):
+        # the last index is the inner one, along the memory
         for j in range(A.shape[1]):
             A[i, j] = 0.0
 
@@ -441,6 +443,7 @@ def add_pairs(A: Pairs, P: Csr, H: np.ndarray, dense: bool, blocks: Csr, W: np.n
 def any_of(x: np.ndarray) -> bool:
     """Whether a number of x (n,) is not zero."""
     found = False
+    # over all derivatives on pairs: nearly always all of them are zero where contacts are open
     for i in range(len(x)):
         found = found or x[i] != 0.0
     return found

@@ -134,6 +134,7 @@ def forces(table: Any, _: Any) -> int:
 
     A routine for the table of an evaluation: as `find_forces`.
     """
+    # at a start no evaluation has left gradients yet
     if evaluation(table).arrays.elastic.damped:
         elastic_forces(table)
     find_forces(table)

@@ -26,14 +26,15 @@ from .step import Workspace, opened
 from .woodbury import COLUMNS, JOINTS, RHS, rows_of
 
 BAND_CHOLESKY, BAND_LU, DENSE_LU, BLOCKS, DENSE_CHOLESKY = 1, 2, 3, 4, 5  #: kinds of factors, L D L^T those of blocks
-# joints and elastic terms leave 1e-16, friction 1e-4: nothing lies between, so that a hundredth and a hundred times of it decide
-# alike
+# joints and elastic terms leave 1e-15 at most, what touches with friction between 1e-8 and 1e-4: a hundredth of it decides alike,
+# and what half or twice of it lets through is as small as what the iteration leaves
 SYMMETRIC = 1e-8  #: largest difference of entries ij and ji of W, over sqrt(W_ii W_jj), with which half of them is factored
 
 
 def doors(form: Storage) -> tuple[Routine, Routine, Routine]:
     """The routines `factorise`, `solve` and `apply` of a storage."""
     if form is Storage.BLOCKS:
+        # three names a storage: another one is three routines and a line here
         return factorise_blocks, solve, apply_blocks
     return (factorise_dense, solve, apply_dense) if form is Storage.DENSE else (factorise_band, solve, apply_band)
 
@@ -428,6 +429,7 @@ def apply_band(table: Any, which: Any) -> int:
     S = opened(table)
     W, w, rows = S.space.W, S.work, rows_of(table, which)
     if w.kind[2] == BAND_LU:
+        # LAPACK for a band with pivots: friction is rare, and rows of U are as wide again as the band
         width = W.shape[1] - 1
         return lapack.gbtrs(w.addresses, w.general, width, width, w.pivots, rows)
     for k in range(len(rows)):

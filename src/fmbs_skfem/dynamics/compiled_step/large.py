@@ -149,6 +149,7 @@ class Large:
     def close(self, space: Space, now: Standing, r: np.ndarray) -> None:
         """rhs <- KKT^-1 (., g) from rhs = (., g) and W^-1 of what stands for the point, as the bodies stood when W was factored."""
         n, nb = self.size, len(now.at)
+        # what the interface takes is one product of its size and one solution, in any step
         if nb:
             found = dgetrs(*now.factors, np.concatenate([now.small @ r[self.interface[now.at]], space.rhs[0, n:]]))[0]
             push = now.H @ found[:nb] + now.J.T @ found[nb:]
@@ -178,6 +179,7 @@ class Large:
 def interface(model: Compiled, whole: bool) -> np.ndarray:
     """Unknowns read by constraints or by loads that depend on the configuration, in whole vectors where rotations act."""
     system = model.system
+    # whatever a constraint or a force with derivatives may read in a run: the interface has one size
     rows = {int(k) for k in reads(system.constraints, len(system.probes.offset)).indices}
     rows |= {int(k) for k in model.pairs.ravel()} | {int(k) for force in model.forces if force.low.terms for k in force.alone}
     touched = distinct(csr_array(system.probes.matrix)[sorted(rows)].indices)
@@ -201,6 +203,7 @@ def rotation_weights(model: Compiled) -> list[tuple[slice, np.ndarray]]:
 
 def fit_rotations(large: Large, x: np.ndarray) -> list[np.ndarray]:
     """Rotation of every body that fits its motion from the reference best (polar decomposition of q^T G)."""
+    # by all vectors of a body, so that what it bends to one side here it bends to the other there
     return [nearest(x[where].reshape(-1, large.dim).T @ G) for where, G in large.bodies]
 
 
@@ -208,6 +211,7 @@ def rotate(large: Large, r: np.ndarray, turns: list[np.ndarray]) -> None:
     """r <- R r, vector by vector, in place."""
     for (where, _), R in zip(large.bodies, turns, strict=True):
         part = r[where].reshape(-1, large.dim)
+        # in place, over all vectors of a body in one product
         part[:] = part @ R.T
 
 
@@ -265,6 +269,7 @@ def inverse(W: csr_array, motions: np.ndarray, solver: Solver = "own", before: I
 def node_size(W: csr_array) -> int:
     """Largest of the sizes 9, 6, 3, 2 in which whole blocks of unknowns share a row pattern; 1 if none."""
     counts = np.diff(W.indptr)
+    # multigrid coarsens nodes and not unknowns: nine of plates with gradients, six in the plane
     for size in (9, 6, 3, 2):
         if W.shape[0] % size == 0:
             first = W.indptr[:-1].reshape(-1, size)
@@ -284,6 +289,7 @@ def rigid_motions(model: Compiled) -> np.ndarray:
     spins = [np.cross(axis, np.pad(q, ((0, 0), (0, 3 - dim))))[:, :dim] for axis in np.eye(3)[2 if dim == 2 else 0 :]]
     B = project(system.lift.matrix, np.stack([field.ravel() for field in fields + spins], axis=1))
     sizes = np.linalg.norm(B, axis=0)
+    # about a line that all points lie on nothing moves, and multigrid would divide by it
     moving = sizes > ROUND * sizes.max(initial=0.0)
     return np.asarray(B[:, moving] / sizes[moving])
 

@@ -28,6 +28,7 @@ from ..scheme import Newton, round_off
 # with FAR from the first correction on a cable that hardly bends fell into another equilibrium, with a fold; a roll-up in 12 load
 # steps takes 267 corrections, 264 at half of NEAR, 200 at twice, and as many with any FAR from 0.1 to 5
 NEAR, FAR = 0.02, 0.2  #: longest corrections over the size of the mechanism, at first and at most
+# a roll-up takes the same corrections with half and twice of it
 FLOOR = 50.0  #: corrections up to this times the round-off of positions are round-off: thin bodies amplify it
 LITTLE, SOLVES = 1e-9, 1e-3  #: of the metric beside a singular tangent, and the rest of the residual that it may leave
 STALE = 1e-9  #: change of multipliers in the last correction, over their size, from which its tangent is not that of the state

@@ -177,9 +177,11 @@ def at_points(
 
     def force(table: Any, record: Any) -> int:
         s, P = evaluation(table).space, opened(record)
+        # damped terms keep their gradients: the heat of a step then costs no second evaluation
         room, at = (s.gradients[0], P.kept) if P.beta > 0.0 else (s.work[0], 0)
         u = read(s, P, 0, room, at)
         rate = read(s, P, 1, room, at + u.size) if P.beta > 0.0 else u
+        # stresses beside gradients, in rooms that all terms share
         S = view(s.work[2], 0, u.shape)
         laws.call_stress(P.calls, u, rate, P.beta, P.section, S)
         scatter(s, P, S)
@@ -187,6 +189,7 @@ def at_points(
 
     def tangent(table: Any, record: Any) -> int:
         s, P = evaluation(table).space, opened(record)
+        # gradients once more: those of the force are of another term by now
         u = read(s, P, 0, s.work[0], 0)
         rows, points, cells = u.shape
         D = view(s.work[1], 0, (rows, rows, points, cells))
@@ -207,6 +210,7 @@ def at_points(
         now, before = view(s.gradients[0], P.kept, (2 * size,)), view(s.gradients[1], P.kept, (2 * size,))
         mean, mean_rate = view(u, 0, (size,)), view(rate, 0, (size,))
         for i in range(size):
+            # of second order, and none of a rigid rotation, which has no rate half way
             mean[i] = 0.5 * (now[i] + before[i])
             mean_rate[i] = 0.5 * (now[size + i] + before[size + i])
         s.energy[0] += P.beta * laws.call_dissipation(P.calls, u, rate, P.section, s.work[0])

@@ -122,6 +122,7 @@ def add_product(P: Any, work: np.ndarray, W: np.ndarray) -> None:
 def gather_alone(table: Any, record: Any) -> int:
     """The gradients, for reports of time."""
     s = evaluation(table).space
+    # as in a force, without its law: reports subtract nothing
     read(s, opened(record), 0, s.work[0], 0)
     return 0
 

@@ -309,6 +309,7 @@ opened = opener(QuarticRecord)
 def call_energy(table: Any, record: Any) -> int:
     """`energy` as a term."""
     s, Q = evaluation(table).space, opened(record)
+    # coefficients are all that is read: no points, no law, no training
     s.energy[0] += energy(Q.coefficients, view(s.x, Q.first, (Q.modes,)), s.work[0])
     return 0
 

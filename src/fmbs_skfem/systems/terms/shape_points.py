@@ -222,6 +222,7 @@ def of_cells(cells: Cells, functions: np.ndarray) -> ShapePoints:
     Points are in the order (p, e); they read the coordinates 0 ... m c - 1 of their body.
     """
     K, P, _, E = cells.table.shape
+    # tables multiplied out once: a step reads b functions of the body, and no cells
     table = np.einsum("kpbe,bea->kpea", cells.table, functions[cells.nodes // cells.dim], optimize=True)
     return ShapePoints(
         cells.law,
@@ -257,6 +258,7 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
     table, section = np.ascontiguousarray(points.table.reshape(K * P, B)), np.ascontiguousarray(points.section)
     targets, dim, damped = setting.targets(couplings(points)), setting.dim, setting.beta > 0.0
     numbers = (table, np.ascontiguousarray(table.T), section)
+    # only shells are far stiffer in their plane than across, so that a small rotation asks for a new tangent
     turns = points.law is Law.SHELL
     gram = gram_of(points) if turns else np.zeros((0, 0))
     places = (setting.kept, gram, setting.turned)
