@@ -28,6 +28,18 @@ def check(source: Path, **options: Any) -> studies.Result:
     return studies.check(source, **options)
 
 
+@functools.wraps(studies.run)
+def run(source: Path, **options: Any) -> studies.Result:
+    """Without states that nobody can ask for."""
+    return studies.run(source, states=False, **options)
+
+
+@functools.wraps(studies.resume)
+def resume(folder: Path, **options: Any) -> studies.Result:
+    """The same of a run that was stopped."""
+    return studies.resume(folder, states=False, **options)
+
+
 @functools.wraps(studies.demo)
 def demo(out: Path | None, force: bool, copy: bool, **options: Any) -> studies.Result:
     """Into a folder of its own, whose files are those of an earlier demo; examples, which may have been changed, are kept."""
@@ -55,8 +67,8 @@ GROUPS: dict[str, Callable[[], click.Group]] = {"rom": rom, "part": part}  #: co
 COMMANDS: dict[str, tuple[Callable[..., studies.Result], str] | None] = {
     "new": (studies.new, ""),
     "check": (check, ""),
-    "run": (studies.run, "fmbs-{}"),
-    "resume": (studies.resume, ""),
+    "run": (run, "fmbs-{}"),
+    "resume": (resume, ""),
     "reduce": (studies.reduce, "{}.h5"),
     "train": (studies.train, "fmbs-{}-train"),
     "rom": None,

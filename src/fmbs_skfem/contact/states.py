@@ -32,6 +32,7 @@ class ContactState(Probe, word="contact"):
     """
 
     load: Annotated[str, "a name of a contact"]
+    calls = ("pushes",)
 
     def sense(self, name: str, draft: Draft) -> Output:
         gauge = draft.gauges.get(self.load)

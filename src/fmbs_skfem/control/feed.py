@@ -25,6 +25,7 @@ from ..dynamics.outputs import survey_of
 from ..dynamics.run import trajectory
 from ..dynamics.scheme import GeneralizedAlpha
 from ..dynamics.trajectory import Trajectory
+from ..systems.measures.probes import calls_of
 from ..systems.signals import driving_inputs, given_by_name, read_inputs, with_inputs
 from ..systems.system import System, driving
 from . import sampled_loops
@@ -64,6 +65,7 @@ class Feed(SingleSteps):
             name: GivenInput(scheme.step, [one.start] * KEPT, 1 - KEPT, name in smooth) for name, one in self.inputs.items()
         }
         self.system = with_inputs(plain, self.given)
+        self.reads_states = bool(calls_of(plain.outputs))  # forces are found of compiled systems, of which every block has its own
         self.samplers = [sampler(one, scheme) for one in self.inputs.values() if isinstance(one, Controlled)]
         held = [one for one in self.inputs.values() if isinstance(one, Held)]
         own = [one.of for one in self.samplers] + held

@@ -61,6 +61,8 @@ NOT_KNOWN = np.nan, np.nan
 class Watch(Observer):
     """The events of a run."""
 
+    reads_states = False
+
     def __init__(self, feed: Feed) -> None:
         system, self.feed = feed.system, feed
         self.triggers, self.locks = system.triggers, {one.joint: one for one in system.locks}

@@ -21,6 +21,7 @@ from ..core.storage.records import dataclass
 from ..systems.compiled import Compiled, signal_table
 from .compiled_step.large import Large
 from .compiled_step.step import Method, Step
+from .trajectory import Trace
 
 FACTORS = {
     0: (),
@@ -48,6 +49,8 @@ class Rows:
     multipliers: np.ndarray  #: (s, m), physical
     memory: np.ndarray  #: (s, l) what forces keep, (s, 0) where that is not known
     work: np.ndarray  #: (s,) of all that has no potential [J], not a number where that is not known
+    trace: Trace | None = None  #: what was read of the states, where few are kept
+    kept: np.ndarray | None = None  #: (k,) which have states then: x, v, a, multipliers and memory have k rows
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ class RunState:
     steps: int  #: of the whole run
     time: float  #: [s]
     kept: int  #: states stored so far
-    bytes_a_state: int
+    bytes_a_state: int  #: of `rows`
     rows: Callable[[int, int], Rows]  #: stored states from the first up to the second number
     checkpoint: Callable[[], Checkpoint]
 

@@ -49,8 +49,8 @@ def leading_signals(system: System, times: np.ndarray, step: float) -> tuple[np.
 
 def signals_of_steps(system: System, step: float, steps: int, first: int, many: int) -> tuple[np.ndarray, SolverError | None]:
     """`leading_signals` at the ends of some of the steps of a run, from the number `first` on."""
-    # long tables are made as they are needed, or a run would begin with as much memory as it stores
-    if steps * len(system.signals) > ROOM:
+    # long tables are made as they are needed, or a run would begin with as much memory as it stores; so is what is not remembered
+    if steps * len(system.signals) > ROOM or not repeatable(system):
         return leading_signals(system, step * (first + 1 + np.arange(many)), step)
     all_of_them = lambda: leading_signals(system, step * (1 + np.arange(steps)), step)[0]  # noqa: E731
     table = of_histories(system, "steps", step, steps, all_of_them)[first : first + many]

@@ -371,6 +371,7 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int, memor
         np.zeros((0, 0)),
         none,
         np.zeros((3, stored, n)),
+        model.order,
         np.zeros((stored, m)),
         np.zeros((stored, len(model.memory))),
         np.zeros(stored),

@@ -12,7 +12,7 @@ from ..core import machine_memory
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import Notice, Progress
 from ..systems.compiled import accepted, compile_system
-from ..systems.system import System
+from ..systems.system import System, loose_rows
 from . import rest
 from .checkpoint import Record, Resumed
 from .compiled_step import stepping
@@ -26,6 +26,7 @@ from .names import as_text, row_names, worst
 from .observers import Look, Observer, Setting, Source, observers_of
 from .run import OpenRun, last_residual, moment, take_up, trajectory
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
+from .tracing import FEW, tracer_of
 from .trajectory import Trajectory
 
 REASONS = {
@@ -49,6 +50,7 @@ def integrate(
     record: Record | None = None,
     resume: Resumed | None = None,
     observers: Sequence[Observer] = (),
+    states: int | None = None,
 ) -> Trajectory:
     """Integrate from t = 0 over `duration` [s]; states are stored every `every` steps and at the end, or after the steps listed.
 
@@ -61,17 +63,21 @@ def integrate(
     `record` sees the run a few times a second and may keep its states and a checkpoint; `resume` goes on from those, and ends in
     the same numbers as a run that was never stopped. `observers` look at the run beside those that the system offers, see
     `observers`.
+
+    With a number of `states`, outputs and energies are read while the run goes, at all stored times, and so many states are kept,
+    evenly spread, the first and the last one among them: `Trajectory.kept`. Where an observer reads states, all are kept.
     """
     steps = steps_in(scheme, duration)
-    fitting(system, steps, len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1)
+    stored = len(every) if isinstance(every, np.ndarray) else steps // max(every, 1) + 1
+    fitting(system, steps, stored if states is None else min(stored, states))
 
     def repeat(other: System, shown: Progress | None) -> Trajectory:
         return integrate(other, scheme, duration, newton, every, shown)
 
-    watching = [Look(lambda run: progress(run.done / run.steps))] if progress else []
-    watching += [Look(lambda run: record(moment(run)))] if record else []
+    watching = [Look(lambda run: progress(run.done / run.steps), reads_states=False)] if progress else []
+    watching += [Look(lambda run: record(moment(run)), reads_states=False)] if record else []
     setting = Setting(system, scheme, newton or Newton(), steps, system, repeat=repeat, progress=progress)
-    run = begun(setting, kept_steps(every, steps), [*watching, *observers], resume)
+    run = begun(setting, kept_steps(every, steps), [*watching, *observers], resume, states)
     try:
         advance(run)
         return finished(run)
@@ -114,7 +120,13 @@ def fitting(system: System, steps: int, stored: int) -> None:
         )
 
 
-def begun(setting: Setting, kept: np.ndarray, more: Sequence[Observer] = (), resume: Resumed | None = None) -> OpenRun:
+def begun(
+    setting: Setting,
+    kept: np.ndarray,
+    more: Sequence[Observer] = (),
+    resume: Resumed | None = None,
+    states: int | None = None,
+) -> OpenRun:
     """A run at its start, or where it was left, with more observers than are offered. Progress is 0 on the way to a start."""
     scheme, newton, steps = setting.scheme, setting.newton, setting.steps
     system = startable(setting.system, scheme)
@@ -140,19 +152,30 @@ def begun(setting: Setting, kept: np.ndarray, more: Sequence[Observer] = (), res
     rows = np.full(steps + 1, -1)
     rows[kept] = np.arange(len(kept))
     kept_by_forces = None if memory is None else accepted(model, x, start.v, memory)
-    step = first_step(model, start, method_of(scheme, newton, scheme.step, model), len(kept), kept_by_forces)
+    few = keeps_few(model.system, observers, len(kept), states, resume)
+    tracer, room = tracer_of(model, scheme, steps, len(kept), few) if few else (None, len(kept))
+    step = first_step(model, start, method_of(scheme, newton, scheme.step, model), room, kept_by_forces)
     step.space.off[:] = first.off
-    step.job.out[:, 0] = step.state.x, start.v[model.order], start.a[model.order]
+    step.job.out[0, 0, model.order], step.job.out[1:, 0] = step.state.x, (start.v, start.a)
     step.job.multipliers[0], step.job.memory[0] = start.multipliers, step.state.memory
     # factors of sparse models live here, outside of the packed step
     large = Large(model, newton.solver) if model.pattern else None
     clocks = clock.process_time(), clock.perf_counter()
-    run = OpenRun(model, scheme, newton, kept, scheme.step * kept, rows, step, large, *clocks, observers, source)
+    run = OpenRun(model, scheme, newton, kept, scheme.step * kept, rows, step, large, *clocks, observers, source, tracer=tracer)
     for one in observers:
         one.begin(run)
     if resume is not None:
         take_up(run, resume)
     return run
+
+
+def keeps_few(system: System, observers: Sequence[Observer], stored: int, states: int | None, resume: Resumed | None) -> int:
+    """How many states a run keeps of those stored, 0 for all: as it began, where it goes on."""
+    if resume is not None and resume.checkpoint.kept:
+        return min(states or FEW, stored) if resume.rows.trace is not None else 0
+    trained = bool(system.components) and bool(loose_rows(system.constraints).any())  # whose reactions the last state tells
+    asked = states is None or states >= stored or trained or any(one.reads_states for one in observers)
+    return 0 if asked else int(states or 0)
 
 
 def choose_chunk(chunk: int, seconds: float) -> int:
@@ -171,17 +194,20 @@ def march(run: OpenRun, many: int) -> None:
             if not run.ended:
                 take_step(run)
         return
-    # a step that begins in parts is not tried whole: it touches still
-    status = whole_steps(run, many) if run.step.state.parts[0] == 0 else stepping.TOO_LONG
-    if status != stepping.DONE:
-        divide(run, status)
+    end = run.done + many
+    while run.done < end:
+        run.make_room(run.done + 1)
+        # a step that begins in parts is not tried whole: it touches still
+        status = whole_steps(run, end - run.done) if run.step.state.parts[0] == 0 else stepping.TOO_LONG
+        if status != stepping.DONE:
+            return divide(run, status)
 
 
 def whole_steps(run: OpenRun, many: int) -> int:
     """Take some steps as long as they need not be halved; the status."""
-    scheme = run.scheme
+    scheme, many = run.scheme, run.last_stored(run.done + many) - run.done
     signals, broken = signals_of_steps(run.model.system, scheme.step, run.steps, run.done, many)
-    status, taken = run.take(run.step.method, signals, run.rows[run.done + 1 :])
+    status, taken = run.take(run.step.method, signals, run.rows_from(run.done + 1))
     run.done += taken
     if status == stepping.DONE and broken is not None:
         broken.partial = trajectory(run)
@@ -195,6 +221,7 @@ def take_step(run: OpenRun) -> None:
         for one in run.close:
             one.before(run)
         assert run.source is not None
+        run.make_room(run.done + 1)
         status = stepping.TOO_LONG
         if run.step.state.parts[0] == 0:
             status = run.source.take(run)

@@ -81,7 +81,7 @@ class Meter:
 class Reader(Meter, Observer):
     """Values that controllers and events of a run read, by number; see `systems.measures.readings`."""
 
-    word, looks = "read", "end"
+    word, looks, reads_states = "read", "end", False
 
     def __init__(self, system: System) -> None:
         self.readings = system.readings

@@ -36,6 +36,8 @@ class Observer:
 
     looks: Looks = "step"
     name: str = ""  #: of the one of several of a kind; what it keeps in checkpoints goes by it
+    #: whether it reads states of the motion that a run leaves, or of its stored ones: all are kept then
+    reads_states: bool = True
 
     def begin(self, run: OpenRun) -> None:
         """The run is at its start."""
@@ -148,8 +150,8 @@ class Look(Observer):
 
     looks: Looks = "pause"
 
-    def __init__(self, call: Callable[[OpenRun], object]) -> None:
-        self.call = call
+    def __init__(self, call: Callable[[OpenRun], object], reads_states: bool = True) -> None:
+        self.call, self.reads_states = call, reads_states
 
     def after(self, run: OpenRun) -> None:
         self.call(run)
@@ -160,8 +162,8 @@ class Judge(Observer):
 
     looks: Looks = "end"
 
-    def __init__(self, call: Callable[[OpenRun, Trajectory], object]) -> None:
-        self.call = call
+    def __init__(self, call: Callable[[OpenRun, Trajectory], object], reads_states: bool = True) -> None:
+        self.call, self.reads_states = call, reads_states
 
     def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
         self.call(run, motion)

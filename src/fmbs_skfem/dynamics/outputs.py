@@ -7,21 +7,22 @@ Energy balance of M q'' + f + Phi_q^T lambda = 0 with conservative constant load
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..core.algebra.linalg import distinct
+from ..core.algebra.linalg import distinct, is_zero, narrowed
 from ..core.compiling.structs import Routine
 from ..core.errors import InputError, say
 from ..systems import evaluation, work
 from ..systems.compiled import Compiled, compile_system, memories, signal_table
 from ..systems.evaluation import Samples
 from ..systems.measures.probes import Sensed, kind_of, require_distinct_columns
-from ..systems.system import Line, System, linear_part
+from ..systems.prepared import remembered
+from ..systems.system import Line, System, linear_part, sizes
 from . import vanishing
 from .trajectory import Trajectory
 
@@ -51,9 +52,13 @@ def balance_of(trajectory: Trajectory) -> Balance:
     """The energy balance of a motion."""
     stored, power = survey_of(trajectory)
     done, doubt = work_of(trajectory, power)
-    system, span = trajectory.system, float(np.ptp(trajectory.times))
-    rest = STILL * system.weight * (system.scale / span) ** 2 if span > 0.0 else 0.0
+    rest = rest_of(trajectory.system, float(np.ptp(trajectory.times)))
     return Balance(stored, done, doubt, stored.sum(axis=1) - done + lost(trajectory), rest)
+
+
+def rest_of(system: System, span: float) -> float:
+    """Energy [J] that is the round-off of a model at rest for a span of time [s]."""
+    return STILL * system.weight * (system.scale / span) ** 2 if span > 0.0 else 0.0
 
 
 def work_of(trajectory: Trajectory, power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -88,17 +93,30 @@ def survey_of(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray]:
     That is: of drives and damping, and of loads without a potential. Linear springs, which rest in the reference x0, have
     1/2 u^T K u + u . (K x0 - c), u = x - x0, with the part c of the constant force that a change of coordinates has made theirs.
     """
-    system, times = trajectory.system, trajectory.times
-    delta = DELTA * max(float(times[-1]), 1e-12)
+    if trajectory.trace is not None:
+        return trajectory.trace.survey[:, :3], trajectory.trace.survey[:, 3]
+    found = survey(compile_system(trajectory.system), trajectory, trajectory.x[0], float(trajectory.times[-1]))
+    return found[:, :3], found[:, 3]
+
+
+def survey(model: Compiled, part: Trajectory, start: np.ndarray, end: float) -> np.ndarray:
+    """Energies and power (s, 4) as of `survey_of`, of a part of a motion that begins with `start` (n,) and lasts up to `end` [s].
+
+    Every row is that of its state alone, to the bit, so that parts of any lengths make the same numbers: BLAS sums in an order that
+    depends on their number.
+    """
+    system, times = model.system, part.times
+    delta = DELTA * max(end, 1e-12)
     span = np.maximum(times - delta, 0.0), times + delta
-    motion = times, trajectory.x, trajectory.v, trajectory.a
-    found = on_samples(work.survey, compile_system(system), 3, *motion, trajectory.multipliers, span, trajectory.memory)
-    loads, K, u = system.loads.constant, system.stiffness, trajectory.x - system.x0
+    found = on_samples(work.survey, model, 3, times, part.x, part.v, part.a, part.multipliers, span, part.memory)
+    loads, K = system.loads.constant, system.stiffness
     springs = system.loads.springs if len(system.loads.springs) else np.zeros_like(loads)
-    loads = loads - springs
-    found[:, 1] += 0.5 * np.sum(u * np.asarray(K @ u.T).T, axis=1) + u @ (np.asarray(K @ system.x0) - springs)
-    potential = -(trajectory.x - trajectory.x[0]) @ loads
-    return np.column_stack([found[:, :2], potential]), found[:, 2]
+    if not is_zero(K) or springs.any():
+        u = part.x - system.x0
+        forces = 0.5 * np.asarray(K @ u.T).T + (np.asarray(K @ system.x0) - springs)
+        found[:, 1] += np.sum(u * forces, axis=1)
+    potential = np.einsum("sn,n->s", part.x - start, springs - loads)
+    return np.column_stack([found[:, :2], potential, found[:, 2]])
 
 
 def on_samples(
@@ -117,15 +135,32 @@ def on_samples(
 
     Without `memory` (s, l), what forces kept of the states follows from them.
     """
-    xc, vc, ac = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
+    x, v, a = (np.ascontiguousarray(part) for part in (x, v, a))
     held = np.zeros((len(times), model.constraints)) if multipliers is None else np.ascontiguousarray(multipliers)
     before, after = span or (times, times)
     now, early, late = (signal_table(model.system, t) for t in (times, before, after))
     memory = memories(model, times, x, v, a, memory)
     out = np.zeros((len(times), width))
     space = model.evaluation[0].space
-    routine(Samples(space, model.arrays, xc, vc, ac, held, now, early, late, after - before, memory, out))
+    routine(Samples(space, model.arrays, model.order, x, v, a, held, now, early, late, after - before, memory, out))
     return out
+
+
+def sizes_of(trajectory: Trajectory) -> np.ndarray:
+    """Largest entry of v, size of its change since the state before over the time [m/s2], and displacement [m], (s, 3).
+
+    Those that were read while the motion ran have zeros from where accelerations are clear of round-off, see `tracing`.
+    """
+    if trajectory.trace is not None:
+        return trajectory.trace.sizes
+    system, v = trajectory.system, trajectory.v
+    changes = sizes(system, np.diff(v, axis=0) / np.diff(trajectory.times)[:, None])
+    return np.column_stack([fastest(v), np.append(0.0, changes), sizes(system, trajectory.x - trajectory.x[0])])
+
+
+def fastest(v: np.ndarray) -> np.ndarray:
+    """Largest entries (s,) of velocities (s, n), by their size."""
+    return np.asarray(np.maximum(v.max(axis=1, initial=0.0), -v.min(axis=1, initial=0.0)))
 
 
 def size_of(stored: np.ndarray) -> float:
@@ -184,6 +219,10 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     motions which a reduced model knows are NaN, where events release them.
     """
     system = trajectory.system
+    if (trace := trajectory.trace) is not None:
+        names = (system.full or system).constraints.names
+        require_read(names, trace.reactions, "reactions")
+        return dict(zip(names, trace.reactions.T, strict=True))
     full = system.full
     if full is None or full is system:
         held = -trajectory.multipliers
@@ -203,14 +242,23 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     lost = np.array([k for k, row in enumerate(rows) if full.constraints.names[row] not in known], dtype=np.int64)
     rows, A = rows[lost], csr_array(A[lost])
     used = distinct(A.indices)
-    found = -r[:, used] @ np.linalg.pinv(A[:, used].toarray())
+    found = -np.einsum("sn,nk->sk", r[:, used], np.linalg.pinv(A[:, used].toarray()))  # not by BLAS, see `survey`
     known |= {full.constraints.names[k]: -found[:, i] for i, k in enumerate(rows)}
     none = np.zeros(len(trajectory.times))
     return {name: known.get(name, none) for name in full.constraints.names}
 
 
+def require_read(expected: Sized, read: np.ndarray, call: str) -> None:
+    """InputError where an output asks for what was not read of states that are gone."""
+    if read.shape[1] < len(expected):
+        raise InputError(say(f"an output that calls {call}()", f"a class with '{call}' in its `calls`", "one without"))
+
+
 def pushes(trajectory: Trajectory) -> np.ndarray:
     """Forces (s, j) on the probe rows y of the system, those of loads alone: power F . y'."""
+    if trajectory.trace is not None:
+        require_read(trajectory.system.probes.offset, trajectory.trace.pushes, "pushes")
+        return trajectory.trace.pushes
     motion = trajectory.times, trajectory.x, trajectory.v, trajectory.a
     return on_samples(
         evaluation.pushes,
@@ -234,21 +282,36 @@ def body_coordinates(trajectory: Trajectory) -> np.ndarray:
     return np.asarray(lift.matrix @ trajectory.x.T).T + lift.offset
 
 
+def rows_read(system: System) -> np.ndarray:
+    """Sensor rows (i,) that outputs read, ascending: those of loads that none measures are among the others."""
+    return distinct(np.array([row for one in system.outputs.values() for row in one.rows], np.int64))
+
+
+def read_sensors(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sensor rows y = S x + s that outputs read, of a motion, their rates and accelerations, (s, i) each."""
+    system = trajectory.system
+    if (trace := trajectory.trace) is not None:
+        return trace.values, trace.rates, trace.accelerations
+    rows = rows_read(system)
+    matrix, used = remembered(system, "sensors", lambda: narrowed(system.sensors.matrix[rows]))
+    y, rate, change = (np.asarray(matrix @ part[:, used].T).T for part in (trajectory.x, trajectory.v, trajectory.a))
+    return y + system.sensors.offset[rows], rate, change
+
+
 def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
     """Named outputs, all by default: column name -> values (s,)."""
-    sensors, columns = trajectory.system.sensors, dict[str, np.ndarray]()
-    y, rate, change = (np.asarray(sensors.matrix @ part.T).T for part in (trajectory.x, trajectory.v, trajectory.a))
-    y = y + sensors.offset
+    columns = dict[str, np.ndarray]()
+    y, rate, change = read_sensors(trajectory)
+    read = rows_read(trajectory.system)
     require_distinct_columns(trajectory.system.outputs)
     for name, output in trajectory.system.outputs.items():
         if names is not None and name not in names:
             continue
-        rows = list(output.rows)
+        rows, at = list(output.rows), np.searchsorted(read, output.rows)
         whole = partial(energies, trajectory), partial(reactions, trajectory), partial(pushes, trajectory)
         forces = trajectory.system.loads.forces
         way = None if trajectory.way is None else (trajectory.way.values[:, rows], trajectory.way.kept)
-        read = y[:, rows], rate[:, rows], change[:, rows]
-        sensed = Sensed(name, trajectory.system.dim, trajectory.times, *read, *whole, forces, way)
+        sensed = Sensed(name, trajectory.system.dim, trajectory.times, y[:, at], rate[:, at], change[:, at], *whole, forces, way)
         kind = kind_of(output)
         values = [np.asarray(one) for one in kind.evaluate(output, sensed)]
         if len(values) != len(output.columns):

@@ -27,7 +27,8 @@ from .dividing import HALVINGS
 from .measuring import Meter, motion_of
 from .observers import Observer, Source
 from .scheme import GeneralizedAlpha, Newton, method_of
-from .trajectory import Happening, Statistics, Trajectory
+from .tracing import Tracer
+from .trajectory import COLUMNS, Happening, Statistics, Trajectory
 
 Found = TypeVar("Found", bound=Observer)
 BEHIND = ("factorise", "solve", "settle")  #: doors of `stepping` behind which large models keep their factors
@@ -56,6 +57,8 @@ class OpenRun:
     happened: list[Happening] = field(default_factory=list)
     stopped: Happening | None = None  #: by an observer
     meters: dict[tuple[str, ...], Meter] = field(default_factory=dict)  #: by the outputs that they read
+    tracer: Tracer | None = None  #: of a run that keeps few of its states
+    base: int = 0  #: number of the stored state in the first row of the arrays: those before were read, and have gone
     resumed: Mapping[str, np.ndarray] = field(default_factory=dict)  #: arrays of the checkpoint that it goes on from
     facts: dict[str, str] = field(default_factory=dict)  #: of model and method, found when they are needed
 
@@ -123,16 +126,39 @@ class OpenRun:
 
     def store(self) -> None:
         """Store the present state, if it is to be."""
+        self.make_room(self.done)
         if (row := self.row(self.done)) >= 0:
             stepping.store(self.step.state, self.step.method.c, row, self.step.job)
+
+    def make_room(self, number: int) -> None:
+        """Let states be read and go, where the one after so many steps finds no row."""
+        if self.tracer is not None and self.row(number) >= self.capacity:
+            self.tracer.take(given(self), block(self, self.base + self.capacity), self.base)
+            self.base += self.capacity
+
+    @property
+    def capacity(self) -> int:
+        """Number of states for which there are rows."""
+        return len(self.step.job.work)
+
+    def last_stored(self, number: int) -> int:
+        """The last step, up to this one, whose states up to it find rows."""
+        beyond = self.base + self.capacity
+        return min(number, int(self.kept[beyond]) - 1) if beyond < len(self.kept) else number
 
     @property
     def steps(self) -> int:
         return len(self.rows) - 1
 
     def row(self, number: int) -> int:
-        """Where the state after so many steps is stored, -1 for nowhere."""
-        return int(self.rows[number]) if number < len(self.rows) else -1
+        """The row for the state after so many steps, -1 for none."""
+        row = int(self.rows[number]) if number < len(self.rows) else -1
+        return row - self.base if row >= 0 else row
+
+    def rows_from(self, number: int) -> np.ndarray:
+        """The same of all steps from one on."""
+        rows = self.rows[number:]
+        return np.where(rows >= 0, rows - self.base, rows) if self.base else rows
 
     @cached_property
     def kept_values(self) -> list[int]:
@@ -169,16 +195,20 @@ def facts_of(run: OpenRun) -> dict[str, str]:
 
 def take_up(run: OpenRun, resume: Resumed) -> None:
     """Put a run where it was left."""
-    held, model = resume.checkpoint, run.model
+    held = resume.checkpoint
     restore(run, held)
+    run.cpu, run.wall = run.cpu - held.cpu_s, run.wall - held.wall_s
+    if run.tracer is not None:
+        run.tracer.go_on(motion_of_rows(run, resume.rows))
+        run.base = held.kept
+        return
     for k, part in enumerate((resume.rows.x, resume.rows.v, resume.rows.a)):
-        run.step.job.out[k, : held.kept] = part[: held.kept, model.order]
+        run.step.job.out[k, : held.kept] = part[: held.kept]
     run.step.job.multipliers[: held.kept] = resume.rows.multipliers[: held.kept]
-    run.forgotten = resume.rows.memory.shape[1] < len(model.memory)
+    run.forgotten = resume.rows.memory.shape[1] < len(run.model.memory)
     if not run.forgotten:
         run.step.job.memory[: held.kept] = resume.rows.memory[: held.kept]
     run.step.job.work[: held.kept] = resume.rows.work[: held.kept]
-    run.cpu, run.wall = run.cpu - held.cpu_s, run.wall - held.wall_s
 
 
 def restore(run: OpenRun, held: Checkpoint) -> None:
@@ -206,21 +236,50 @@ def count_stored(run: OpenRun) -> int:
 
 
 def states(run: OpenRun, first: int, last: int) -> Rows:
-    """Stored states from `first` up to `last` in the order of the system's unknowns."""
-    inverse = np.argsort(run.model.order)
-    out, multipliers = run.step.job.out, run.step.job.multipliers
-    x, v, a = (part[first:last] if run.large else part[first:last, inverse] for part in out)
-    memory = run.step.job.memory[first:last, : 0 if run.forgotten else None]
-    return Rows(run.times[first:last], x, v, a, multipliers[first:last], memory, run.step.job.work[first:last])
+    """Stored states from `first` up to `last` in the order of the system; of a run that keeps few, what was read of them."""
+    if run.tracer is not None:
+        found = traced(run, run.tracer).part(slice(first, last))
+        columns = {name: getattr(found, name) for name in (*COLUMNS, "memory", "work", "trace", "kept")}
+        return Rows(**columns)
+    return rows_of(run, first, last)
+
+
+def rows_of(run: OpenRun, first: int, last: int) -> Rows:
+    """Stored states from `first` up to `last` that have rows."""
+    begin, end = first - run.base, last - run.base
+    x, v, a = run.step.job.out[:, begin:end]
+    memory = run.step.job.memory[begin:end, : 0 if run.forgotten else None]
+    return Rows(run.times[first:last], x, v, a, run.step.job.multipliers[begin:end], memory, run.step.job.work[begin:end])
+
+
+def given(run: OpenRun) -> Compiled:
+    """The model with what was given so far as histories."""
+    system = run.source.recorded() if run.source else run.model.system
+    return run.model if system is run.model.system else replace(run.model, system=system)
+
+
+def motion_of_rows(run: OpenRun, rows: Rows) -> Trajectory:
+    """Stored states as a motion, of which some may be gone."""
+    motion = rows.times, rows.x, rows.v, rows.a, rows.multipliers
+    found = Trajectory(given(run).system, *motion, memory=rows.memory, events=tuple(run.happened), work=rows.work)
+    return replace(found, trace=rows.trace, kept=rows.kept)
+
+
+def block(run: OpenRun, last: int) -> Trajectory:
+    """States that have rows, up to the one of a number."""
+    return motion_of_rows(run, rows_of(run, run.base, last))
+
+
+def traced(run: OpenRun, tracer: Tracer) -> Trajectory:
+    """The motion so far of a run that keeps few of its states."""
+    return tracer.motion(given(run), block(run, count_stored(run)), run.base)
 
 
 def trajectory(run: OpenRun) -> Trajectory:
     """The motion so far."""
-    found = states(run, 0, count_stored(run))
-    system = run.source.recorded() if run.source else run.model.system
-    motion = found.times, found.x, found.v, found.a, found.multipliers
-    work = found.work if np.isfinite(found.work).all() else None
-    return Trajectory(system, *motion, cost_of(run), found.memory, tuple(run.happened), work)
+    found = block(run, count_stored(run)) if run.tracer is None else traced(run, run.tracer)
+    work = found.work if np.isfinite(np.asarray(found.work)).all() else None
+    return replace(found, statistics=cost_of(run), work=work)
 
 
 def cost_of(run: OpenRun) -> Statistics:
@@ -244,7 +303,8 @@ def moment(run: OpenRun) -> RunState:
         seconds = clock.process_time() - run.cpu, clock.perf_counter() - run.wall
         return Checkpoint(run.done, count_stored(run), facts, arrays, *seconds)
 
-    size = 8 * (3 * run.model.system.size + run.model.constraints)
+    numbers = 3 * run.model.system.size + run.model.constraints if run.tracer is None else run.tracer.width(run.model.system)
+    size = 8 * numbers
     return RunState(run.done, run.steps, run.scheme.step * run.done, count_stored(run), size, partial(states, run), checkpoint)
 
 

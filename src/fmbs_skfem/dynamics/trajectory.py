@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -16,6 +16,7 @@ OFTEN = 0.1  #: failures of the iteration over steps, from which a motion is dou
 ONE_STEP = 6  #: failures of a single step that is divided by 64
 COLUMNS = ("times", "x", "v", "a", "multipliers")  #: of a motion, a row a state
 STORED = ("memory", "work", "negative")  #: columns that not every motion has
+OF_STATES = ("x", "v", "a", "multipliers", "memory")  #: those with a row for every state that is kept
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,28 @@ class Way:
     kept: np.ndarray  #: (s,) which of them the kept equilibria are
 
 
+@dataclass(frozen=True)
+class Trace:
+    """What was read of the states of a motion while it ran, at all of its times, of which not all keep their states."""
+
+    values: np.ndarray  #: (s, i) sensor rows that outputs read, see `outputs.rows_read`
+    rates: np.ndarray  #: (s, i)
+    accelerations: np.ndarray  #: (s, i)
+    survey: np.ndarray  #: (s, 4) energies [J] and power [W], see `outputs.survey`
+    sizes: np.ndarray  #: (s, 3) see `outputs.sizes_of`
+    reactions: np.ndarray  #: (s, r) as of `outputs.reactions`, (s, 0) where no output reads them
+    pushes: np.ndarray  #: (s, j) as of `outputs.pushes`, (s, 0) likewise
+
+    def part(self, states: slice | np.ndarray) -> Trace:
+        """That at some of the times."""
+        return Trace(**{name: column[states] for name, column in vars(self).items()})
+
+
+def joined_traces(parts: Sequence[Trace]) -> Trace:
+    """Parts of a trace behind each other."""
+    return Trace(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
+
+
 @dataclass(frozen=True, repr=False)
 class Trajectory:
     """Motion of a system at stored times."""
@@ -99,16 +122,30 @@ class Trajectory:
     #: errors of outputs by column, over their ranges, that parts make, see `finer_parts`; None where they are not known
     part_errors: Mapping[str, float] | None = None
     part_check: Mapping[str, float] | None = None  #: what finding these took: `unknowns`, `cpu_s` and `wall_s` [s]
+    trace: Trace | None = None  #: what was read of the states while it ran
+    #: (k,) which of the times have states, where not all do: then x, v, a, multipliers and memory have k rows
+    kept: np.ndarray | None = None
 
     def part(self, states: slice | np.ndarray) -> Trajectory:
-        """The motion at some of its times."""
+        """The motion at some of its times, ascending."""
         own = {name: column for name in (*COLUMNS, *STORED) if (column := getattr(self, name)) is not None}
+        kept, found = self.kept, dict.fromkeys(own, states)
+        if kept is not None:
+            _, new, old = np.intersect1d(np.arange(len(self.times))[states], kept, return_indices=True)
+            kept, found = new, found | dict.fromkeys(own.keys() & set(OF_STATES), old)
         way = None if self.way is None else replace(self.way, kept=self.way.kept[states])
-        return replace(self, way=way, **{name: column[states] for name, column in own.items()})
+        trace = None if self.trace is None else self.trace.part(states)
+        return replace(self, way=way, trace=trace, kept=kept, **{name: column[found[name]] for name, column in own.items()})
+
+    @property
+    def states(self) -> Trajectory:
+        """The motion at those of its times that have states, all by default."""
+        return self if self.kept is None else replace(self.part(self.kept), kept=None, trace=None)
 
     def __repr__(self) -> str:
         first, last = self.times[[0, -1]]
-        return f"<Trajectory {len(self.times)} instants from {first:g} to {last:g}, {self.x.shape[1]} unknowns>"
+        states = "" if self.kept is None else f", {len(self.kept)} of them with states"
+        return f"<Trajectory {len(self.times)} instants from {first:g} to {last:g}{states}, {self.x.shape[1]} unknowns>"
 
 
 def joined(one: Trajectory, other: Trajectory) -> Trajectory:
@@ -117,4 +154,4 @@ def joined(one: Trajectory, other: Trajectory) -> Trajectory:
     for name in (*COLUMNS, *STORED):
         a, b = getattr(one, name), getattr(other, name)
         found[name] = None if a is None or b is None else np.concatenate([a, b])
-    return replace(other, way=None, **found)
+    return replace(other, way=None, trace=None, **found)

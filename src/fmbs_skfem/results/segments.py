@@ -2,6 +2,8 @@
 
     run.lock                    who writes into the output folder, as long as it does
     history/segment-00001.h5    HDF5: times (s,), x, v, a (s, n), multipliers (s, m), memory (s, l), work (s,)
+                                of a run that keeps few states x, v, a (k, n), ..., their numbers `kept` (k,), and in `trace` what
+                                was read of all
     history/checkpoint-00001.h5 HDF5: all that the next step reads (`dynamics.checkpoint`), of the newest segment only
     history/manifest.json       the job, segments and checkpoint with sizes and SHA-256, and a SHA-256 of all that
 
@@ -17,7 +19,7 @@ import hashlib
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from enum import Enum
 from pathlib import Path
@@ -31,7 +33,7 @@ from ..core.storage import container, durable, endings, locks, validation
 from ..core.storage.container import FileKind
 from ..core.storage.records import dataclass
 from ..dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
-from ..dynamics.trajectory import COLUMNS
+from ..dynamics.trajectory import COLUMNS, Trace, joined_traces
 
 FOLDER, MANIFEST, LOCK = "history", "manifest.json", "run.lock"
 REMEDY = "restore the file from a copy, or run the scene anew with --force"
@@ -41,6 +43,7 @@ SHARE = 0.02  #: of the time of a run that segments may take
 LARGEST = 2**28  #: states that wait for the next segment [bytes]
 MEMORY = "memory"  #: column without which what forces keep follows from the states
 WORK = "work"  #: column that segments of earlier versions do not have
+TRACE = "trace"  #: group of what was read of states that are gone
 FACT = "fact "  #: before the names of facts, which cannot be taken for those of numbers beside them
 
 
@@ -115,7 +118,7 @@ class Recorder:
         if moment.kept > self.kept:
             rows = moment.rows(self.kept, moment.kept)
             name = f"segment-{len(segments) + 1:05d}.h5"
-            entry = close(self.folder / name, container.image(vars(rows)), self.folder.parent)
+            entry = close(self.folder / name, container.image(columns_of(rows)), self.folder.parent)
             segments = (*segments, replace(entry, first=self.kept, last=moment.kept))
         number = 1 if old is None else int(old.name.split("-")[1].split(".")[0]) + 1
         held = moment.checkpoint()
@@ -136,6 +139,25 @@ class Recorder:
         if self.manifest.checkpoint is not None:
             self.manifest = replace(self.manifest, state=HistoryState.FAILED)
             write_manifest(self.folder, self.manifest)
+
+
+def columns_of(rows: Rows) -> dict[str, Any]:
+    """Arrays of a segment by name."""
+    found = {name: value for name, value in vars(rows).items() if value is not None}
+    return found if rows.trace is None else found | {TRACE: vars(rows.trace)}
+
+
+def joined(parts: Sequence[Mapping[str, Any]], firsts: Sequence[int]) -> Rows:
+    """The arrays of segments behind each other, of which the first states have these numbers."""
+    columns: dict[str, Any] = {column: np.concatenate([part[column] for part in parts]) for column in COLUMNS}
+    least = min(part[MEMORY].shape[1] if MEMORY in part else 0 for part in parts)
+    memory = np.concatenate([part[MEMORY] if least else np.zeros((len(part["x"]), 0)) for part in parts])
+    work = np.concatenate([part.get(WORK, np.full(len(part["times"]), np.nan)) for part in parts])
+    if TRACE not in parts[0]:
+        return Rows(**columns, memory=memory, work=work)
+    trace = joined_traces([Trace(**part[TRACE]) for part in parts])
+    kept = np.concatenate([part["kept"] + first for part, first in zip(parts, firsts, strict=True)])
+    return Rows(**columns, memory=memory, work=work, trace=trace, kept=kept)
 
 
 def close(path: Path, data: memoryview | bytes, folder: Path) -> ClosedFile:
@@ -196,16 +218,13 @@ def read(folder: Path, found: Manifest | None = None) -> Resumed:
     with container.reading(folder / FOLDER / MANIFEST, KIND):
         if found.checkpoint is None:
             raise validation.Misfit("", "a checkpoint", "none")
-        columns = {column: np.concatenate([part[column] for part in parts]) for column in COLUMNS}
-        least = min(part[MEMORY].shape[1] if MEMORY in part else 0 for part in parts)
-        memory = np.concatenate([part[MEMORY] if least else np.zeros((len(part["times"]), 0)) for part in parts])
-        work = np.concatenate([part.get(WORK, np.full(len(part["times"]), np.nan)) for part in parts])
+        rows = joined(parts, [entry.first for entry in found.segments])
     content = unpack(folder / FOLDER, found.checkpoint)
     with container.reading(folder / FOLDER / found.checkpoint.name, KIND):
         arrays = {name: value for name, value in content.items() if isinstance(value, np.ndarray)}
         facts = {name.removeprefix(FACT): str(text) for name, text in content.items() if name.startswith(FACT)}
         numbers = int(content["done"]), int(content["kept"]), facts, arrays, float(content["cpu_s"]), float(content["wall_s"])
-    return Resumed(Checkpoint(*numbers), Rows(**columns, memory=memory, work=work))
+    return Resumed(Checkpoint(*numbers), rows)
 
 
 def unpack(folder: Path, entry: ClosedFile) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..dynamics.outputs import skins
 from ..dynamics.trajectory import Trajectory
-from ..systems.system import Skin, in_scene
+from ..systems.system import Skin, System, in_scene
 from .frames import Array, Indices
 from .surfaces import places
 
@@ -77,14 +77,19 @@ def of_outputs(trajectory: Trajectory, values: Mapping[str, Array]) -> dict[str,
     They are parts of the largest stress of the body then; `values` (s,) are those of all columns.
     """
     system, found = trajectory.system, dict[str, float]()
-    for name, output in system.outputs.items():
-        if not output.place or not any(skin.name == output.body for skin in system.skins):
-            continue
+    for name in recovered_at(system):
+        output = system.outputs[name]
         size = np.linalg.norm([values[column] for column in output.columns[:3]], axis=0)
         if np.isfinite(size).all() and size.max() > 0.0:
             surface, reference = of_body(trajectory, int(size.argmax()), output.body, output.place)
             found[name] = surface.at(np.pad(output.place, (0, 3 - len(output.place))), reference)
     return found
+
+
+def recovered_at(system: System) -> list[str]:
+    """Outputs of stresses, strains and forces at places of plates and shells, of which the states are read when all are known."""
+    surfaces = {skin.name for skin in system.skins}
+    return [name for name, output in system.outputs.items() if output.place and output.body in surfaces]
 
 
 def warn(errors: Mapping[str, float]) -> None:

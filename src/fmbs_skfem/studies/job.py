@@ -65,6 +65,7 @@ class Job:
     listener: Listener = field(default_factory=Listener)
     notices: list[str] = field(default_factory=list)
     units: bool = False  #: whether the heads of outputs.csv have units
+    states: bool = True  #: whether all states of a motion are kept, for `Run.trajectory`
     made: Path | None = None  #: the output folder, once it is there
     new: list[Path] = field(default_factory=list)  #: the folders that were made for it, the innermost first
     trajectory: Trajectory | None = None  #: the motion, once there is one

@@ -89,6 +89,7 @@ class OutputOptions(TypedDict, total=False):
     out: Annotated[str | Path | None, Option("Folder for the results.", "DIR")]
     force: Annotated[bool, Option("Overwrite the results of another run in the folder.")]
     listener: Listener
+    states: bool  #: whether a run keeps all states of its motion, for `Run.trajectory`, or few where nothing reads them
     extensions: str | None  #: consent to run the Python files of scenes, see `core.consents`
 
 

@@ -459,13 +459,13 @@ def memories(
     found = np.zeros((len(times), len(start)))
     if not len(start):
         return found
-    xc, vc, ac = (np.ascontiguousarray(part[:, model.order]) for part in (x, v, a))
     # rates of angles are differences of states nearby: two stored ones may be several turns apart
     span = np.full(len(times), NEARBY * (float(np.ptp(times)) / max(len(times) - 1, 1) or 1.0))
     none, out = np.zeros((len(times), 0)), np.zeros((len(times), 3 * len(start)))
     space = model.evaluation[0].space
     space.memory[:] = start
-    samples = Samples(space, model.arrays, xc, vc, ac, none, none, none, none, span, found, out)
+    x, v, a = (np.ascontiguousarray(part) for part in (x, v, a))
+    samples = Samples(space, model.arrays, model.order, x, v, a, none, none, none, none, span, found, out)
     evaluation.follow(samples)
     evaluation.turn(samples)
     model.check()

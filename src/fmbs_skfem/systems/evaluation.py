@@ -393,6 +393,7 @@ class Samples(NamedTuple):
 
     space: Space
     arrays: Arrays
+    order: Integers  #: (n,) which of the unknowns in x, v and a, those of the system, are those of the space
     x: Matrix
     v: Matrix
     a: Matrix
@@ -413,9 +414,9 @@ def place_sample(table: Any, k: int) -> None:
     """The space in the state of sample k, with c = 1: x, v, a (n,), multipliers (m,), memory (l,) and signals."""
     S = samples_of(table)
     s = S.space
-    kernels.copy(S.x[k], s.x)
-    kernels.copy(S.v[k], s.v)
-    kernels.copy(S.a[k], s.acceleration)
+    for i in range(len(S.order)):
+        n = S.order[i]
+        s.x[i], s.v[i], s.acceleration[i] = S.x[k, n], S.v[k, n], S.a[k, n]
     kernels.copy(S.multipliers[k], s.multipliers)
     kernels.copy(S.memory[k], s.memory)
     kernels.copy(S.signals[k], s.signals)
@@ -452,8 +453,8 @@ def follow(table: Any, _: Any) -> int:
     """Memory (s, l) that forces have in all samples, one after the other, from that of the space."""
     S = samples_of(table)
     for k in range(len(S.x)):
-        kernels.copy(S.x[k], S.space.x)
-        kernels.copy(S.v[k], S.space.v)
+        for i in range(len(S.order)):
+            S.space.x[i], S.space.v[i] = S.x[k, S.order[i]], S.v[k, S.order[i]]
         # one after the other: what sticks at a state depends on all before it
         take_over(table)
         kernels.copy(S.space.memory, S.memory[k])
@@ -472,8 +473,9 @@ def turn(table: Any, _: Any) -> int:
             # neighbours by Taylor's formula from a and v, since stored states may be many turns apart
             h = (0.0, S.span[k], -S.span[k])[part]
             for i in range(len(s.x)):
-                s.x[i] = S.x[k, i] + h * S.v[k, i] + 0.5 * h * h * S.a[k, i]
-                s.v[i] = S.v[k, i] + h * S.a[k, i]
+                n = S.order[i]
+                s.x[i] = S.x[k, n] + h * S.v[k, n] + 0.5 * h * h * S.a[k, n]
+                s.v[i] = S.v[k, n] + h * S.a[k, n]
             take_over(table)
             kernels.copy(s.memory, S.out[k, part * l : (part + 1) * l])
             kernels.copy(S.out[k, :l], s.memory)

@@ -81,7 +81,8 @@ def band_order(pattern: csr_array) -> tuple[np.ndarray, int]:
         entries = pattern.tocoo()
         return int(np.abs(place[entries.row] - place[entries.col]).max(initial=0))
 
-    natural, packed = np.arange(pattern.shape[0]), reverse_cuthill_mckee(pattern, symmetric_mode=True)
+    natural = np.arange(pattern.shape[0])
+    packed = np.ascontiguousarray(reverse_cuthill_mckee(pattern, symmetric_mode=True), np.int64)  # for compiled routines
     return (natural, width(natural)) if width(natural) <= width(packed) else (packed, width(packed))
 
 

@@ -52,6 +52,22 @@ def support(A: np.ndarray) -> slice:
     return slice(int(used[0]), int(used[-1]) + 1) if len(used) else slice(0, 0)
 
 
+def is_zero(A: Array) -> bool:
+    """Whether A has no entries, or a dense one none but zeros."""
+    return A.nnz == 0 if isinstance(A, csr_array) else not as_dense(A).any()
+
+
+def narrowed(A: Array) -> tuple[Array, np.ndarray | slice]:
+    """A (i, j) without its columns that have no entries, and the others (k,); all of a dense one.
+
+    A few rows that read a few numbers of long vectors (s, j) are the faster for it: a product with all of these turns them first.
+    """
+    if not is_sparse(A):
+        return A, slice(None)
+    used = distinct(csr_array(A).indices)
+    return csr_array(A)[:, used], used
+
+
 def is_identity(a: Any) -> bool:
     """Whether a sparse matrix is the identity to the bit."""
     return a.shape[0] == a.shape[1] and a.nnz == a.shape[0] and bool((a.diagonal() == 1.0).all())

@@ -26,6 +26,7 @@ class SingleSteps(Source):
     """Takes steps of a run, one at a time, with histories that are known ahead."""
 
     looks: Looks = "end"
+    reads_states = False
 
     def __init__(self, plain: System, scheme: GeneralizedAlpha) -> None:
         self.plain = self.system = plain

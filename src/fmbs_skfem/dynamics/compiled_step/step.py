@@ -100,7 +100,8 @@ class StepJob(NamedTuple):
 
     signals: Matrix  #: (k, s) a row for every step
     rows: Integers  #: (k,) rows of the trajectory, -1 for none
-    out: Cube  #: (3, s, n) x, v, q''
+    out: Cube  #: (3, s, n) x, v, q'' in the order of the system
+    order: Integers  #: (n,) the unknowns of the system that those of the state are
     multipliers: Matrix  #: (s, m) physical
     memory: Matrix  #: (s, l)
     work: Vector  #: (s,) [J]

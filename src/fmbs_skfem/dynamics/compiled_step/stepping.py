@@ -483,10 +483,10 @@ def jump(table: Any, _: Any) -> int:
 @jit
 def store(s: State, c: float, row: int, job: StepJob) -> None:
     """Row of the trajectory; multipliers become physical."""
-    out = job.out
+    out, order = job.out, job.order
     for i in range(len(s.x)):
-        # in the order of the model and in one array: the order of the system is made once a run, not once a step
-        out[0, row, i], out[1, row, i], out[2, row, i] = s.x[i], s.v[i], s.acceleration[i]
+        k = order[i]
+        out[0, row, k], out[1, row, k], out[2, row, k] = s.x[i], s.v[i], s.acceleration[i]
     for m in range(len(s.multipliers)):
         # parts of a divided step have another c
         job.multipliers[row, m] = s.multipliers[m] / c

@@ -135,9 +135,10 @@ def measure_sound_state(stop: StoppedSolve, error: SolverError) -> dict[str, Any
     if not stop.h:
         return {"turns": {}}
     if (last := last_sound(motion)) < len(motion.times) - 1 or error.reason is Reason.UNSTABLE:
-        x, v, since = motion.x[last], motion.v[last], float(motion.times[last])
+        motion = motion.part(slice(last + 1)).states
+        x, v, since = motion.x[-1], motion.v[-1], float(motion.times[-1])
     turned = {name: stop.h * rate for name, rate in stopped.turns(stop.system, x, v).items()}
-    return {"turns": turned, "way": stop.h**2 * float(sizes(stop.system, motion.a[last])[0]), "sound": since}
+    return {"turns": turned, "way": stop.h**2 * float(sizes(stop.system, motion.a[-1])[0]), "sound": since}
 
 
 def largest(values: dict[str, float]) -> tuple[tuple[str, float], ...]:
@@ -149,7 +150,7 @@ def largest(values: dict[str, float]) -> tuple[tuple[str, float], ...]:
 def largest_reactions(error: SolverError) -> tuple[tuple[str, float], ...]:
     """The largest reactions of the last stored state; of a reduced model those that it knows."""
     whole: Trajectory = error.partial
-    last = reactions(whole.part(slice(-1, None)))
+    last = reactions(whole.part(slice(-1, None)).states)
     return largest({f"joint {joint}.{row}": float(force[0]) for (joint, row), force in last.items()})
 
 

@@ -17,12 +17,12 @@ from ...core.notices import notify
 from ...core.storage.records import dataclass
 from ...systems.system import System
 from ..outputs import centre_lines, skins
+from ..tracing import FEW
 from ..trajectory import Trajectory
 from . import stopped
 
 LARGE = 0.1  #: strain from which is warned: forces are then off by 15 %; half of it is 7 %
 ROUND_OFF = 1e-12  #: of the size of the system, below which a place is 0
-LOOKS = 40  #: states of a motion that are looked at
 SMALL = Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.MEMBRANE, Law.SHELL  #: laws that are linear in strains
 
 
@@ -44,9 +44,10 @@ class LargeStrain:
 
 def find(trajectory: Trajectory) -> list[LargeStrain]:
     """Bodies with strains above LARGE, each where it has the largest of the states that are looked at."""
+    trajectory = trajectory.states
     system, worst = trajectory.system, dict[str, LargeStrain]()
     small = {one.name for one in system.elastic if one.gather.law in SMALL}
-    for k in evenly(0, len(trajectory.times) - 1, LOOKS):
+    for k in evenly(0, len(trajectory.times) - 1, FEW):
         for name, (low, high) in stopped.strains(system, trajectory.x[k]).items():
             largest = high if high >= -low else low
             known = worst[name].strain if name in worst else LARGE

@@ -14,9 +14,9 @@ import numpy as np
 
 from ...core.errors import Reason, SolverError
 from ..outputs import balance_of
+from ..tracing import SOUND
 from ..trajectory import Trajectory
 
-SOUND = 0.05  #: rise over the known energy up to which a state is believed
 TENFOLD = 9.0  #: rise over the known energy at which the energy is ten times what it can be
 
 

@@ -43,6 +43,8 @@ ROWS_OF_ANGLES = {"torque": 2, "torsion_spring": 2, "torque in space": 9}  #: of
 class Tables(Observer):
     """Looks at tables of forces: a live run has no end."""
 
+    reads_states = False
+
     def __init__(self, live: bool) -> None:
         self.looks: Looks = "step" if live else "end"
         self.told = False
@@ -60,7 +62,7 @@ class Tables(Observer):
 class PythonCost(Observer):
     """A remark of what forces that are functions of Python cost in a run."""
 
-    looks = "end"
+    looks, reads_states = "end", False
 
     def begin(self, run: OpenRun) -> None:
         self.before_run = forces.cost_of(run.model.forces)
@@ -79,10 +81,10 @@ class PythonCost(Observer):
 def _(setting: Setting) -> Iterator[Observer]:
     laws = [one for one in setting.system.loads.forces if isinstance(one, LawForces)]
     if not setting.live:
-        yield Judge(lambda run, motion: warn_of_division(motion.statistics))
+        yield Judge(lambda run, motion: warn_of_division(motion.statistics), reads_states=False)
         if setting.system.signals:
-            yield Judge(lambda run, motion: warn_of_histories(run, motion, setting.steps))
-        if laws:
+            yield Judge(lambda run, motion: warn_of_histories(run, motion, setting.steps), any(one.law.maker for one in laws))
+        if any(one.law.memory or coordinate_of(one.law.name) in ROWS_OF_ANGLES for one in laws):
             yield Judge(warn_of_angles)
         if any(isinstance(one, forces.OfPython) for one in setting.system.loads.forces):
             yield PythonCost()

@@ -92,7 +92,8 @@ def stop_of(error: SolverError) -> StoppedSolve | None:
         return None
     last, static = error.partial, error.partial.statistics.solver == ""
     model, x = compile_system(last.system), last.x[-1]
-    multipliers, memory = last.multipliers[-1], compiled.memories(model, last.times, last.x, last.v, last.a, last.memory)[-1]
+    kept = last.states
+    multipliers, memory = last.multipliers[-1], compiled.memories(model, kept.times, last.x, last.v, last.a, last.memory)[-1]
     residual = np.full(len(x) + len(multipliers), np.nan)
     if np.isfinite(signal_table(last.system, np.array([error.time]))).all():
         residual = np.concatenate(compiled.evaluate(model, x, last.v[-1], error.time, memory, multipliers))

@@ -109,6 +109,12 @@ class History(Analysis, ABC):
     ) -> Trajectory:
         """The states; those of a motion are watched, and go on from where it was stopped."""
 
+    def solve_for_outputs(
+        self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
+    ) -> Trajectory:
+        """The same for who asks for outputs: few states may be kept."""
+        return self.solve(system, advance, watch, resume)
+
 
 @dataclass(frozen=True)
 class StateTable:

@@ -15,6 +15,7 @@ from ...core.values.fields import Time, quantity
 from ...core.values.problems import Found, Keys, Problem
 from ...dynamics import GeneralizedAlpha, Newton, Trajectory, rest
 from ...dynamics.scheme import Start
+from ...dynamics.tracing import FEW
 from .. import fields, times
 from ..fields import Spans
 from ..yamlfile import Oddity
@@ -92,6 +93,12 @@ class Dynamic(History):
         self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
     ) -> Trajectory:
         return dynamics.integrate(system, self.scheme, self.duration, self.newton, self.kept, advance, watch, resume)
+
+    def solve_for_outputs(
+        self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
+    ) -> Trajectory:
+        given = system, self.scheme, self.duration, self.newton, self.kept, advance, watch, resume
+        return dynamics.integrate(*given, states=FEW)
 
     def examine(self, scene: Scene, raw: System) -> None:
         if not self.drawn:

@@ -68,6 +68,7 @@ def write_state(path: Path, trajectory: Trajectory) -> Path:
     from ...core.storage import container, durable
     from ...dynamics import names
 
+    trajectory = trajectory.states
     system = trajectory.system
     state = {name: getattr(trajectory, name)[-1] for name in ("x", "v", "a", "multipliers")}
     named = {"unknowns": names.coordinate_names(system), "constraints": names.row_names(system)[system.size :]}

@@ -10,9 +10,10 @@ from ... import dynamics
 from ...core.notices import notify
 from ...dynamics import GeneralizedAlpha, Trajectory
 from ...dynamics.diagnoses.step_size import drives_that_jump
-from ...systems.system import sizes
+from ...dynamics.outputs import sizes_of
+from ...dynamics.tracing import CLEAR
 
-NOISE = 1e-3  #: noise of accelerations, relative to the largest, above which a warning is shown
+NOISE = 1.0 / CLEAR  #: noise of accelerations, relative to the largest, above which a warning is shown
 JUMP = 0.01  #: of the largest velocity, by which those at the start differ from the given ones where joints change them
 STILL = 1e-10  #: displacement, over the size of the system, up to which it rests: what Newton leaves of an equilibrium is less
 GAIN = 0.05  #: rise of the energy balance, relative to the largest energy, above which a warning is shown
@@ -27,7 +28,7 @@ def balances(scheme: GeneralizedAlpha | None, trajectory: Trajectory) -> dict[st
     cause, remedy = f"a step of {scheme.step:g} s is too large for this motion", "halve it and compare, or take a larger rho_inf"
     if drives_that_jump(trajectory.system, scheme.step, steps):  # an impulse, which no step and no damping makes right
         cause, remedy = "a drive jumps within one step", "let it change over many steps"
-    elif np.abs(trajectory.v[0] - trajectory.system.v0).max(initial=0.0) > JUMP * np.abs(trajectory.v).max(initial=0.0):
+    elif np.abs(trajectory.v[0] - trajectory.system.v0).max(initial=0.0) > JUMP * sizes_of(trajectory)[:, 0].max():
         cause, remedy = "velocities jump at the start", "give bodies those of their joints and drives, or let drives begin gently"
     drift = energy_drift(trajectory, cause, remedy)
     return {"energy_drift": drift, "acceleration_noise": acceleration_noise(scheme, trajectory)}
@@ -64,9 +65,7 @@ def energy_of_reduced(motion: Trajectory) -> dict[str, Any]:
 def acceleration_noise(scheme: GeneralizedAlpha, trajectory: Trajectory) -> float:
     """Noise of accelerations by round-off [m/s2], with a warning where reactions show it."""
     noise = dynamics.acceleration_noise(scheme, trajectory.system)
-    changes = np.diff(trajectory.v, axis=0) / np.diff(trajectory.times)[:, None]  # what noise hardly reaches
-    largest = float(sizes(trajectory.system, changes).max(initial=0.0))
-    moved = float(sizes(trajectory.system, trajectory.x - trajectory.x[0]).max())
+    _, largest, moved = sizes_of(trajectory).max(axis=0).tolist()  # changes of velocities, which noise hardly reaches
     if 0.0 < NOISE * largest < noise and moved > STILL * trajectory.system.scale:
         share = f"{noise / largest:.1%} of the largest" if noise < largest else "more than the motion has"
         text = f"round-off makes about {noise:.2g} m/s2 of noise in accelerations and reactions, {share}"

@@ -51,15 +51,15 @@ class Run(Result):
 
     @property
     def trajectory(self) -> Trajectory:
-        """All states."""
+        """All states; those that are kept of a run with `states=False`, where it lets the others go."""
         if self.motion is None:
             raise InputError(say("trajectory", "a motion or an equilibrium", "vibration modes"))
-        return self.motion
+        return self.motion.states
 
     @property
     def times(self) -> np.ndarray:
         """(s,) [s], or load factors."""
-        return self.trajectory.times
+        return self.trajectory.times if self.motion is None else self.motion.times
 
     def table(self) -> Any:
         """The outputs with their units, the time first: a pandas DataFrame where pandas is installed, else a mapping of arrays."""
@@ -86,7 +86,7 @@ class Run(Result):
         if self.motion is None:
             raise InputError(say("view", "a motion, an equilibrium or modes", self.about))
         at = float(self.times[-1]) if time is None else time
-        return frames.blocks(motions.frames(self.motion, nearest(self.times, [at])))
+        return frames.blocks(motions.frames(self.trajectory, nearest(self.trajectory.times, [at])))
 
     def save(self, folder: str | Path, force: bool = False) -> list[Path]:
         """Write outputs, report and figures into a folder, and a linear system; files of another run are kept without `force`."""

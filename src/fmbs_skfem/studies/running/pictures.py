@@ -84,6 +84,7 @@ def model(title: str, trajectory: Trajectory, out: Path) -> list[Order]:
 
 def last(trajectory: Trajectory, path: Path, clock: str) -> list[Path]:
     """The last state, bodies in their colours; nothing where no picture can be drawn. `clock` as in `Look`."""
+    trajectory = trajectory.states
     end = len(trajectory.times) - 1
     try:
         frames = motion.frames(trajectory, np.array([end]), ())

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ...core.errors import InputError, say
 from ...dynamics import Trajectory
 from ...results import frames as frames_
-from ...results import motion, series, temporal
+from ...results import motion, series, stress_errors, temporal
 from ...results.rendering import painter
 from ...scenes import build
 from ...scenes.analyses.analysis import Analysis, History, States
@@ -119,6 +119,8 @@ def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint
         "fingerprint": mark,
         "provenance": reports.plain(origin),
     }
+    asked = job.states or checkpoint is not None or bool(stress_errors.recovered_at(reduced))
+    solution = analysis.solve if asked else analysis.solve_for_outputs
     return RunTask(
         jobs.title(scene),
         mark,
@@ -126,7 +128,7 @@ def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint
         facts,
         f"{words}{facts['multipliers']} multipliers)",
         reduced,
-        partial(analysis.solve, reduced),
+        partial(solution, reduced),
         partial(judging.balances, analysis.scheme),
         analysis.scheme,
         request if analysis.moves and job.scene is None else None,

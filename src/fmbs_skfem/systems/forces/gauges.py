@@ -39,6 +39,7 @@ class LoadState(Probe, word="load"):
     """
 
     load: Annotated[str, "a name of a load"]
+    calls = ("pushes",)
     known_to_all: ClassVar[bool] = True
     counted: ClassVar[tuple[int, ...]] = (1,)  # the angle about an axis
 

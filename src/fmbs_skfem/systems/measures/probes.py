@@ -64,6 +64,8 @@ class Probe(Declared, ABC):
     on_largest: ClassVar[bool] = False  #: whether errors of columns count relative to the largest of them
     of_motions: ClassVar[tuple[str, ...]] = ()  #: parts that a whole motion has, and no instant of it
     counted: ClassVar[tuple[int, ...]] = ()  #: numbers of columns that count from the first state of a motion: turns, energies
+    #: what it may call of `Sensed` beside `energies`: while a run goes, nothing else is found of states that are not kept
+    calls: ClassVar[tuple[Literal["reactions", "pushes"], ...]] = ("reactions", "pushes")
     balances: ClassVar[bool] = False  #: whether its columns balance forces of the model, whose round-off they carry
 
     @abstractmethod
@@ -135,6 +137,11 @@ def kind_of(output: Output) -> type[Probe]:
             return kind
     expected = f"one of {listed(Probe.known, output.kind)}"
     raise InputError(say(f"outputs {', '.join(output.columns)}", expected, f"'{output.kind}'", "define it first"))
+
+
+def calls_of(outputs: Mapping[str, Output]) -> set[str]:
+    """What outputs ask of a motion beside sensor rows and energies."""
+    return {call for one in outputs.values() for call in kind_of(one).calls}
 
 
 def counted_angle(kind: type[Probe], output: Output, sensed: Sensed) -> tuple[np.ndarray, np.ndarray]:
@@ -215,6 +222,7 @@ class PointProbe(Probe, ABC):
     at: fields.Place
     component: Component | None = None
     derivative: ClassVar[int] = 0  #: 1 for the slope
+    calls = ()
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         if dim == 2 and self.component == "z":
@@ -299,6 +307,7 @@ class Angle(Probe):
     axis: fields.Axis | None = None
     unit: ClassVar[str] = "rad"
     counted: ClassVar[tuple[int, ...]] = (0,)
+    calls = ()
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from needs_axis(self.axis, dim)
@@ -343,6 +352,7 @@ class AngularVelocity(Probe):
     axis: fields.Axis | None = None
     unit: ClassVar[str] = "rad/s"
     filed: ClassVar[tuple[str, ...]] = ("angular velocity", "spin")
+    calls = ()
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from needs_axis(self.axis, dim)
@@ -394,6 +404,7 @@ class Stress(Probe):
 
     at: fields.OnSurface
     unit: ClassVar[str] = "Pa"
+    calls = ()
 
     def sense(self, name: str, draft: Draft) -> Output:
         point = surface_point(f"output '{name}'", draft, self.at)
@@ -419,6 +430,7 @@ class Deflection(Probe):
     tip: fields.Place
     root: fields.Place
     unit: ClassVar[str] = "m"
+    calls = ()
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         if self.tip == self.root:
@@ -461,6 +473,7 @@ class Distance(Probe):
 
     at: fields.Place
     to: fields.OtherEnd
+    calls = ()
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from needs_other_side(self.to)
@@ -508,6 +521,7 @@ class Energy(Probe):
     on_largest: ClassVar[bool] = True
     of_motions: ClassVar[tuple[str, ...]] = ("balance",)
     counted: ClassVar[tuple[int, ...]] = (2, 3)
+    calls = ()
 
     def sense(self, name: str, draft: Draft) -> Output:
         return self.output(draft, tuple(f"{name}_{part}" for part in ("kinetic", "strain", "potential", "balance")))
@@ -541,6 +555,7 @@ class Reaction(Probe):
     unit: ClassVar[str] = "N"
     known_to_all: ClassVar[bool] = False
     balances: ClassVar[bool] = True
+    calls = ("reactions",)
 
     def sense(self, name: str, draft: Draft) -> Output:
         rows = [*draft.constraints.names, *(row for one in draft.locks for row in one.rows.names)]

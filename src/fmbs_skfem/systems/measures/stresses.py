@@ -66,6 +66,7 @@ class Tensor(Probe, ABC):
 
     at: fields.OnSurface
     face: Face
+    calls = ()
 
     def sense(self, name: str, draft: Draft) -> Output:
         where = f"output '{name}'"
@@ -165,6 +166,7 @@ class SectionForces(Probe):
 
     at: fields.Place
     unit: ClassVar[str] = "N"
+    calls = ()
 
     def sense(self, name: str, draft: Draft) -> Output:
         where = f"output '{name}'"
