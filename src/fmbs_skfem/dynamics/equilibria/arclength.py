@@ -49,6 +49,7 @@ STILL = 1e-12  #: displacement over the size of the system that is none
 # half and twice of it take the same iterations along a deep arch, to 1e-14 of its size
 NEAR = 1e-4  #: load factors of the central difference of G with respect to s, which Newton's corrections use only
 SURE = 1e-8  #: correction of the load factor whose square is round-off: histories are not linear in it
+# half and twice of it find as many points (359) and crossings (2) along a deep arch
 FLAT = 1e-6  #: part of a length to which a limit point is found; the error of its load is of second order
 SHARP = 1e-6  #: length over the size of the system down to which steps are shortened to turn with a path near a branch point
 LONGER = 4.0  #: factor of lengths that step over a branch point
