@@ -46,6 +46,7 @@ from .step import Step
 
 LOOSE = 1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
 ROUND = 1e-12  #: size of a rigid motion, over the largest, that is round-off
+# a hundredth and a hundred times of it give the same motion of a crank-slider: frames have no stiffness, or that of a body
 EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interface unknown counts as massless
 
 
