@@ -40,7 +40,11 @@ INSTANTS = 65  #: at which the signals of two models are compared
 
 @dataclass(frozen=True)
 class Rows:
-    """Stored states of a run, in the unknowns of its system."""
+    """Stored states of a run, in the unknowns of its system.
+
+    n unknowns and m multipliers as `integrate` gives them; times in seconds, positions in metres, multipliers as forces on joint
+    rows.
+    """
 
     times: np.ndarray  #: (s,) [s]
     x: np.ndarray  #: (s, n)
@@ -55,7 +59,11 @@ class Rows:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """A run between two steps."""
+    """A run between two steps.
+
+    `arrays` has what `arrays` of this module gives: motion, counters and factors by name, so that the next step is the same bit
+    for bit.
+    """
 
     done: int  #: steps
     kept: int  #: states stored so far
@@ -67,7 +75,10 @@ class Checkpoint:
 
 @dataclass(frozen=True)
 class RunState:
-    """What a run shows after some steps to who keeps it; rows and checkpoint are made when they are called for."""
+    """What a run shows after some steps to who keeps it; rows and checkpoint are made when they are called for.
+
+    A `Record` gets one after some steps. Calling `rows` and `checkpoint` copies arrays; both are those of the moment.
+    """
 
     done: int  #: steps
     steps: int  #: of the whole run
@@ -80,7 +91,10 @@ class RunState:
 
 @dataclass(frozen=True)
 class Resumed:
-    """Where a run goes on, with the states stored before."""
+    """Where a run goes on, with the states stored before.
+
+    `integrate` goes on behind it; CorruptFile where model or method are not those of the checkpoint.
+    """
 
     checkpoint: Checkpoint
     rows: Rows
@@ -122,7 +136,10 @@ def digest(value: Any) -> str:
 
 
 def differences(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
-    """`name: then ..., now ...` for every fact that is not the same."""
+    """`name: then ..., now ...` for every fact that is not the same.
+
+    Both are what `facts` gives of a model and its method; nothing where they are the same.
+    """
     names = [*then, *(name for name in now if name not in then)]
     return [f"{k}: {then.get(k, 'nothing')} then, {now.get(k, 'nothing')} now" for k in names if then.get(k) != now.get(k)]
 
@@ -156,7 +173,10 @@ def factors(step: Step, kind: int) -> dict[str, np.ndarray]:
 
 
 def restore(checkpoint: Checkpoint, now: Mapping[str, str], step: Step, large: Large | None) -> None:
-    """Put a checkpoint back into the arrays of a run whose facts are `now`."""
+    """Put a checkpoint back into the arrays of a run whose facts are `now`.
+
+    CorruptFile where the facts differ, or an array has another shape or kind of numbers than the model asks for.
+    """
     other = differences(checkpoint.facts, now)
     if other:
         remedy = "run the scene anew, or restore what has changed"

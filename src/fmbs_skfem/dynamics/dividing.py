@@ -81,11 +81,17 @@ def warn_of_leaps(begin: float, end: float, h: float) -> None:
 
 
 def put(arrays: Sequence[np.ndarray], values: Sequence[np.ndarray]) -> None:
-    """Put values back into arrays, as those of a state."""
+    """Put values back into arrays, as those of a state.
+
+    `arrays` are changed in place; both sequences have the same length, and arrays of the same shapes.
+    """
     for array, value in zip(arrays, values, strict=True):
         array[:] = value
 
 
 def restart(state: State, work: Workspace) -> None:
-    """Forget what was known of steps of another size: earlier accelerations and factors."""
+    """Forget what was known of steps of another size: earlier accelerations and factors.
+
+    What is left is one known acceleration, order 0 of the predictor, and no factors. Both arguments are changed in place.
+    """
     state.known[0], state.order[0], state.change[0], work.kind[0] = 1, 0, np.inf, 0

@@ -21,7 +21,10 @@ ROOM = 200_000  #: values of signals in a run, up to which they are found at onc
 
 
 def signal_names(system: System) -> list[str]:
-    """What every signal drives: joints by name, loads by the body that they act on."""
+    """What every signal drives: joints by name, loads by the body that they act on.
+
+    One text for every signal of the system, in their order; several owners are separated by commas.
+    """
     names: list[list[str]] = [[] for _ in system.signals]
     for row, signal in driving(system.constraints):
         names[signal].append(f"joint {system.constraints.names[row][0]}")
@@ -31,7 +34,10 @@ def signal_names(system: System) -> list[str]:
 
 
 def pushed_body(system: System, row: int) -> str:
-    """The load on a probe row, by the body or component that it acts on."""
+    """The load on a probe row, by the body or component that it acts on.
+
+    The body whose unknown has the largest weight in the row; `a load` for a row that reads nothing.
+    """
     weights = np.abs(as_dense(csr_array(system.probes.matrix)[[row]])[0])
     return f"a load on {owners(system)[int(weights.argmax())]}" if weights.any() else "a load"
 
@@ -82,7 +88,11 @@ def derivatives(system: System, times: np.ndarray, table: np.ndarray, step: floa
 
 
 def leading_values(system: System, times: np.ndarray) -> tuple[np.ndarray, SolverError | None]:
-    """Values of all signals (s, k) at the given times up to the first one where one is not finite, and the error of it."""
+    """Values of all signals (s, k) at the given times up to the first one where one is not finite, and the error of it.
+
+    The error is returned, not raised: None where all values are finite, else it has the reason NOT_FINITE, the time [s] and the
+    names.
+    """
     table = signal_table(system, times)
     bad = np.argwhere(~np.isfinite(table))
     if len(bad) == 0:
@@ -95,7 +105,10 @@ def leading_values(system: System, times: np.ndarray) -> tuple[np.ndarray, Solve
 
 
 def finite_signals(system: System, times: np.ndarray) -> np.ndarray:
-    """Signals at the given times; a value that is not finite stops the run with its place."""
+    """Signals at the given times; a value that is not finite stops the run with its place.
+
+    Values (s, k) of k signals at times (s,) [s]. SolverError with the reason NOT_FINITE and the names of the signals.
+    """
     table, broken = leading_values(system, times)
     if broken is not None:
         raise broken

@@ -19,7 +19,10 @@ def open_at_start(model: Compiled, x: np.ndarray) -> np.ndarray:
 
 
 def follows(model: Compiled, x: np.ndarray, time: float, closed: np.ndarray) -> np.ndarray:
-    """Loose rows (m,) bool among the closed ones that follow from others, or hold in the whole space of a reduced model."""
+    """Loose rows (m,) bool among the closed ones that follow from others, or hold in the whole space of a reduced model.
+
+    A row follows at x (n,) and a time [s] where it is a combination of the other closed rows, to the tolerance CLOSED of `ranks`.
+    """
     loose = loose_rows(model.system.constraints)
     found = np.zeros(len(loose), dtype=bool)
     if not (loose & closed).any():

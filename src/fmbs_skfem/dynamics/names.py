@@ -13,7 +13,10 @@ SHOWN = 5  #: entries of a residual in a message
 
 
 def coordinate_names(system: System) -> list[str]:
-    """A name for every unknown: body and coordinate of a full model, component and mode of a reduced one."""
+    """A name for every unknown: body and coordinate of a full model, component and mode of a reduced one.
+
+    One text for each of the n unknowns. Of lines and surfaces it says where they act most, `beam at s = 0.45 m, y`.
+    """
     if system.components:
         return [f"{name} mode {k + 1}" for name, first, last in system.components for k in range(last - first)]
     names = [f"{body} coordinate {k}" for body, first, last in system.coordinates for k in range(last - first)]
@@ -45,12 +48,18 @@ def places(system: System) -> dict[int, str]:
 
 
 def row_names(system: System) -> list[str]:
-    """A name for every unknown and every constraint row, as residuals are listed."""
+    """A name for every unknown and every constraint row, as residuals are listed.
+
+    n + m texts, `joint name.row` behind the unknowns.
+    """
     return coordinate_names(system) + [f"joint {joint}.{label}" for joint, label in system.constraints.names]
 
 
 def worst(names: list[str], residual: np.ndarray) -> tuple[tuple[str, float], ...]:
-    """The SHOWN largest entries of a residual by name; what is no number counts as infinite."""
+    """The SHOWN largest entries of a residual by name; what is no number counts as infinite.
+
+    `names` and `residual` are (n + m,); the values are magnitudes, the largest first.
+    """
     values = np.abs(np.nan_to_num(residual, nan=np.inf))
     return tuple((names[k], float(values[k])) for k in np.argsort(values)[::-1][:SHOWN])
 
@@ -61,7 +70,10 @@ def as_text(values: tuple[tuple[str, float], ...]) -> str:
 
 
 def owners(system: System) -> list[str]:
-    """The body or component of every unknown, and the joint of every constraint row."""
+    """The body or component of every unknown, and the joint of every constraint row.
+
+    n + m texts. An unknown of an eliminated system belongs to the body of the first coordinate that it moves.
+    """
     if system.components:
         names = [name for name, first, last in system.components for _ in range(last - first)]
     else:

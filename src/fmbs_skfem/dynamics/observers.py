@@ -65,7 +65,11 @@ class Observer:
 
 
 class Source(Observer):
-    """An observer that gives the histories of every step, and takes it."""
+    """An observer that gives the histories of every step, and takes it.
+
+    A run takes its steps by the first one. `system` has its inputs as signals, which `take` sets before a step; `recorded`
+    replaces them by the histories that they had, so that the motion can be computed again without it.
+    """
 
     plain: System  #: as it is compiled, with what it gives at its start
     system: System  #: which reads what it gives
@@ -81,7 +85,10 @@ class Source(Observer):
 
 @dataclass(frozen=True)
 class Setting:
-    """What is known of a run before it begins."""
+    """What is known of a run before it begins.
+
+    An offer looks at it and gives its observers, or none.
+    """
 
     system: System
     scheme: GeneralizedAlpha
@@ -99,7 +106,11 @@ _OFFERS: list[Offer] = []
 
 
 def offered(offer: Offer) -> Offer:
-    """Register what offers observers of every run, of those that it is for."""
+    """Register what offers observers of every run, of those that it is for.
+
+    A decorator of a function of a `Setting` that gives observers; it is asked before every run of `integrate` and of live runs,
+    in the order of registration.
+    """
     _OFFERS.append(offer)
     return offer
 
@@ -119,7 +130,10 @@ def observers_of(setting: Setting) -> list[Observer]:
 
 @dataclass(frozen=True)
 class Found:
-    """Equilibria, or a path of them, with what finds those of another system, and numbers (k,) that both have in common."""
+    """Equilibria, or a path of them, with what finds those of another system, and numbers (k,) that both have in common.
+
+    What registers with `reviews` gets it, and gives the motion back, with what is to be said of it.
+    """
 
     motion: Trajectory
     given: System  #: as the caller gave it
@@ -133,7 +147,11 @@ _REVIEWS: list[Review] = []
 
 
 def reviews(review: Review) -> Review:
-    """Register what looks at equilibria once they are found, as `finish` of an observer does at motions."""
+    """Register what looks at equilibria once they are found, as `finish` of an observer does at motions.
+
+    A decorator of a function of a `Found` that gives its motion, changed or as it was; several are called in the order of
+    registration.
+    """
     _REVIEWS.append(review)
     return review
 
@@ -158,7 +176,10 @@ class Look(Observer):
 
 
 class Judge(Observer):
-    """Calls a function, which may warn, with the motion of a run that has ended."""
+    """Calls a function, which may warn, with the motion of a run that has ended.
+
+    `call(run, motion)` gets the finished run and its Trajectory; what it gives back is not used.
+    """
 
     looks: Looks = "end"
 

@@ -33,7 +33,10 @@ NOTHING = 1e-8
 
 @dataclass(frozen=True)
 class OutputError:
-    """The error of one column."""
+    """The error of one column.
+
+    `error` = max_t |y - y_ref| in the unit of the output, `relative` = error / range that counts, see the module.
+    """
 
     output: str
     unit: str
@@ -53,7 +56,10 @@ def common_times(where: str, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, 
 
 
 def columns(motion: Trajectory) -> dict[str, np.ndarray]:
-    """All outputs of a motion by column, (s,) each; NaN, without a notice, where it does not know one."""
+    """All outputs of a motion by column, (s,) each; NaN, without a notice, where it does not know one.
+
+    A column is one component of an output, in its SI unit.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)
         return histories(motion)
@@ -66,7 +72,12 @@ def between(
     still: float = STILL,
     nothing: Mapping[str, float] | None = None,
 ) -> dict[str, OutputError]:
-    """Errors of columns (s,) at common times, of those that both have; `nothing` are ranges by unit that are round-off."""
+    """Errors of columns (s,) at common times, of those that both have; `nothing` are ranges by unit that are round-off.
+
+    `still` is the least part of the largest range of its output that a column counts with; energies count with all of it. A
+    column that hardly moves beside others of its unit, or whose range is below `nothing`, counts with `still` times the largest
+    range of its unit. The relative error is NaN where nothing of that unit moves.
+    """
     titles = {
         name: [(column, unit) for column, unit in zip(one.columns, probes.units(name, one), strict=True) if column in reference]
         for name, one in outputs.items()
@@ -108,7 +119,11 @@ def single(
 
 
 def smallest_ranges(system: System, span: float, part: float) -> dict[str, float]:
-    """A part of what a mechanism of this size and mass does in a time `span` [s], by the unit."""
+    """A part of what a mechanism of this size and mass does in a time `span` [s], by the unit.
+
+    With size L [m], mass w [kg] and time T: L, L/T, L/T^2, 1 rad, 1/T, w L/T^2 and w L^2/T^2 times `part`. A span of 0 counts as
+    1 s.
+    """
     s, w, t = system.scale, system.weight, span or 1.0
     sizes = {"m": s, "m/s": s / t, "m/s^2": s / t**2, "rad": 1.0, "rad/s": 1.0 / t, "N": w * s / t**2}
     sizes |= {"N m": w * s**2 / t**2, "J": w * s**2 / t**2}
@@ -116,7 +131,10 @@ def smallest_ranges(system: System, span: float, part: float) -> dict[str, float
 
 
 def round_off(system: System, times: np.ndarray) -> dict[str, float]:
-    """Ranges by unit that are round-off of a motion at times (s,) [s]."""
+    """Ranges by unit that are round-off of a motion at times (s,) [s].
+
+    1e-8 of `smallest_ranges` over the span of the times, by unit.
+    """
     return smallest_ranges(system, float(np.ptp(times)), NOTHING)
 
 

@@ -17,7 +17,10 @@ VANISHING = 1e-6  #: length of a row, over the longest or the size of the mechan
 
 
 def lengths(model: Compiled, x: np.ndarray, time: float) -> np.ndarray:
-    """Lengths of constraint rows (m,) over changes of unknowns (n,) that count as large."""
+    """Lengths of constraint rows (m,) over changes of unknowns (n,) that count as large.
+
+    |Phi_x D| of every row at x (n,) and a time [s], with D the changes of unknowns that count as large: in the unit of the row.
+    """
     return np.asarray(np.linalg.norm(compilation.gap(model, x, time)[1] * scale_of(model.system), axis=1))
 
 
@@ -47,6 +50,9 @@ def unknown(trajectory: Trajectory) -> np.ndarray:
 
 
 def rows_of_locks(system: System) -> np.ndarray:
-    """Rows of locks (m,) bool, which are open at the start."""
+    """Rows of locks (m,) bool, which are open at the start.
+
+    In the order of the constraint rows of the system; a lock is what an event closes.
+    """
     held = {name for one in system.locks for name in one.rows.names}
     return np.array([name in held for name in system.constraints.names], dtype=bool)

@@ -52,7 +52,11 @@ class Cause:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """A failed solve in facts and likely causes. Lists of pairs (name, value) begin with the largest."""
+    """A failed solve in facts and likely causes. Lists of pairs (name, value) begin with the largest.
+
+    What is not known is None or empty: eigenvalues of large models, joints of a system without any, attempts of statics. `causes`
+    stand in the order of how sure they are, one at least where `explain` made it.
+    """
 
     reason: Reason
     message: str
@@ -79,7 +83,11 @@ class Diagnosis:
 
 
 def explain(error: SolverError) -> Diagnosis:
-    """The diagnosis of a failed time step, static solution or start."""
+    """The diagnosis of a failed time step, static solution or start: facts by the names of the model, and likely causes.
+
+    The error carries what it needs: its run, or the motion found so far. A solve that never started has a cause and no measured
+    facts. A failed step is replayed for the course of its iterations.
+    """
     found = Diagnosis(error.reason, str(error), float(error.time), residuals=error.worst)
     stop, known = stopped.stop_of(error), self_explained(error)
     if stop is None:

@@ -43,7 +43,10 @@ class LargeStrain:
 
 
 def find(trajectory: Trajectory) -> list[LargeStrain]:
-    """Bodies with strains above LARGE, each where it has the largest of the states that are looked at."""
+    """Bodies with strains above LARGE, each where it has the largest of the states that are looked at.
+
+    Looked at are up to 40 states of the motion, and bodies whose laws are linear in Green's strain; LARGE is 0.1.
+    """
     trajectory = trajectory.states
     system, worst = trajectory.system, dict[str, LargeStrain]()
     small = {one.name for one in system.elastic if one.gather.law in SMALL}

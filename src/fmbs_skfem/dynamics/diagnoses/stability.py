@@ -42,13 +42,20 @@ def passive(trajectory: Trajectory) -> bool:
 
 
 def last_sound(trajectory: Trajectory) -> int:
-    """Number of the last stored state before the energy balance rises."""
+    """Number of the last stored state before the energy balance rises.
+
+    The state before the first one whose rise is above 5 % of the known energy; the last one where there is none.
+    """
     wrong = np.flatnonzero(rises(trajectory) > SOUND)
     return max(int(wrong[0]) - 1, 0) if len(wrong) else len(trajectory.times) - 1
 
 
 def unstable(trajectory: Trajectory, step: float) -> SolverError | None:
-    """The error of a motion in steps of `step` [s] whose energy balance rises tenfold, with its sound part; else None."""
+    """The error of a motion in steps of `step` [s] whose energy balance rises tenfold, with its sound part; else None.
+
+    `step` is that of the method. The error has the reason UNSTABLE, and as `partial` the motion up to the last sound state. It is
+    returned, not raised; None also where the balance cannot be judged.
+    """
     rise = rises(trajectory)
     wrong = np.flatnonzero(rise > TENFOLD)
     if not len(wrong):

@@ -171,7 +171,10 @@ def eigenvalues(stop: StoppedSolve, x: np.ndarray, multipliers: np.ndarray, t: f
 
 
 def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
-    """Smallest and largest axial or principal strain of every elastic body, at its quadrature points."""
+    """Smallest and largest axial or principal Green strain [-] of every elastic body at x (n,), at its quadrature points.
+
+    Loads that follow a surface are left out, and terms that have no position gradients.
+    """
     q, found = system.lift(x), {}
     for elastic in system.elastic:
         gradients = terms.position_gradients(elastic.gather, x, q)

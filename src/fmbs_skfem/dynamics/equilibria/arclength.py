@@ -65,7 +65,14 @@ Branch = Literal["straight", "other"]
 
 @dataclass(frozen=True)
 class ArcLength:
-    """Steps along a path: the first one is a load increment, then the length follows the number of iterations."""
+    """Steps along a path: the first one is a load increment, then the length follows the number of iterations.
+
+    Behind a point that took i Newton iterations the length is multiplied by sqrt(wanted / i), at least 1/2 and at most 2.
+    InputError for a first increment outside of 0 to 1, no points, fewer than two iterations, an angle outside of 0 to pi/2,
+    another branch.
+
+    Source: Ramm 1981, doi 10.1007/978-3-642-81589-8_5.
+    """
 
     first: float = 0.1  #: first increment of the load factor
     points: int = 500  #: most steps along the path
@@ -113,7 +120,10 @@ class PathProblem:
 
 @dataclass(frozen=True)
 class PathPoint:
-    """An equilibrium and the unit tangent of the path there."""
+    """An equilibrium and the unit tangent of the path there.
+
+    (x, multipliers, load) is d(x, lambda, s)/d length, with x of length 1 in the mass.
+    """
 
     at: Equilibrium
     x: np.ndarray  #: (n,) tangent
@@ -157,7 +167,10 @@ def follow_path(
 
 
 def whole(system: System, walk: Walk) -> Trajectory:
-    """All points of a path."""
+    """All points of a path.
+
+    A Trajectory whose times (s,) are load factors, in the order of the path.
+    """
     return path(system, walk._replace(kept=list(range(len(walk.states)))))
 
 
@@ -167,13 +180,21 @@ def marks(trajectory: Trajectory) -> np.ndarray:
 
 
 def limit_points(trajectory: Trajectory) -> np.ndarray:
-    """Numbers (k,) of the points of a load path where its load factor turns."""
+    """Numbers (k,) of the points of a load path where its load factor turns, as `follow_path` finds it.
+
+    The load factors there are `trajectory.times[numbers]`: maxima are loads at which a structure snaps through under its load.
+    """
     rises = np.diff(trajectory.times) > 0
     return np.flatnonzero(rises[1:] != rises[:-1]) + 1
 
 
 def at_load_factor(trajectory: Trajectory, factor: float, newton: Newton | None = None) -> Trajectory:
-    """The equilibria at one load factor on all branches of a load path, in the order of the path."""
+    """The equilibria at one load factor on all branches of a load path, in the order of the path.
+
+    Each is found by Newton's iteration from what lies between two points of the path. The result has a state (n,) for every
+    passage, with the `factor` as its time. InputError where the path does not pass the factor, SolverError where an iteration
+    fails.
+    """
     model, newton, times = compile_system(trajectory.system), newton or Newton(STATIC), trajectory.times
     memory = compiled.memories(model, times, trajectory.x, trajectory.v, trajectory.a, trajectory.memory)
     lists = map(float, times), trajectory.x, trajectory.multipliers, [0] * len(times), memory

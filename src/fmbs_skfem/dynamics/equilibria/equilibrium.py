@@ -39,7 +39,10 @@ LIMIT = "no equilibrium may be near beyond a limit or branch point of the load: 
 
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """Factors of the tangent and the rows of joints in a state."""
+    """Factors of the tangent and the rows of joints in a state.
+
+    [K, J^T; J, 0] with K = d(f - Q + Phi_x^T lambda)/dx and J = Phi_x, both scaled so that unknowns and rows count alike.
+    """
 
     stiffness: csr_array  #: (n, n) K in units of their own
     rows: np.ndarray  #: (m, n) J in units of their own
@@ -71,7 +74,10 @@ class Tangent:
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """State at one load factor or time."""
+    """State at one load factor or time.
+
+    f(x) - Q(s) + Phi_x^T lambda = 0 and Phi(x, s) = 0 hold in it to the tolerance of the iteration.
+    """
 
     at: float  #: load factor, or time [s]
     x: np.ndarray  #: (n,)
@@ -86,7 +92,11 @@ class Equilibrium:
 
 
 def unloaded(model: Compiled) -> Equilibrium:
-    """The reference, where load steps start."""
+    """The reference, where load steps start.
+
+    x0 of the system, with multipliers (m,) of zero, at load factor 0. It need not be an equilibrium, as where springs are under
+    tension.
+    """
     return Equilibrium(0.0, model.system.x0, np.zeros(model.constraints), 0)
 
 
@@ -124,7 +134,11 @@ def newton_statics(
 
 
 def is_enough(system: System, newton: Newton, norm: float, last: float) -> bool:
-    """Whether a correction of size `norm` [m] after one of size `last` ends the iteration: the faster it contracts, the earlier."""
+    """Whether a correction of size `norm` [m] after one of size `last` ends the iteration: the faster it contracts, the earlier.
+
+    That is, norm <= tolerance L min(1, last / (100 norm)) with L the size of the system, or norm is at most 50 times the
+    round-off of positions [m].
+    """
     enough = newton.tolerance * system.scale * min(1.0, 1e-2 * last / max(norm, 1e-300))
     return norm <= max(enough, FLOOR * round_off(system))
 
@@ -162,7 +176,11 @@ def correction(model: Compiled, tangent: Tangent, R: np.ndarray) -> np.ndarray |
 def static_failure(
     model: Compiled, reason: Reason, place: tuple[str, float], R: np.ndarray, hint: str = f"{LIMIT}, or try more load steps"
 ) -> SolverError:
-    """The error of a step at a load factor or time, with the worst residuals by name."""
+    """The error of a step at a load factor or time, with the worst residuals by name.
+
+    `place` is what the number is, and the load factor or time; `R` (n + m,) are the residuals, forces and gaps. The error is
+    returned, not raised; a singular tangent has a hint of its own.
+    """
     largest = worst(row_names(model.system), R)
     hint = FREE if reason is Reason.SINGULAR_TANGENT else hint
     text = f"{reason.value} at {place[0]} {place[1]:.4g}; largest residuals: {as_text(largest)}; {hint}"

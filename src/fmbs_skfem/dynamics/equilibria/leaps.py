@@ -44,7 +44,11 @@ class Verdict(NamedTuple):
 
 
 def judge(model: Compiled, before: Equilibrium, after: Equilibrium, start: np.ndarray) -> Verdict:
-    """What is to be said of a step from one equilibrium to another, of a path that began in `start` (n,); `model` at the former."""
+    """What is to be said of a step from one equilibrium to another, of a path that began in `start` (n,); `model` at the former.
+
+    Lengths and the rule of RESOLVED are those of the module. A step that is as short as round-off, or one whose first correction
+    or last tangent is not known, counts as resolved.
+    """
     system, n = model.system, len(after.x)
     c, w = after.x - before.x, system.metric.diagonal() / system.weight
     length, crossed = norm(w, c), None not in (before.negative, after.negative) and before.negative != after.negative
@@ -59,12 +63,18 @@ def judge(model: Compiled, before: Equilibrium, after: Equilibrium, start: np.nd
 
 
 def norm(w: np.ndarray, u: np.ndarray) -> float:
-    """Length of a displacement u (n,) with weights w (n,) [m]."""
+    """Length of a displacement u (n,) with weights w (n,) [m].
+
+    sqrt(sum_i w_i u_i^2), with w_i the diagonal of the metric over the mass of the system.
+    """
     return float(np.sqrt(max(float(w @ (u * u)), 0.0)))
 
 
 def crossing(system: System, before: Equilibrium, after: Equilibrium, verdict: Verdict) -> tuple[Crossing, ...]:
-    """What a step that is kept has passed, if anything."""
+    """What a step that is kept has passed, if anything.
+
+    A leap stands before a branch point: of a step that is both it is the one that is told. Nothing for a step that is neither.
+    """
     if not (verdict.leaps or verdict.crossed):
         return ()
     distance, place = longest(system, after.x - before.x)
@@ -76,7 +86,10 @@ def crossing(system: System, before: Equilibrium, after: Equilibrium, verdict: V
 
 
 def longest(system: System, u: np.ndarray) -> tuple[float, str]:
-    """How far a displacement (n,) takes a point at most [m], and which one that is."""
+    """How far a displacement (n,) takes a point at most [m], and which one that is.
+
+    Of a component that is saved without its bodies it is the root mean square over the mass, of "the whole model".
+    """
     base = system.full or system
     moved = np.asarray(system.lift.matrix @ u)
     if len(base.unit) * base.dim != len(moved):  # a component that is saved without its bodies

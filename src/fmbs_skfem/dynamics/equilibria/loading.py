@@ -96,7 +96,10 @@ def share(system: System, at: float) -> float:
 
 
 def parts(system: System, before: float, after: float) -> int:
-    """In how many parts a load step is taken so that no driven angle turns by more than RADIAN in one."""
+    """In how many parts a load step is taken so that no driven angle turns by more than RADIAN in one.
+
+    Looked at are angles of histories that are cosines, at 129 load factors from `before` to `after`; 1 where nothing turns.
+    """
     s = np.linspace(before, after, INSTANTS)
     angles = [function.angle(s) for function in system.signals if isinstance(function, Cosine)]
     turned = max((float(np.ptp(angle)) for angle in angles), default=0.0)

@@ -49,7 +49,10 @@ ATTEMPTS = 150  #: steps on the way over one load step, beyond which they are no
 
 @dataclass(frozen=True)
 class Problem:
-    """What all equilibria of a path share."""
+    """What all equilibria of a path share.
+
+    `model` may differ from load factor to load factor, as with pressures that follow a surface.
+    """
 
     system: System
     start: np.ndarray  #: (n,) where it begins
@@ -235,7 +238,10 @@ def least(verdict: Verdict) -> float:
 
 
 class Walk(NamedTuple):
-    """All equilibria on the way along a path, which of them are kept, and what lies between them."""
+    """All equilibria on the way along a path, which of them are kept, and what lies between them.
+
+    `kept` are numbers among `states`, rising; the others lie between them, where steps were shortened.
+    """
 
     states: list[Equilibrium]
     kept: list[int]
@@ -243,7 +249,11 @@ class Walk(NamedTuple):
 
 
 def path(system: System, walk: Walk) -> Trajectory:
-    """Equilibria as a Trajectory over load factor or time; warnings are shown of what speaks against them."""
+    """Equilibria as a Trajectory over load factor or time; warnings are shown of what speaks against them.
+
+    States (s, n) of the kept equilibria, without velocities, and what sensors read on the whole way. Where a notice is raised as
+    an error, its `partial` is this trajectory.
+    """
     found = [walk.states[k] for k in walk.kept]
     x, count = np.array([state.x for state in found]), sum(state.iterations for state in walk.states)
     multipliers = np.array([state.multipliers for state in found]).reshape(len(found), -1)

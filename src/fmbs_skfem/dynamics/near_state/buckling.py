@@ -45,7 +45,10 @@ FOUND = (
 
 @dataclass(frozen=True)
 class BucklingModes:
-    """Where the predicted stiffness is singular."""
+    """Where the predicted stiffness is singular: (K0 + k K1) v = 0, for load factors k (i,) and shapes v (n, i).
+
+    A structure buckles at `factors[0]` times its loads, as far as its equilibria are on a straight path up to there.
+    """
 
     factors: np.ndarray  #: (i,) of the loads of the system, by their size; negative ones for reversed loads
     shapes: np.ndarray  #: (n, i) of largest entry 1

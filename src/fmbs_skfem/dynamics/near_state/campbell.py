@@ -29,7 +29,10 @@ UPWARD = 1e-3  #: by which one that grows is nearer than one that decays as much
 
 @dataclass(frozen=True)
 class Found:
-    """Motions at one value of the parameter."""
+    """Motions at one value of the parameter.
+
+    Eigenvalues growth + i omega with their shapes, complex where bodies do not move in phase, and the mass M that measures these.
+    """
 
     omega: np.ndarray  #: (i,) [rad/s]
     growth: np.ndarray  #: (i,) [1/s]
@@ -39,7 +42,10 @@ class Found:
 
 @dataclass(frozen=True)
 class CampbellDiagram:
-    """Frequencies and growth over a parameter, a column for each motion, in their order at the first value."""
+    """Frequencies and growth over a parameter, a column for each motion, in their order at the first value.
+
+    Column i of all arrays is the same motion at every value. `omega` is |Im s|, whichever way a shaft whirls.
+    """
 
     values: np.ndarray  #: (s,) of the parameter, SI
     omega: np.ndarray  #: (s, i) [rad/s]
@@ -61,7 +67,11 @@ class CampbellDiagram:
 
 
 def campbell(values: np.ndarray, find: Callable[[float, int], Found], count: int = 6) -> CampbellDiagram:
-    """The `count` slowest motions at the first of the values (s,), followed over all; `find` gives so many at a value."""
+    """The `count` slowest motions at the first of the values (s,), followed over all; `find` gives so many at a value.
+
+    `find(value, number)` gives the `number` slowest motions at a value; it is called with four more than are followed, so that a
+    motion is found again that has become faster than others. Motions of neighbouring values belong together as the module says.
+    """
     before, omega, growth, others = None, [], [], []
     for number, value in enumerate(values):
         found = find(float(value), count + MORE)

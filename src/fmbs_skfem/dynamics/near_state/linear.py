@@ -35,7 +35,10 @@ ALIKE = 1e-9  #: difference of a matrix from its transposed one, relative to its
 
 @dataclass(frozen=True)
 class Spin:
-    """A frame that turns steadily: about z through the origin of the scene unless an axis and a point of it are given."""
+    """A frame that turns steadily: about z through the origin of the scene unless an axis and a point of it are given.
+
+    `rate` [rad/s], `axis` (3,) of any length, `center` (c,) [m]. In the plane the axis is that of z, whatever `axis` says.
+    """
 
     rate: Annotated[float, quantity("rad/s")]
     axis: Annotated[tuple[float, ...], AXIS] | None = None
@@ -72,7 +75,10 @@ def in_rotating_frame(system: System, spin: Spin) -> System:
 
 
 def skew(dim: int, spin: Spin) -> np.ndarray:
-    """Matrix (c, c) of u -> rate axis x u [1/s]."""
+    """Matrix (c, c) of u -> rate axis x u [1/s].
+
+    In the plane it is rate [[0, -1], [1, 0]]. InputError in space for an `axis` that is zero or has other than three components.
+    """
     if dim == 2:
         return spin.rate * np.array([[0.0, -1.0], [1.0, 0.0]])
     axis = np.array([0.0, 0.0, 1.0] if spin.axis is None else spin.axis, dtype=float)
@@ -83,7 +89,10 @@ def skew(dim: int, spin: Spin) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Linear:
-    """The linear equations (2) about an equilibrium."""
+    """The linear equations (2) about an equilibrium: M u'' + C u' + K u = 0 with rows u = 0, for small changes u (n,) of x.
+
+    Forces are in newtons where an unknown is a length [m]; `large` says what change of each unknown counts as large.
+    """
 
     x: np.ndarray  #: (n,) the equilibrium
     mass: csr_array  #: (n, n)
@@ -121,5 +130,9 @@ def linearise(
 
 
 def is_symmetric(linear: Linear) -> bool:
-    """Whether undamped motions are vibrations: forces have a potential, and there are no gyroscopic terms."""
+    """Whether undamped motions are vibrations: forces have a potential, and there are no gyroscopic terms.
+
+    That is, |A - A^T| <= 1e-9 max |A| for every entry of the stiffness and of the damping. Damping that is symmetric passes as
+    well.
+    """
     return all(abs(A - A.T).max() <= ALIKE * abs(A).max() for A in (linear.stiffness, linear.damping))

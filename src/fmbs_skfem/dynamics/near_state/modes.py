@@ -49,7 +49,10 @@ UPWARD = 1e-7  #: shift over the largest frequency that the matrices allow, so t
 
 @dataclass(frozen=True)
 class VibrationModes:
-    """Vibration modes about a configuration."""
+    """Vibration modes (1) about a configuration: K v = omega^2 M v, v^T M v = 1, by rising omega^2.
+
+    A negative omega^2 is a motion that grows by exp(sqrt(-omega^2) t): the equilibrium is unstable.
+    """
 
     squares: np.ndarray  #: (i,) omega^2 [1/s2], negative where the equilibrium is unstable
     shapes: np.ndarray  #: (n, i) normalised by the mass matrix
@@ -75,7 +78,11 @@ def vibration_modes(
 
 
 def real_modes(linear: Linear, count: int = 10) -> VibrationModes:
-    """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in their stiffness left out."""
+    """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in their stiffness left out.
+
+    K is taken as (K + K^T)/2. There are as many modes as unknowns n less the rows m, if `count` asks for more. InputError for a
+    count below 1, where the joints leave no motion, and where some direction has neither mass nor stiffness.
+    """
     large = np.broadcast_to(linear.large, len(linear.x))
     large = large / large.max()  # of v = S y: positions and axes count alike, however small a body is
     K, M, J = scaled(linear.stiffness, large, large), scaled(linear.mass, large, large), ranks.unit_rows(linear.rows * large)
@@ -95,7 +102,10 @@ def at_most(count: int, possible: int) -> int:
 
 
 def dense_modes(K: Array, M: Array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and vectors of (K, M) on the null space of independent rows J."""
+    """Eigenvalues and vectors of (K, M) on the null space of independent rows J.
+
+    K and M (n, n), J (m, n): the `count` lowest eigenvalues (i,) [1/s2], rising, and vectors (n, i) with v^T M v = 1.
+    """
     Z = ranks.null_space(J)
     squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
     return squares, Z @ vectors
@@ -128,7 +138,10 @@ def shifted_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int, shift: 
 
 @dataclass(frozen=True)
 class ComplexModes:
-    """Motions v exp(s t), each of a conjugate pair once, slowest first."""
+    """Motions u = Re v exp(s t) by (2), each of a conjugate pair once, slowest first: by |s|, rising.
+
+    A motion grows where Re s > 0, and the equilibrium is unstable then: flutter with, divergence without an imaginary part.
+    """
 
     eigenvalues: np.ndarray  #: (i,) s [1/s], imaginary parts not negative
     shapes: np.ndarray  #: (n, i) complex, of largest entry 1
@@ -274,12 +287,18 @@ def largest_one(shapes: np.ndarray) -> np.ndarray:
 
 
 def grows(omega: np.ndarray, growth: np.ndarray) -> np.ndarray:
-    """Which motions of eigenvalues growth + i omega [1/s] grow by more than round-off."""
+    """Which motions (i,) bool of eigenvalues growth + i omega [1/s], both (i,) or (s, i), grow by more than round-off.
+
+    That is 1e-6 of the largest |growth + i omega| among all of them.
+    """
     return np.asarray(growth > GROWS * np.hypot(omega, growth).max(initial=0.0))
 
 
 def instability(path: Trajectory) -> str:
-    """What is said of the last state of a load path where it is unstable; nothing elsewhere, see `growth`."""
+    """What is said of the last state of a load path where it is unstable; nothing elsewhere, see `growth`.
+
+    Of up to 6000 unknowns the text has the growth [1/s], of more the number of negative pivots of the tangent.
+    """
     found, pivots = growth(path), 0.0 if path.negative is None else float(np.nan_to_num(path.negative[-1]))
     if not found and path.system.size > LARGE and pivots:
         return f"the equilibrium is unstable, its tangent has {pivots:.0f} negative pivots"

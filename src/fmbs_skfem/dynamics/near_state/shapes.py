@@ -29,7 +29,10 @@ ALIKE = 1e-3  #: distance of a shape from free motions, over its own size, up to
 
 @dataclass(frozen=True)
 class Shapes:
-    """Small motions of a system about a state: Re v exp(s t) each."""
+    """Small motions of a system about a state: x + Re v exp(s t) each, v a column of `vectors`.
+
+    Their size is arbitrary; `captions` say what they are.
+    """
 
     system: System
     x: np.ndarray  #: (n,) the state
@@ -42,7 +45,10 @@ class Shapes:
 
 @dataclass(frozen=True)
 class Free:
-    """Rigid motions that neither joints nor forces resist."""
+    """Rigid motions that neither joints nor forces resist.
+
+    The columns of `vectors` are independent, each a rigid motion of as few bodies as possible.
+    """
 
     vectors: np.ndarray  #: (n, f)
     names: tuple[str, ...]  #: (f,) such as `beam turns about (0, 0)`
@@ -75,7 +81,10 @@ def in_phase(vectors: np.ndarray, metric: csr_array | np.ndarray) -> np.ndarray:
 
 
 def find_free(system: System, linear: Linear) -> Free:
-    """The rigid motions (2) of a system about the state of its linear equations, each of as few bodies as possible."""
+    """The rigid motions (2) of a system about the state of its linear equations, each of as few bodies as possible.
+
+    None are found where the unknowns are not made of body coordinates, as of a component that is saved without its bodies.
+    """
     T, q = system.lift.matrix, system.lift(linear.x)
     base = replace(system.full or system, x0=q)
     if len(base.unit) * base.dim != len(q):

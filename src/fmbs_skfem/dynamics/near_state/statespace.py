@@ -49,7 +49,11 @@ INSTANT = 1e-9  #: time between the states of which outputs are differentiated [
 
 @dataclass(frozen=True, repr=False)
 class StateSpace:
-    """The linear system (2); states are amplitudes of modes, then their rates."""
+    """The linear system (2), z' = A z + B w and y = C z + D w; states z (k,) are amplitudes of modes, then their rates.
+
+    w (j,) and y (i,) are changes of the inputs and outputs from those of the equilibrium x (n,), in the `units`. A displacement
+    is V z[:r], but for what `static` adds, with modes V (n, r) of unit mass.
+    """
 
     A: np.ndarray  #: (k, k), k = 2 r
     B: np.ndarray  #: (k, j)
@@ -72,7 +76,11 @@ class StateSpace:
         return signal.StateSpace(self.A, self.B, self.C, self.D)
 
     def states(self, motion: Trajectory) -> np.ndarray:
-        """States (s, k) of a motion of the system, for feedback: amplitudes and their rates."""
+        """States (s, k) of a motion of the system, for feedback: amplitudes and their rates.
+
+        z = (V^T M (x - x0), V^T M x') with x0 the equilibrium, for every stored state; `motion` has the unknowns (s, n) of the
+        same system.
+        """
         return np.concatenate([(motion.x - self.x) @ self.weights.T, motion.v @ self.weights.T], axis=1)
 
     def transfer(self, omega: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -81,7 +89,10 @@ class StateSpace:
         return np.array([self.C @ np.linalg.solve(1j * w * one - self.A, self.B) + self.D for w in np.asarray(omega, dtype=float)])
 
     def save(self, path: Path | str) -> Path:
-        """Write A, B, C, D, the equilibrium, and names with units into a file .npz or .mat."""
+        """Write A, B, C, D, the equilibrium, and names with units into a file .npz or .mat.
+
+        The suffix decides; InputError for another one. The file appears under its name when it is complete.
+        """
         path = Path(path)
         arrays: dict[str, Any] = {key: getattr(self, key) for key in ("A", "B", "C", "D", "x", "basis", "weights")}
         for key in ("inputs", "outputs"):
