@@ -43,7 +43,10 @@ MANY = 5000  #: most cases that are made for one leaf
 @storable
 @dataclass(frozen=True)
 class Order:
-    """How one leaf depends on the parameters."""
+    """How one leaf depends on the parameters.
+
+    For every parameter a degree, and whether the polynomial is one of log mu in place of mu.
+    """
 
     degrees: tuple[int, ...]  #: by parameter
     logarithmic: tuple[bool, ...]  #: whether the polynomial is one of log mu
@@ -52,7 +55,10 @@ class Order:
 @storable
 @dataclass(frozen=True)
 class Varying:
-    """The numbers of one leaf that depend on parameters."""
+    """The numbers of one leaf that depend on parameters.
+
+    a(mu)[positions] = P(mu)^T mixture values, with P (t,) the Lagrange polynomials of the t nodes of its grid, `values` (q, n).
+    """
 
     place: Place
     order: Order
@@ -66,7 +72,11 @@ class Varying:
 @storable
 @dataclass(frozen=True)
 class ParametricCase:
-    """A family whose cases are polynomials of the parameters: nothing is assembled for another value."""
+    """A family whose cases are polynomials of the parameters: nothing is assembled for another value.
+
+    `rom(values)` is the case at other values, in milliseconds: no mesh, no assembly and no projection are needed. Numbers that do
+    not depend on parameters are those of the nominal case to the bit.
+    """
 
     parameters: tuple[Parameter, ...]
     nominal: Case  #: sparse arrays with all places that any sample fills
@@ -94,7 +104,10 @@ class ParametricCase:
 
 
 def degrees(model: ParametricCase) -> dict[str, int]:
-    """The highest degree of any number in every parameter."""
+    """The highest degree of any number in every parameter.
+
+    By name of the parameter; 0 where nothing depends on it.
+    """
     highest = [max((part.order.degrees[p] for part in model.varying), default=0) for p in range(len(model.parameters))]
     return {parameter.name: degree for parameter, degree in zip(model.parameters, highest, strict=True)}
 

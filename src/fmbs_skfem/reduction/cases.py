@@ -38,7 +38,10 @@ Leaves: TypeAlias = dict[Place, Leaf]  #: leaves that differ from those of anoth
 @storable
 @dataclass(frozen=True)
 class Case:
-    """One member of a family."""
+    """One member of a family.
+
+    All that `run` needs: the equations, the method with its step [s], the end [s] and the tolerance of the iteration.
+    """
 
     system: System  #: full, with all multipliers, or reduced
     scheme: GeneralizedAlpha
@@ -61,12 +64,18 @@ def run(
 
 
 def with_step(case: Case, step: float) -> Case:
-    """The case with another step [s]."""
+    """The case with another step [s].
+
+    All else stays, the start as well.
+    """
     return replace(case, scheme=replace(case.scheme, step=step))
 
 
 def unchecked(case: Case) -> Case:
-    """The case for one more run, which finds no errors of parts: another run of it has found them."""
+    """The case for one more run, which finds no errors of parts: another run of it has found them.
+
+    Errors of parts (`parts.finer_parts`) take a second run of a finer system, which is left out then.
+    """
     return replace(case, system=finer_systems.unchecked(case.system))
 
 
@@ -106,7 +115,11 @@ def with_float_times(case: Case) -> Case:
 
 
 def collect(base: Any, other: Any, place: Place, found: Leaves) -> None:
-    """Add the leaves of `other` that differ from those of `base`; raise Change where there is more than numbers."""
+    """Add the leaves of `other` that differ from those of `base`; raise Change where there is more than numbers.
+
+    Leaves are arrays, sparse arrays and floating-point numbers, by their place; they are added to `found`. Arrays of another
+    shape or type, other texts and integers are more than numbers.
+    """
     if base is other:
         return
     if is_number(base) and is_number(other) and (isinstance(base, float) or isinstance(other, float)):
@@ -176,7 +189,10 @@ def insert(tree: dict[str | int, Any], place: Place, leaf: Leaf) -> None:
 
 
 def rebuild(value: Any, tree: Any) -> Any:
-    """The struct with some leaves changed; all other parts are the same objects."""
+    """The struct with some leaves changed; all other parts are the same objects.
+
+    `tree` are nested dicts of new leaves, by field, key or position, as `insert` makes them.
+    """
     if not isinstance(tree, dict):
         return tree
     if is_dataclass(value) and not isinstance(value, type):
@@ -191,7 +207,10 @@ def same_pattern(a: csr_array, b: csr_array) -> bool:
 
 
 def spread_over(matrix: csr_array, pattern: csr_array) -> csr_array:
-    """The same matrix with a number, zero perhaps, for every place of a sorted pattern that contains its own."""
+    """The same matrix with a number, zero perhaps, for every place of a sorted pattern that contains its own.
+
+    Both (m, n); the new one has the pattern of the second, and the values of the first.
+    """
     rows, width = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)), matrix.shape[1]
     keys = np.repeat(np.arange(matrix.shape[0]), np.diff(pattern.indptr)) * width + pattern.indices
     data = np.zeros(len(keys))
@@ -211,7 +230,10 @@ def by_columns(array: np.ndarray) -> bool:
 
 
 def fill(leaf: Leaf, positions: np.ndarray, numbers: np.ndarray) -> Leaf:
-    """The leaf with other numbers at some positions; vectors start at a whole cache line, where polynomials are read fastest."""
+    """The leaf with other numbers at some positions; vectors start at a whole cache line, where polynomials are read fastest.
+
+    `positions` (k,) count numbers as `numbers_of` lists them, `numbers` (k,) take their places. A float is replaced.
+    """
     if isinstance(leaf, float):
         return float(numbers[0])
     if isinstance(leaf, csr_array):

@@ -35,7 +35,11 @@ Key = tuple[int, int, int, int, int]  #: row, signal, i, j, and which of those t
 
 @dataclass(frozen=True)
 class FamilySamples:
-    """A family with what is known of it."""
+    """A family with what is known of it.
+
+    `found` has the leaves that differ from the nominal case, by values (d,) of the parameters; `nodes` are the points of every
+    axis.
+    """
 
     family: Family
     parameters: tuple[Parameter, ...]
@@ -57,7 +61,11 @@ def nominal_row(parameters: Sequence[Parameter]) -> np.ndarray:
 
 
 def sample(known: FamilySamples, row: np.ndarray) -> Leaves:
-    """The leaves of the case at (d,) values that differ from the nominal ones."""
+    """The leaves of the case at (d,) values that differ from the nominal ones.
+
+    They are kept, so that a point is made once. InputError where the case has another structure than the nominal one, with its
+    place.
+    """
     key = tuple(row.tolist())
     if key not in known.found:
         values = boxes.named(known.parameters, row)

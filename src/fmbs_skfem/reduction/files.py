@@ -36,7 +36,10 @@ KIND = FileKind("fmbs_skfem reduced model", "a reduced model", VERSION, f"copy t
 
 @dataclass(frozen=True)
 class Saved:
-    """What a file holds."""
+    """What a file holds.
+
+    `notes` are what `save` was given: numbers, texts, arrays, tuples, lists, dicts.
+    """
 
     system: System
     notes: dict[str, Any]
@@ -51,7 +54,10 @@ def save(system: System, path: str | Path, **notes: Any) -> Path:
 
 
 def require_savable(system: System) -> None:
-    """InputError where no file can hold what a reduced model has of a full system, as functions of Python: before its runs."""
+    """InputError where no file can hold what a reduced model has of a full system, as functions of Python: before its runs.
+
+    Nothing is written.
+    """
     container.encode(replace(system, full=None), [], "system")
 
 
@@ -126,7 +132,10 @@ def read_errors(notes: Mapping[str, Any]) -> dict[str, float]:
 
 
 def load(path: str | Path) -> System:
-    """The reduced system of a file; errors as of `read`."""
+    """The reduced system of a file; errors as of `read`.
+
+    The notes are left out; `read` gives both, and `run` moves the model.
+    """
     return read(path).system
 
 

@@ -47,7 +47,11 @@ Measure: TypeAlias = Callable[[System, "FullRun", Trajectory], float]
 
 @dataclass(frozen=True)
 class TrainingTask:
-    """What is trained: a family of full systems, one of them where there are no parameters, and how its runs are reduced."""
+    """What is trained: a family of full systems, one of them where there are no parameters, and how its runs are reduced.
+
+    `train` makes a reduced model of it. `family(values)` is the full case at values of the parameters, with all multipliers;
+    `form` changes its system into the one that is run, `interval` [s] says which states are snapshots.
+    """
 
     family: Family  #: full systems with all multipliers
     parameters: tuple[Parameter, ...]  #: empty for one system
@@ -60,7 +64,10 @@ class TrainingTask:
 
 @dataclass(frozen=True)
 class Factor:
-    """Deviations of one component from its initial state, modes @ coefficients."""
+    """Deviations of one component from its initial state, modes @ coefficients.
+
+    X (n, s) ~ U S W^T, U (n, r) with U^T W_b U = 1 in the mass of the component over that of all bodies; S [m].
+    """
 
     modes: np.ndarray  #: (n, r) U, orthonormal in the mass
     values: np.ndarray  #: (r,) S
@@ -69,7 +76,11 @@ class Factor:
 
 @dataclass(frozen=True)
 class FullRun:
-    """The full model at one point."""
+    """The full model at one point.
+
+    What a training keeps of a full motion: factors of every component, or the snapshots of a task without parameters, with times,
+    outputs and cost.
+    """
 
     values: dict[str, float]
     times: np.ndarray  #: (s,) [s]
@@ -93,13 +104,20 @@ def task_of(case: Case, plan: Plan, interval: float | np.ndarray, form: Callable
 
 
 def full_run(task: TrainingTask, values: Mapping[str, float], sharp: bool = True) -> FullRun:
-    """The full model at a point, sharp enough for its snapshots, or with the Newton iteration of its scene."""
+    """The full model at a point, sharp enough for its snapshots, or with the Newton iteration of its scene.
+
+    `sharp`: Newton's tolerance is at most 1e-6 sqrt(eps). SolverError where it fails, InputError where fewer than two snapshots
+    lie in its duration.
+    """
     case = task.family(values)
     return keep_factors(task, values, case.system, run_case(task, case, sharp))
 
 
 def run_of_motion(task: TrainingTask, motion: Trajectory) -> FullRun:
-    """The run of a task without parameters from a motion of its full system, with the snapshots among its stored states."""
+    """The run of a task without parameters from a motion of its full system, with the snapshots among its stored states.
+
+    `motion` has to be that of the task's own case. InputError where its snapshots are not among the stored states.
+    """
     data = snapshots(motion, task.interval)
     return FullRun({}, data.times, {}, motion.statistics.cpu_s, q=data.q, unresolved=motion.statistics.unresolved)
 
@@ -126,7 +144,11 @@ def keep_factors(task: TrainingTask, values: Mapping[str, float], raw: System, m
 
 
 def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) -> Factor:
-    """Truncated factors of a component's deviations from its initial state, for snapshots q (s, q)."""
+    """Truncated factors of a component's deviations from its initial state, for snapshots q (s, q).
+
+    Rigid components keep all directions, components at rest have none. eps of the factors is 1e-4 of that of the plan, or 1e-20
+    where the plan has a number of modes.
+    """
     rows = rows_of(raw, members)
     W, (A, a) = metric_of(raw, rows), inner_constraints(raw, rows)
     X = satisfy(q[:, rows] - raw.lift(raw.x0)[rows], A, 0 * a).T
@@ -141,7 +163,10 @@ def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) ->
 
 
 def snapshot_steps(case: Case, interval: float | np.ndarray) -> np.ndarray:
-    """Numbers of the steps whose states are snapshots, 0 first; the last step is one where an interval reaches it."""
+    """Numbers of the steps whose states are snapshots, 0 first; the last step is one where an interval reaches it.
+
+    Rising numbers (s,); InputError for fewer than two.
+    """
     last, h = round(case.duration / case.scheme.step), case.scheme.step
     if isinstance(interval, np.ndarray):
         numbers = np.round(interval / h).astype(np.int64)
@@ -189,14 +214,21 @@ def while_both_run(run: FullRun, motion: Trajectory) -> tuple[FullRun, Trajector
 
 
 def wanted_error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:
-    """e(mu) of the task at a full run; the error of the states where it has no measure, or one that says nothing."""
+    """e(mu) of the task at a full run; the error of the states where it has no measure, or one that says nothing.
+
+    `raw` is the full system at the parameters of `run`, `motion` the reduced motion at the same snapshots.
+    """
     found = math.nan if task.measure is None else task.measure(raw, run, motion)
     return error(task, raw, run, motion) if math.isnan(found) else found
 
 
 @dataclass(frozen=True)
 class OutputMeasure:
-    """e(mu) of the outputs: the largest part of a range, or where there are tolerances [their unit] the largest part of them."""
+    """e(mu) of the outputs: the largest part of a range, or where there are tolerances [their unit] the largest part of them.
+
+    max_c error_c / range_c over all columns, or max_c error_c / tolerance. InputError where a reduced model does not know an
+    output that has a tolerance.
+    """
 
     tolerances: Mapping[str, float] = field(default_factory=dict)  #: by output
 
@@ -210,7 +242,10 @@ class OutputMeasure:
 
 
 def errors_of_outputs(raw: System, run: FullRun, motion: Trajectory) -> dict[str, OutputError]:
-    """Errors of the outputs of a reduced motion at the samples of a full run; none where those of the run were not kept."""
+    """Errors of the outputs of a reduced motion at the samples of a full run; none where those of the run were not kept.
+
+    By column, at the samples that both have; `raw` is the full system at the parameters of the run.
+    """
     if not run.outputs:
         return {}
     run, motion = while_both_run(run, motion)
@@ -219,7 +254,10 @@ def errors_of_outputs(raw: System, run: FullRun, motion: Trajectory) -> dict[str
 
 
 def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) -> float:
-    """Error of the full model's own step in the measure of the task, |q_h - q_2h| / 3 for a method of second order."""
+    """Error of the full model's own step in the measure of the task, |q_h - q_2h| / 3 for a method of second order.
+
+    One more full run is made, with steps of 2 h, h that of the case. Samples of odd steps are left out.
+    """
     case = task.family(values)
     mine = np.round(run.times / case.scheme.step).astype(np.int64)
     pairs = round(case.duration / case.scheme.step) // 2
@@ -239,7 +277,10 @@ def thin(run: FullRun, samples: np.ndarray) -> FullRun:
 
 
 def try_run(task: TrainingTask, full: Full, values: Mapping[str, float]) -> FullRun | str:
-    """The full run at a point, or the reason why the full model has no motion there, with a notice."""
+    """The full run at a point, or the reason why the full model has no motion there, with a notice.
+
+    `values` by name [SI]; a text for InputError and SolverError, all other errors pass.
+    """
     try:
         return full(values)
     except (SolverError, InputError) as error:

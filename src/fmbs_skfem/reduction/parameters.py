@@ -27,14 +27,20 @@ NEAR = 1e-9  #: part of the box that is round-off
 
 
 def check(parameters: Sequence[Parameter]) -> None:
-    """At least one parameter, every name once."""
+    """At least one parameter, every name once.
+
+    InputError for none, and for a name that stands twice.
+    """
     names = [parameter.name for parameter in parameters]
     if not names or len(set(names)) < len(names):
         raise InputError(say("parameters", "one or more, every name once", ", ".join(names) or "none"))
 
 
 def to_box(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
-    """Values (k, d) [SI] as points u (k, d) of the unit box; those outside of the ranges lie outside of it."""
+    """Values (k, d) [SI] as points u (k, d) of the unit box; those outside of the ranges lie outside of it.
+
+    u = (mu - low) / (high - low), or log(mu / low) / log(high / low) on a logarithmic scale. InputError as of `table`.
+    """
     columns = []
     for parameter, column in zip(parameters, table(parameters, points).T, strict=True):
         if parameter.scale is Scale.LOG:
@@ -45,7 +51,10 @@ def to_box(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
 
 
 def from_box(parameters: Sequence[Parameter], unit: ArrayLike) -> np.ndarray:
-    """Values (k, d) [SI] of points u (k, d) in the unit box; its faces are the ends of the ranges to the bit."""
+    """Values (k, d) [SI] of points u (k, d) in the unit box; its faces are the ends of the ranges to the bit.
+
+    mu = (1 - u) low + u high, or low^(1 - u) high^u on a logarithmic scale; d columns, one a parameter. InputError as of `table`.
+    """
     columns = []
     for parameter, u in zip(parameters, table(parameters, unit).T, strict=True):
         if parameter.scale is Scale.LOG:
@@ -79,7 +88,12 @@ def grid(parameters: Sequence[Parameter], counts: int | Sequence[int] | Mapping[
 
 
 def latin_hypercube(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndarray:
-    """Random points (count, d), one in each of `count` slices of every range."""
+    """Random points (count, d), one in each of `count` slices of every range.
+
+    d parameters; slices are equal on the scale of each. The same `seed` gives the same points. InputError for a count below 1.
+
+    Source: McKay, Beckman, Conover 1979, doi 10.1080/00401706.1979.10489755.
+    """
     from scipy.stats import qmc
 
     check(parameters)
@@ -87,7 +101,10 @@ def latin_hypercube(parameters: Sequence[Parameter], count: int, seed: int = 0) 
 
 
 def sobol(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndarray:
-    """The first points (count, d) of a scrambled Sobol sequence; a larger count of the same seed begins with the same points."""
+    """The first points (count, d) of a scrambled Sobol sequence; a larger count of the same seed begins with the same points.
+
+    InputError for a count below 1. Source: Owen 1998, doi 10.1006/jcom.1998.0487.
+    """
     from scipy.stats import qmc
 
     check(parameters)
@@ -117,7 +134,10 @@ def listed(parameters: Sequence[Parameter], rows: Iterable[object]) -> np.ndarra
 
 
 def named(parameters: Sequence[Parameter], row: ArrayLike) -> dict[str, float]:
-    """Values of one point by name."""
+    """Values of one point by name.
+
+    `row` (d,) has the values [SI] in the order of the parameters; InputError for another number of them.
+    """
     values = table(parameters, np.atleast_2d(np.asarray(row, dtype=float)))[0]
     return {parameter.name: float(value) for parameter, value in zip(parameters, values, strict=True)}
 
@@ -129,14 +149,21 @@ def text(parameters: Sequence[Parameter], values: Mapping[str, float]) -> str:
 
 
 def described(parameters: Sequence[Parameter]) -> dict[str, dict[str, Any]]:
-    """Ranges, nominal values and units by name, as plain numbers and texts."""
+    """Ranges, nominal values and units by name, as plain numbers and texts.
+
+    For reports and files: `low`, `high`, `nominal`, `unit` and `scale` of each.
+    """
     return {
         p.name: {"low": p.low, "high": p.high, "nominal": p.nominal, "unit": p.unit, "scale": p.scale.value} for p in parameters
     }
 
 
 def row_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> np.ndarray:
-    """Values (d,) in the order of the parameters; every parameter is named once and nothing else is."""
+    """Values (d,) in the order of the parameters; every parameter is named once and nothing else is.
+
+    `values` by name, in SI units. InputError for an unknown name, a missing one, and for what is no finite number, or not
+    positive on a logarithmic scale.
+    """
     check(parameters)
     known(parameters, values, complete=True)
     for parameter in parameters:
@@ -152,7 +179,10 @@ def row_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> np.n
 
 
 def completed(parameters: Sequence[Parameter], values: Mapping[str, float]) -> dict[str, float]:
-    """Values of all parameters: the given ones, and nominal ones where none is given."""
+    """Values of all parameters: the given ones, and nominal ones where none is given.
+
+    InputError for a name that is no parameter.
+    """
     known(parameters, values)
     return {parameter.name: parameter.nominal for parameter in parameters} | dict(values)
 
@@ -169,7 +199,10 @@ def known(parameters: Sequence[Parameter], names: Iterable[str], complete: bool 
 
 
 def outside(parameters: Sequence[Parameter], values: Mapping[str, float]) -> tuple[str, ...]:
-    """Names of the parameters whose value lies outside of their range."""
+    """Names of the parameters whose value lies outside of their range.
+
+    InputError as of `row_of`; round-off at an end of a range is inside.
+    """
     unit = to_box(parameters, [row_of(parameters, values)])[0]
     return tuple(p.name for p, u in zip(parameters, unit, strict=True) if not -NEAR <= u <= 1.0 + NEAR)
 
@@ -177,7 +210,10 @@ def outside(parameters: Sequence[Parameter], values: Mapping[str, float]) -> tup
 # ------------------------------------------------------------------------------------------------------- where runs may be made
 @dataclass(frozen=True)
 class Search:
-    """Where runs may be made."""
+    """Where runs may be made.
+
+    Rows of `candidates` [SI] are where full runs may be made; `samples` and `first` are their numbers.
+    """
 
     candidates: np.ndarray  #: (c, d) values of the parameters
     samples: tuple[int, ...]  #: candidates with a reduced run in every iteration

@@ -31,7 +31,11 @@ FINEST = 1e-13  #: smallest Newton tolerance asked for
 
 @dataclass(frozen=True)
 class Plan:
-    """How a reduced model is trained."""
+    """How a reduced model is trained.
+
+    `components` names the bodies of each, see `system_level` and `body_level`. eps = sum_{i>r} s_i^2 / sum_i s_i^2 is the part of
+    the motion's square that modes leave out: 1e-12 leaves out 1e-6 of its size.
+    """
 
     components: Components
     tolerance: float = 1e-12  #: eps of equation (14)
@@ -42,7 +46,10 @@ class Plan:
 
 
 def modes_of(modes: ModeCounts, component: str) -> int | None:
-    """The wanted number of modes of a component; None where eps decides."""
+    """The wanted number of modes of a component; None where eps decides.
+
+    A number for all components, or by name.
+    """
     return modes.get(component) if isinstance(modes, Mapping) else modes
 
 
@@ -52,10 +59,16 @@ def with_components(plan: Plan, components: Components) -> Plan:
 
 
 def newton_for(newton: Newton, tolerance: float) -> Newton:
-    """Newton's iteration, sharp enough for snapshots of which modes are kept to eps = `tolerance`."""
+    """Newton's iteration, sharp enough for snapshots of which modes are kept to eps = `tolerance`.
+
+    Its tolerance is max(1e-6 sqrt(eps), 1e-13), or what it was where that is less.
+    """
     return replace(newton, tolerance=min(newton.tolerance, max(SHARP * math.sqrt(tolerance), FINEST)))
 
 
 def newton_of_reduced(newton: Newton, tolerance: float) -> Newton:
-    """Newton's iteration of a reduced model with modes kept to eps = `tolerance`."""
+    """Newton's iteration of a reduced model with modes kept to eps = `tolerance`.
+
+    Its tolerance is max(2e-5 sqrt(eps), 1e-13), whatever it was.
+    """
     return replace(newton, tolerance=max(ENOUGH * math.sqrt(tolerance), FINEST))

@@ -53,7 +53,11 @@ KEEPS = 1e-10  #: modes that violate a linear constraint by less keep it to roun
 
 @dataclass(frozen=True)
 class ReducedModel:
-    """A reduced model for all parameters, or of one system, and what it took to make it."""
+    """A reduced model for all parameters, or of one system, and what it took to make it.
+
+    `cases(values)` is the reduced case at values of the parameters, `cases({})` of one without any. `left_out` names the
+    constraint rows that it has not, as joint.row.
+    """
 
     cases: Family  #: reduced cases: polynomials of the parameters, in milliseconds, or made from the full ones
     modes: Mapping[str, int]  #: by component
@@ -80,7 +84,10 @@ class ReducedModel:
 
 @dataclass(frozen=True)
 class TrainedReduction:
-    """What makes a reduced system of the full system at any parameters."""
+    """What makes a reduced system of the full system at any parameters.
+
+    One basis a component for all parameters: q^b = q0^b(mu) + m^b + U^b xi^b.
+    """
 
     bases: Bases  #: of deviations from the initial state
     rows: Names  #: constraint rows that are kept
@@ -99,17 +106,27 @@ def with_polynomials(task: TrainingTask) -> TrainingTask:
 
 
 def make_model(task: TrainingTask, runs: Sequence[FullRun], obstacle: str = "") -> ReducedModel:
-    """The reduced model of all runs, as the task's plan says; with the obstacle of an earlier one no polynomials are sought."""
+    """The reduced model of all runs, as the task's plan says; with the obstacle of an earlier one no polynomials are sought.
+
+    InputError where nothing moves in the runs, or a component has too few modes for its joints; SolverError where the
+    hyper-reduction does not reach its tolerance. An obstacle is told by a notice.
+    """
     return finish(task, train_reduction(task, runs), obstacle)
 
 
 def train_reduction(task: TrainingTask, runs: Sequence[FullRun]) -> TrainedReduction:
-    """Bases, constraint rows and hyper-reduction of all runs."""
+    """Bases, constraint rows and hyper-reduction of all runs.
+
+    `project_runs`, then `hyper_reduce` with the plan's own hyper-reduction.
+    """
     return hyper_reduce(project_runs(task, runs), task.plan.hyper)
 
 
 def project_runs(task: TrainingTask, runs: Sequence[FullRun]) -> TrainedReduction:
-    """Bases and constraint rows of all runs, without hyper-reduction."""
+    """Bases and constraint rows of all runs, without hyper-reduction.
+
+    `runs` are full runs of the task, one at least; their bases serve all parameters, see the module.
+    """
     begun = clock.process_time()
     systems = [task.family(run.values).system for run in runs]
     found = bases(task, systems[0], runs)
@@ -136,7 +153,10 @@ def near_rest(rest: np.ndarray | None, system: System) -> System:
 
 
 def hyper_reduce(reduction: TrainedReduction, hyper: HyperReduction) -> TrainedReduction:
-    """The reduction with another hyper-reduction, trained on its runs."""
+    """The reduction with another hyper-reduction, trained on its runs.
+
+    Bases and constraint rows stay; the CPU time [s] of the training is added.
+    """
     begun = clock.process_time()
     rule = hyper_reduction.train(hyper, reduction.runs)
     return replace(reduction, rule=rule, training_s=reduction.training_s + clock.process_time() - begun)
@@ -168,7 +188,11 @@ def fit_polynomials(family: Family, parameters: Sequence[Parameter]) -> tuple[Fa
 
 
 def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str, Basis]:
-    """Modes of every component from what is kept of all runs, of deviations from the initial state."""
+    """Modes of every component from what is kept of all runs, of deviations from the initial state.
+
+    Modes (n, r) of U_1 S_1, U_2 S_2, ... (50), truncated to the plan's eps or number of modes; `raw` is a full system of the
+    family. InputError where nothing moves.
+    """
     plan, found = task.plan, {}
     if runs[0].q is not None:
         data, start = Snapshots(runs[0].times, runs[0].q), raw.lift(raw.x0)
@@ -233,7 +257,11 @@ def about_start(task: TrainingTask, raw: System, found: Bases) -> dict[str, Basi
 
 
 def project(task: TrainingTask, found: Bases, raw: System) -> System:
-    """The reduced system of a full one, with all constraint rows that are not inside of components."""
+    """The reduced system of a full one, with all constraint rows that are not inside of components.
+
+    All linear constraints between components keep multipliers unless the plan eliminates them; `found` are bases of deviations
+    from the initial state.
+    """
     return galerkin.reduce_system(raw, task.plan.components, about_start(task, raw, found), task.plan.eliminate)
 
 
@@ -244,7 +272,11 @@ def with_rows(system: System, rows: Names) -> System:
 
 
 def find_kept_rows(task: TrainingTask, systems: Sequence[System], runs: Sequence[FullRun], plain: Sequence[System]) -> KeptRows:
-    """The constraint rows that the reduced systems `plain` of some runs keep."""
+    """The constraint rows that the reduced systems `plain` of some runs keep.
+
+    Of rows that depend on each other some are left out, and those that lock the motion, see `spaces.kept_rows`. The reduced
+    systems are run for that.
+    """
     names = plain[0].constraints.names
     if not names:
         return KeptRows(frozenset(), {})
@@ -285,7 +317,10 @@ def missed_part(task: TrainingTask, raw: System, run: FullRun, system: System) -
 
 
 def reduced_case(task: TrainingTask, reduction: TrainedReduction, values: Mapping[str, float]) -> Case:
-    """The reduced case at some parameters, made from the full one."""
+    """The reduced case at some parameters, made from the full one.
+
+    The full system is assembled and projected anew, rows are chosen by name and the trained rule is applied.
+    """
     case = task.family(values)
     system = reduction.rule.apply(with_rows(project(task, reduction.bases, case.system), reduction.rows))
     return with_system(task, case, near_rest(reduction.rest, system))
@@ -297,11 +332,17 @@ def with_system(task: TrainingTask, case: Case, system: System) -> Case:
 
 
 def run_reduced(task: TrainingTask, case: Case) -> Trajectory:
-    """The motion of a reduced case, stored at the snapshots."""
+    """The motion of a reduced case, stored at the snapshots.
+
+    States (s, n) at the snapshots of the task. SolverError where the motion fails.
+    """
     return cases.run(case, snapshot_steps(case, task.interval))
 
 
 def indicator(task: TrainingTask, motion: Trajectory, values: Mapping[str, float]) -> float:
-    """I of equation (49) of a reduced motion; `task.family` gives the full system whose residual is taken."""
+    """I of equation (49) of a reduced motion; `task.family` gives the full system whose residual is taken.
+
+    [m s], see `errors.indicator`; `motion` is that of the reduced case at `values`.
+    """
     case = task.family(values)
     return errors.indicator(case.system, motion, case.scheme)

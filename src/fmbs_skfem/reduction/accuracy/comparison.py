@@ -48,7 +48,10 @@ FULL = ("full", "coarse", "step")  #: families of full models
 
 @dataclass(frozen=True)
 class ComparisonOptions:
-    """What is compared beside the models of the task's plan."""
+    """What is compared beside the models of the task's plan.
+
+    Further eps and eta make more reduced models of every level, steps more full runs.
+    """
 
     tolerances: tuple[float, ...] = ()  #: further eps
     hyper_tolerances: tuple[float, ...] = ()  #: further eta
@@ -62,7 +65,10 @@ class ComparisonOptions:
 
 @dataclass(frozen=True)
 class ModelRecord:
-    """One model: sizes, cost, errors against the full model. NaN or None where it has no such number."""
+    """One model: sizes, cost, errors against the full model. NaN or None where it has no such number.
+
+    Errors are those of `errors.compare` against the full motion; `cpu_s` and `wall_s` [s] are the least of its runs.
+    """
 
     name: str
     family: str
@@ -107,7 +113,10 @@ class ModelRecord:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All models, and the motions of those that pictures show."""
+    """All models, and the motions of those that pictures show.
+
+    `comparison["system"]` is the record of that name. `motions`, `errors` and `models` are those of the main models that ran.
+    """
 
     records: tuple[ModelRecord, ...]
     full: Trajectory

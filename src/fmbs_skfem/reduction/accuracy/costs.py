@@ -53,19 +53,28 @@ def _reads(full: System, elastic: Elastic) -> csr_array:
 
 
 def touched(full: System, kept: Mapping[str, np.ndarray]) -> dict[str, int]:
-    """Coordinates touched by the kept cells (i,) of every body."""
+    """Coordinates touched by the kept cells (i,) of every body.
+
+    `kept` are numbers (i,) of cells by body; every function that they read has as many coordinates as space dimensions.
+    """
     known = {elastic.name: elastic for elastic in full.elastic}
     return {name: len(distinct(_reads(full, known[name])[cells].indices)) * full.dim for name, cells in kept.items()}
 
 
 def kept_cells(reduced: System) -> dict[str, np.ndarray]:
-    """Numbers (i,) of the cells with points in use, by body."""
+    """Numbers (i,) of the cells with points in use, by body.
+
+    A body without any point, as of a polynomial, is left out.
+    """
     found = {elastic.name: distinct(terms.cells_of_points(elastic.gather)) for elastic in reduced.elastic}
     return {name: cells for name, cells in found.items() if len(cells)}
 
 
 def kept_by_component(reduced: System, components: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """`elements`, cells with points in use, and `points` in use, by component."""
+    """`elements`, cells with points in use, and `points` in use, by component.
+
+    Counts by component: {"elements": {component: cells}, "points": {component: points}}.
+    """
     known = sampling.kept(reduced).items()
     return {
         key: by_component({name: counts[k] for name, counts in known}, components) for k, key in enumerate(("elements", "points"))

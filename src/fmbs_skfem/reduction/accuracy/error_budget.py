@@ -35,7 +35,10 @@ NAMED = 3  #: outputs that are named where none is good enough
 
 @dataclass(frozen=True)
 class BudgetChoice:
-    """What was chosen for a tolerance, with the errors found at one full run."""
+    """What was chosen for a tolerance, with the errors found at one full run.
+
+    `truncation`, `hyper_reduction` and `step` are errors in the measure of the task, as `tolerance` is.
+    """
 
     tolerance: float
     eps: float
@@ -72,7 +75,10 @@ def choose(task: TrainingTask, run: FullRun, tolerance: float, step: float | Non
 
 
 def first_eps(tolerance: float) -> float:
-    """The eps tried first: the square of the share."""
+    """The eps tried first: the square of the share.
+
+    (0.1 tolerance)^2, from 1e-24 to 1e-6: errors fall about as sqrt(eps).
+    """
     # errors go with the root of eps
     return clip((TRUNCATION * tolerance) ** 2, SMALLEST_EPS, LARGEST_EPS)
 
@@ -147,5 +153,8 @@ def clip(x: float, low: float, high: float) -> float:
 
 
 def with_choice(plan: Plan, choice: BudgetChoice) -> Plan:
-    """The plan with the chosen tolerances."""
+    """The plan with the chosen tolerances.
+
+    eps and eta of the choice, without a number of modes.
+    """
     return replace(plan, tolerance=choice.eps, modes=None, hyper=replace(plan.hyper, tolerance=choice.eta))

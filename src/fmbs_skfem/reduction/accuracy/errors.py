@@ -85,17 +85,27 @@ class Errors:
 
 
 def mean_error(times: np.ndarray, distance: np.ndarray, motion: np.ndarray) -> float:
-    """Integral of a distance (s,) over that of the displacement (s,)."""
+    """Integral of a distance (s,) over that of the displacement (s,).
+
+    int |q - p| dt / int |q - q0| dt by the trapezoidal rule, at times (s,) [s]; 0 without an error, infinite for an error of what
+    does not move.
+    """
     return over(float(np.trapezoid(distance, times)), float(np.trapezoid(motion, times)))
 
 
 def over(error: float, size: float) -> float:
-    """A part of a size; 0 for no error whatever the size."""
+    """A part of a size; 0 for no error whatever the size.
+
+    Infinite for an error of a size of 0.
+    """
     return error / size if size > 0.0 else math.inf if error > 0.0 else 0.0
 
 
 def notify_other_end(full: np.ndarray, other: np.ndarray) -> None:
-    """A warning where a motion with times `other` (s,) [s] ends elsewhere than the full one (s,), as where an event stops one."""
+    """A warning where a motion with times `other` (s,) [s] ends elsewhere than the full one (s,), as where an event stops one.
+
+    That is, by more than 1 % of the later end.
+    """
     ends = float(full[-1]), float(other[-1])
     if abs(ends[0] - ends[1]) > ANOTHER_END * max(ends):
         notify(f"a compared motion ends at {ends[1]:g} s, the full one at {ends[0]:g} s: errors are those until the earlier end")
@@ -147,7 +157,11 @@ def line_sizes(displacements: np.ndarray, dim: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Norms:
-    """Norms of the full residual on a reduced motion over time, (s,) each."""
+    """Norms of the full residual on a reduced motion over time, (s,) each.
+
+    c |R| for `plain`, c |R|_g for `gappy`, c = h^2 beta: residual forces as far as unknowns move by them in a step. `constraint`
+    is the part of the forces of constraints that the reduced model has dropped.
+    """
 
     times: np.ndarray
     plain: np.ndarray
@@ -170,7 +184,10 @@ def mask(full: System, reduced: System) -> np.ndarray:
 
 
 def touched(full: System, rows: np.ndarray) -> np.ndarray:
-    """Whether the constraints `rows` depend on the unknowns, in any position (n,)."""
+    """Whether the constraints `rows` depend on the unknowns, in any position (n,).
+
+    (n,) bool for the numbers `rows` (k,) of constraints of the full system.
+    """
     read = distinct(reads(full.constraints, len(full.probes.offset))[rows].indices)
     entries = csr_array(full.probes.matrix)[read]
     return np.asarray(abs(entries).sum(axis=0)).ravel() > 0.0
@@ -218,7 +235,10 @@ def indicator(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> flo
 
 
 def scaling(scheme: GeneralizedAlpha) -> float:
-    """c = h^2 beta."""
+    """c = h^2 beta.
+
+    [s2] of the step h and beta of the scheme.
+    """
     return scheme.step**2 * scheme.coefficients[3]
 
 

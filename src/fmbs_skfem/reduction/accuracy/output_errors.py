@@ -38,20 +38,29 @@ def compare(reference: Trajectory, other: Trajectory, known: Mapping[str, np.nda
 
 
 def warn_of_wrong(relative: Mapping[str, float]) -> None:
-    """A warning of columns that a reduced model gives wrong, by more than OFF of their range, over its own training."""
+    """A warning of columns that a reduced model gives wrong, by more than OFF of their range, over its own training.
+
+    `relative` are errors over the ranges, by column; OFF is 0.1.
+    """
     if off := {name: error for name, error in relative.items() if error > OFF}:
         text = f"the reduced model gives outputs wrong over its own training: {largest(off)} of the range"
         notify(f"{text}; take a smaller eps, or leave them to the full model")
 
 
 def measure(found: Mapping[str, OutputError], tolerances: Mapping[str, float] | None = None) -> float:
-    """e: the largest relative error; with tolerances [unit of the output] the largest error over its own; NaN without any."""
+    """e: the largest relative error; with tolerances [unit of the output] the largest error over its own; NaN without any.
+
+    max_c relative_c, or max_c error_c / tolerance_o over the columns of outputs that have a tolerance.
+    """
     known = parts(found, tolerances)
     return float(np.max(list(known.values()))) if known else math.nan
 
 
 def parts(found: Mapping[str, OutputError], tolerances: Mapping[str, float] | None = None) -> dict[str, float]:
-    """What `measure` is the largest of, by column; those that have none are left out."""
+    """What `measure` is the largest of, by column; those that have none are left out.
+
+    Without tolerances relative errors that are NaN are left out; with them columns of outputs that have none.
+    """
     if tolerances:
         return {column: one.error / tolerances[one.output] for column, one in found.items() if one.output in tolerances}
     return {column: one.relative for column, one in found.items() if not math.isnan(one.relative)}

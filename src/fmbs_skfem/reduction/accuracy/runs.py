@@ -26,7 +26,11 @@ NEAR = 1e-6  #: part of a step that is round-off
 
 @dataclass(frozen=True)
 class TimeError:
-    """Error of the full model's own step, from halving or doubling it."""
+    """Error of the full model's own step, from halving or doubling it.
+
+    `position`, `distance` and `relative` are of the step h itself, e_h = 4/3 |q_h - q_h/2| or 1/3 |q_h - q_2h| for a method of
+    second order.
+    """
 
     step: float  #: [s]
     difference: float  #: largest distance of the motions with h and h/2, or h and 2h [m]
@@ -57,7 +61,11 @@ def stride(case: Case, interval: float) -> int:
 
 
 def run_fastest(case: Case, kept: np.ndarray, repeat: int) -> Trajectory:
-    """The motion, stored after the steps `kept`, with the least CPU and wall time of several runs."""
+    """The motion, stored after the steps `kept`, with the least CPU and wall time of several runs.
+
+    Runs are repeated only where the first costs less than 1.5 s. The motion is that of the first, CPU and wall time are the least
+    of all.
+    """
     best = cases.run(case, kept)
     for _ in range(repeat - 1 if best.statistics.cpu_s < PATIENCE else 0):
         again = cases.run(cases.unchecked(case), kept).statistics
@@ -67,7 +75,10 @@ def run_fastest(case: Case, kept: np.ndarray, repeat: int) -> Trajectory:
 
 
 def run_other_steps(case: Case, kept: np.ndarray, steps: Sequence[float], order: bool, expensive: bool) -> dict[float, Trajectory]:
-    """The full model with h/2 and, for the order, h/4; where it is expensive, with those of the wanted steps that are h/2 or 2h."""
+    """The full model with h/2 and, for the order, h/4; where it is expensive, with those of the wanted steps that are h/2 or 2h.
+
+    The motions by their step [s], stored at the instants of the steps `kept` (s,) of h that they reach.
+    """
     h, case = case.scheme.step, cases.unchecked(case)
     ratios: tuple[float, ...] = (2.0, 4.0) if order else (2.0,)
     if expensive:
@@ -76,7 +87,10 @@ def run_other_steps(case: Case, kept: np.ndarray, steps: Sequence[float], order:
 
 
 def step_error(full: Trajectory, others: Mapping[float, Trajectory], step: float) -> TimeError | None:
-    """Error of the step from runs with h/2 and, for the order, h/4; or from a run with 2h."""
+    """Error of the step from runs with h/2 and, for the order, h/4; or from a run with 2h.
+
+    `others` are motions by their step [s], as `run_other_steps` gives them; None where there are none.
+    """
     if not others:
         return None
     near, *further = others
@@ -90,6 +104,9 @@ def step_error(full: Trajectory, others: Mapping[float, Trajectory], step: float
 
 
 def common_steps(step: float, h: float, kept: np.ndarray) -> np.ndarray:
-    """Numbers of the steps of another size at those instants of the full run's stored states that they reach."""
+    """Numbers of the steps of another size at those instants of the full run's stored states that they reach.
+
+    `kept` (s,) are numbers of steps of length h [s], the result (k,) those of steps of length `step` [s].
+    """
     numbers = kept * (h / step)
     return np.round(numbers[np.abs(numbers - np.round(numbers)) < NEAR]).astype(np.int64)

@@ -34,7 +34,11 @@ from ..spaces.pod import truncation
 
 @dataclass(frozen=True)
 class ForceInterpolation:
-    """f ~ modes (P^T modes)^-1 f[rows]."""
+    """f ~ modes (P^T modes)^-1 f[rows].
+
+    f (n,) ~ Z (P^T Z)^-1 P^T f, with P^T f the entries f[rows]: k entries give the whole vector. Chaturantabut and Sorensen 2010,
+    doi 10.1137/090766498.
+    """
 
     modes: np.ndarray  #: (n, k), orthonormal
     rows: np.ndarray  #: (k,)
@@ -51,7 +55,10 @@ class ForceInterpolation:
 
 @dataclass(frozen=True)
 class Interpolated:
-    """Elastic force of a reduced system as a term: D P^T F(U x + qbar), evaluated in Python."""
+    """Elastic force of a reduced system as a term: D P^T F(U x + qbar), evaluated in Python.
+
+    Its tangent is not symmetric and its force the gradient of no energy, see the module.
+    """
 
     bodies: Compiled  #: the full system without loads, springs and damping by mass, which the reduced one has itself
     lift: Affine  #: U, qbar
@@ -81,7 +88,10 @@ class Interpolated:
 
 
 def interpolation(modes: np.ndarray) -> ForceInterpolation:
-    """The rows of algorithm 1: the largest entry of the first mode, then of what interpolation leaves of the next one."""
+    """The rows of algorithm 1: the largest entry of the first mode, then of what interpolation leaves of the next one.
+
+    `modes` Z (n, k) are independent columns; one row is chosen a mode.
+    """
     rows = [int(np.abs(modes[:, 0]).argmax())]
     for k in range(1, modes.shape[1]):
         before, mode = modes[:, :k], modes[:, k]
@@ -91,7 +101,10 @@ def interpolation(modes: np.ndarray) -> ForceInterpolation:
 
 
 def force_modes(forces: np.ndarray, tolerance: float) -> np.ndarray:
-    """POD modes of force snapshots (n, s), not centred, up to the relative energy `tolerance`."""
+    """POD modes of force snapshots (n, s), not centred, up to the relative energy `tolerance`.
+
+    Columns (n, k), at least one, k the smallest number with eps >= sum_{i>k} s_i^2 / sum_i s_i^2.
+    """
     left, values, _ = np.linalg.svd(forces, full_matrices=False)
     return np.ascontiguousarray(left[:, : max(1, truncation(values, tolerance))])
 
@@ -99,7 +112,11 @@ def force_modes(forces: np.ndarray, tolerance: float) -> np.ndarray:
 def train(
     full: System, reduced: System, components: Mapping[str, Sequence[str]], data: Snapshots, tolerance: float = 1e-12
 ) -> System:
-    """The reduced system with the elastic forces of every component interpolated, from those at snapshots of the full system."""
+    """The reduced system with the elastic forces of every component interpolated, from those at snapshots of the full system.
+
+    `data` are states (s, q) of the full system, `tolerance` is eps of the force modes. Loads, springs and damping by mass stay as
+    they are in the reduced system. InputError for a system that is not reduced.
+    """
     if not reduced.components:
         raise InputError(say("deim.train", "a reduced system", "a full one", "reduce it first"))
     still = csr_array((full.size, full.size))

@@ -41,7 +41,10 @@ DEPENDENT = 1e-12  #: a column with less than this outside the span, relative (i
 @storable
 @dataclass(frozen=True)
 class Sample:
-    """The cells kept and their weights; all other weights are zero."""
+    """The cells kept and their weights; all other weights are zero.
+
+    w (e,) has `weights` at `indices` and 0 elsewhere.
+    """
 
     indices: Indices  #: (j,), rising
     weights: Array  #: (j,), positive
@@ -51,7 +54,10 @@ class Sample:
 
 @dataclass(frozen=True)
 class Gram:
-    """Normal equations of the training matrix."""
+    """Normal equations of the training matrix.
+
+    ||G w - b||^2 = w^T A w - 2 c^T w + b^T b, which is all that the search reads; G (i, e), b (i,).
+    """
 
     A: Array  #: (e,e) G^T G
     c: Array  #: (e,) G^T b
@@ -97,7 +103,10 @@ def weights(G: ArrayLike, tolerance: float, b: ArrayLike | None = None) -> Sampl
 
 
 def weights_from_gram(normal: Gram, tolerance: float) -> Sample:
-    """The same from the Gram form alone; `residual` then carries its round-off, about 1e-8."""
+    """The same from the Gram form alone; `residual` then carries its round-off, about 1e-8.
+
+    InputError for a tolerance below 1e-6 or not below 1, and for b = 0; NotReached where the residual stays above the tolerance.
+    """
     where = "ecsw.weights_from_gram"
     _check_tolerance(tolerance, where)
     if tolerance < GRAM_FLOOR:
@@ -110,7 +119,10 @@ def weights_from_gram(normal: Gram, tolerance: float) -> Sample:
 
 
 def gram(blocks: Blocks, b: ArrayLike | None = None) -> Gram:
-    """A = G^T G, c = G^T b, b^T b of a training matrix that comes whole or in blocks of rows; b (i,) is G 1 unless given."""
+    """A = G^T G, c = G^T b, b^T b of a training matrix that comes whole or in blocks of rows; b (i,) is G 1 unless given.
+
+    InputError for blocks of different widths, or another number of entries of b than of rows.
+    """
     A, c, bb = np.zeros((0, 0)), np.zeros(0), 0.0
     for number, (block, part) in enumerate(_blocks(blocks, b, "ecsw.gram")):
         if number == 0:
@@ -122,7 +134,10 @@ def gram(blocks: Blocks, b: ArrayLike | None = None) -> Gram:
 
 
 def compress(blocks: Blocks, b: ArrayLike | None = None) -> tuple[Array, Array]:
-    """R (k,e) and y (k,), k <= e + 1, with ||R w - y|| = ||G w - b|| for every w: the triangle of a blockwise QR of [G b]."""
+    """R (k,e) and y (k,), k <= e + 1, with ||R w - y|| = ||G w - b|| for every w: the triangle of a blockwise QR of [G b].
+
+    Rows of blocks are appended one block after the other, so that G never stands in memory as a whole. InputError as of `gram`.
+    """
     triangle = np.zeros((0, 0))
     for number, (block, part) in enumerate(_blocks(blocks, b, "ecsw.compress")):
         rows = np.column_stack([block, part])

@@ -30,7 +30,10 @@ USUAL = 1e-3  #: tolerance eta where none is given
 
 @dataclass(frozen=True)
 class TrainingRun:
-    """A run of the full model that a hyper-reduction is trained on."""
+    """A run of the full model that a hyper-reduction is trained on.
+
+    `full` and `system` are at the same parameters; `motion` is called when its states are needed, and not before.
+    """
 
     full: System  #: at the parameters of the run, with all multipliers
     system: System  #: the reduced system of the same parameters
@@ -43,7 +46,11 @@ class TrainingRun:
 
 @dataclass(frozen=True)
 class Rule:
-    """What training gives."""
+    """What training gives.
+
+    `apply` takes the reduced system, at whatever parameters, and gives one whose elastic forces cost less; `selections` say at
+    which cells or points.
+    """
 
     apply: Callable[[System], System]  #: from a reduced system, at any parameters, to the hyper-reduced one
     selections: tuple[Selection, ...] = ()  #: cells or points, by component, of rules that sample
@@ -51,7 +58,11 @@ class Rule:
 
 @dataclass(frozen=True)
 class HyperReduction(ABC):
-    """A way to evaluate elastic forces; derive a frozen dataclass from it and `register` it."""
+    """A way to evaluate elastic forces; derive a frozen dataclass from it and `register` it.
+
+    `train(runs)` gets the full runs with their reduced systems, and gives the Rule. It stands in `Plan.hyper`, is chosen in
+    scenes by its `name`, and is trained to the tolerance eta.
+    """
 
     name: ClassVar[str]  #: in scenes, on the command line, in files
     label: ClassVar[str]  #: behind the level in the names of a comparison, "system+label"; empty for the plain reduced model
@@ -64,7 +75,11 @@ class HyperReduction(ABC):
 
 
 def train(hyper: HyperReduction, runs: Sequence[TrainingRun]) -> Rule:
-    """The rule of a hyper-reduction for reduced systems as they are."""
+    """The rule of a hyper-reduction for reduced systems as they are.
+
+    Cells are multiplied out first, in training and wherever the rule is applied, if the hyper-reduction chooses among points.
+    What the training raises is raised, as `ecsw.NotReached`.
+    """
     if not hyper.chooses:
         return hyper.train(runs)
     rule = hyper.train([replace(run, system=multiply_out(run.system)) for run in runs])
@@ -81,13 +96,19 @@ KNOWN: dict[str, type[HyperReduction]] = {}
 
 
 def register(kind: Kind) -> Kind:
-    """Make a hyper-reduction known by its `name` to plans, scenes and the command line; a decorator of the class."""
+    """Make a hyper-reduction known by its `name` to plans, scenes and the command line; a decorator of the class.
+
+    It has to be made without arguments, which gives the usual options.
+    """
     KNOWN[kind.name] = kind
     return kind
 
 
 def named(name: str, tolerance: float | None = None) -> HyperReduction:
-    """The hyper-reduction of a name, with the tolerance eta where one is given and it has one; InputError for an unknown name."""
+    """The hyper-reduction of a name, with the tolerance eta where one is given and it has one; InputError for an unknown name.
+
+    `tolerance` is ignored by one that approximates nothing, as `none` and `exact`.
+    """
     if name not in KNOWN:
         raise InputError(say("hyper-reduction", f"one of {', '.join(KNOWN)}", f"'{name}'{closest(name, KNOWN)}"))
     usual = KNOWN[name]()

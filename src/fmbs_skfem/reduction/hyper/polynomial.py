@@ -41,7 +41,13 @@ BLOCK = 256  #: points whose strains are formed at once
 @register
 @dataclass(frozen=True)
 class Exact(HyperReduction):
-    """The exact polynomial of planar membranes: nothing is sampled or trained."""
+    """The exact polynomial of planar membranes: nothing is sampled or trained.
+
+    W(x) = 1/2 y^T P y as in the module, at a cost of the number of modes alone. Its rule raises InputError for bodies of other
+    laws, in space, or with stiffness damping.
+
+    Source: Barbic and James 2005, doi 10.1145/1073204.1073300.
+    """
 
     name: ClassVar[str] = "exact"
     label: ClassVar[str] = "exact"
@@ -51,7 +57,10 @@ class Exact(HyperReduction):
 
 
 class Polynomials:
-    """Exact polynomials of reduced membranes; those whose energies differ by a factor are made once."""
+    """Exact polynomials of reduced membranes; those whose energies differ by a factor are made once.
+
+    `of` is the rule of `Exact`: at other values of Young's modulus or the thickness a known polynomial is multiplied by a number.
+    """
 
     def __init__(self) -> None:
         self.known: list[tuple[tuple[Elastic, ...], System]] = []
@@ -98,7 +107,10 @@ def exact(system: System) -> System:
 
 
 def possible(system: System) -> bool:
-    """Whether every elastic body is a planar membrane without stiffness damping, so that `exact` is possible."""
+    """Whether every elastic body is a planar membrane without stiffness damping, so that `exact` is possible.
+
+    False for a system without elastic bodies, and in space.
+    """
     planar = system.dim == 2 and len(system.elastic) > 0
     return planar and all(elastic.gather.law is Law.MEMBRANE and elastic.beta == 0.0 for elastic in system.elastic)
 

@@ -50,7 +50,10 @@ Measure: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: states (s, n) -> C^(
 
 @storable
 class Level(Enum):
-    """What is sampled."""
+    """What is sampled.
+
+    ELEMENTS: whole cells get one weight each; POINTS: every quadrature point has its own.
+    """
 
     ELEMENTS = "elements"
     POINTS = "points"
@@ -59,7 +62,11 @@ class Level(Enum):
 @storable
 @dataclass(frozen=True)
 class Selection:
-    """Sampled cells or points of one component, numbered through all its bodies."""
+    """Sampled cells or points of one component, numbered through all its bodies.
+
+    The weights w > 0 of (44) multiply quadrature weights: `sample.indices` (j,) count the cells or points of all bodies of the
+    component in their order, all others have no weight.
+    """
 
     component: str
     level: Level
@@ -71,7 +78,10 @@ class Selection:
 
 @dataclass(frozen=True)
 class Ecsw(HyperReduction):
-    """ECSW of every component, to the relative tolerance eta."""
+    """ECSW of every component, to the relative tolerance eta.
+
+    ||G w - G 1|| <= eta ||G 1|| over all training states. NotReached, a SolverError, where no weights keep it.
+    """
 
     tolerance: float = USUAL
 
@@ -83,7 +93,10 @@ class Ecsw(HyperReduction):
 
 @register
 class Elements(Ecsw):
-    """ECSW over the cells of a component, to the relative tolerance eta."""
+    """ECSW over the cells of a component, to the relative tolerance eta.
+
+    F_r ~ sum_e w_e U_e^T F_e. Source: Farhat, Avery, Chapman, Cortial 2014, doi 10.1002/nme.4668.
+    """
 
     name: ClassVar[str] = Level.ELEMENTS.value
     label: ClassVar[str] = "ecsw"
@@ -91,7 +104,10 @@ class Elements(Ecsw):
 
 @register
 class Points(Ecsw):
-    """ECSW over the quadrature points of a component, to the relative tolerance eta."""
+    """ECSW over the quadrature points of a component, to the relative tolerance eta.
+
+    As `Elements`, with a weight w_p of every quadrature point p. Source as there, doi 10.1002/nme.4668.
+    """
 
     name: ClassVar[str] = Level.POINTS.value
     label: ClassVar[str] = "ecsw-points"
@@ -137,13 +153,19 @@ def full_body(elastic: Elastic) -> InputError:
 
 
 def count(elastic: Elastic, level: Level) -> int:
-    """Number of cells or points of a reduced body."""
+    """Number of cells or points of a reduced body.
+
+    Cells count up to the largest number of one that has a point.
+    """
     cells = terms.cells_of_points(elastic.gather)
     return len(cells) if level is Level.POINTS else int(cells.max()) + 1
 
 
 def sampled_gather(elastic: Elastic) -> Sampled:
-    """The points of a reduced body as dense rows; InputError for a body of a full model."""
+    """The points of a reduced body as dense rows; InputError for a body of a full model.
+
+    A row is a component of the position gradient at a point p, over the r modes.
+    """
     rows = terms.dense_rows(elastic.gather)
     if rows is None:
         raise full_body(elastic)
@@ -292,6 +314,9 @@ def weighted(elastic: Elastic, weights: np.ndarray, level: Level) -> Elastic:
 
 
 def kept(system: System) -> dict[str, tuple[int, int]]:
-    """Numbers of cells and of points in use, by body."""
+    """Numbers of cells and of points in use, by body.
+
+    (cells, points) of every body with points; after hyper-reduction those with a weight.
+    """
     found = {elastic.name: terms.cells_of_points(elastic.gather) for elastic in system.elastic}
     return {name: (len(np.unique(cells)), len(cells)) for name, cells in found.items() if len(cells)}

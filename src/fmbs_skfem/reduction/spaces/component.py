@@ -18,17 +18,26 @@ REST = 1e-11  #: displacement, over the size of the mechanism, up to which it is
 
 
 def system_level(system: System) -> dict[str, tuple[str, ...]]:
-    """One component, `system`, that holds all bodies: {component: names of bodies}."""
+    """One component, `system`, that holds all bodies: {component: names of bodies}.
+
+    All bodies share one basis, so that linear joints between them are constraints inside of a component, which vanish.
+    """
     return {"system": tuple(name for name, _, _ in system.coordinates)}
 
 
 def body_level(system: System) -> dict[str, tuple[str, ...]]:
-    """Every body a component of its own: {component: names of bodies}."""
+    """Every body a component of its own: {component: names of bodies}.
+
+    Joints between bodies then keep their rows in the reduced model, or are eliminated where they are linear and the plan says so.
+    """
     return {name: (name,) for name, _, _ in system.coordinates}
 
 
 def rows_of(system: System, bodies: Sequence[str]) -> np.ndarray:
-    """Numbers (n,) in q of the coordinates of some bodies; InputError for none and for bodies that are not there."""
+    """Numbers (n,) in q of the coordinates of some bodies; InputError for none and for bodies that are not there.
+
+    In the order in which the bodies are named, those of each body together.
+    """
     spans = {name: np.arange(first, last) for name, first, last in system.coordinates}
     missing = [name for name in bodies if name not in spans]
     if missing or not bodies:
@@ -37,7 +46,10 @@ def rows_of(system: System, bodies: Sequence[str]) -> np.ndarray:
 
 
 def check_components(system: System, components: Mapping[str, Sequence[str]]) -> None:
-    """Every body belongs to exactly one component."""
+    """Every body belongs to exactly one component.
+
+    InputError for bodies that are missing, unknown, or in several components.
+    """
     members = [name for part in components.values() for name in part]
     known = [name for name, _, _ in system.coordinates]
     if sorted(members) != sorted(known):
@@ -45,17 +57,27 @@ def check_components(system: System, components: Mapping[str, Sequence[str]]) ->
 
 
 def is_rigid(system: System, members: Sequence[str]) -> bool:
-    """Whether none of these bodies deforms."""
+    """Whether none of these bodies deforms.
+
+    A body deforms where the system has an elastic term of its name.
+    """
     return not {elastic.name for elastic in system.elastic} & set(members)
 
 
 def metric_of(system: System, rows: np.ndarray) -> csr_array:
-    """The mass of some coordinates over that of all bodies (n, n): modes are orthonormal in it, singular values lengths."""
+    """The mass of some coordinates over that of all bodies (n, n): modes are orthonormal in it, singular values lengths.
+
+    W_bb / w with the metric W and the mass w of the system: u^T W u is a mean square displacement [m2]. `rows` are numbers (n,)
+    in q.
+    """
     return csr_array(csr_array(system.metric)[rows][:, rows] / system.weight)
 
 
 def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Linear constraints A q + a = 0 that touch the given coordinates only: A (m, rows), a (m,)."""
+    """Linear constraints A q + a = 0 that touch the given coordinates only: A (m, rows), a (m,).
+
+    Nonlinear rows, and those of time, are not among them.
+    """
     _, A, a = linear_part(system)
     mine = np.setdiff1d(np.arange(A.shape[0]), touched_outside(A, rows))
     return A[mine][:, rows].toarray(), a[mine]
@@ -68,12 +90,18 @@ def touched_outside(A: object, rows: np.ndarray) -> np.ndarray:
 
 
 def is_resting(system: System, displacement: float) -> bool:
-    """Whether a displacement [m] is one of Newton's tolerance alone."""
+    """Whether a displacement [m] is one of Newton's tolerance alone.
+
+    That is, at most 1e-11 of the size of the system.
+    """
     return displacement <= REST * system.scale
 
 
 def any_motion(A: np.ndarray) -> np.ndarray:
-    """A displacement (n, 1) that keeps A q = 0, A (m, n), of which bases of components at rest are made: they need a direction."""
+    """A displacement (n, 1) that keeps A q = 0, A (m, n), of which bases of components at rest are made: they need a direction.
+
+    It is random, always the same.
+    """
     return satisfy(np.random.default_rng(0).normal(size=(1, A.shape[1])), A, np.zeros(len(A))).T
 
 
@@ -93,17 +121,27 @@ def refuse_rest(system: System, components: Mapping[str, Sequence[str]], displac
 
 
 def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """The states (s, n) nearest to q with A q + a = 0."""
+    """The states (s, n) nearest to q with A q + a = 0.
+
+    q - A^+ (A q + a), A (m, n) and a (m,), with the pseudoinverse A^+: nearest in the Euclidean norm. Without rows q itself.
+    """
     return q - (q @ A.T + a) @ np.linalg.pinv(A).T if len(a) else q
 
 
 def all_directions(W: csr_array, A: np.ndarray) -> np.ndarray:
-    """Modes (n, r) of all q with A q = 0, A (m, n), orthonormal in the metric W (n, n)."""
+    """Modes (n, r) of all q with A q = 0, A (m, n), orthonormal in the metric W (n, n).
+
+    The null space of A, as many modes as unknowns n less its rank: of rigid bodies nothing is left out.
+    """
     return np.ascontiguousarray(pod.left_singular(W, ranks.null_space(A))[0])
 
 
 def rigid_directions(system: System, rows: np.ndarray, A: np.ndarray) -> np.ndarray:
-    """Directions (n, k) of the rigid bodies alone, among coordinates (n,), that keep A q = 0, A (m, n)."""
+    """Directions (n, k) of the rigid bodies alone, among coordinates (n,), that keep A q = 0, A (m, n).
+
+    `rows` (n,) are the numbers in q of the coordinates. Rows of A that read other bodies as well count with what they read of
+    rigid ones.
+    """
     deforming = {elastic.name for elastic in system.elastic}
     spans = [np.arange(first, last) for name, first, last in system.coordinates if name not in deforming]
     mine = np.flatnonzero(np.isin(rows, np.concatenate([np.zeros(0, np.int64), *spans])))
@@ -115,5 +153,8 @@ def rigid_directions(system: System, rows: np.ndarray, A: np.ndarray) -> np.ndar
 
 
 def projected(system: System, q: np.ndarray) -> np.ndarray:
-    """Unknowns x (s, n) of a reduced system with the least |V x + qbar - q| for body coordinates (s, q)."""
+    """Unknowns x (s, n) of a reduced system with the least |V x + qbar - q| for body coordinates (s, q).
+
+    x = argmin |V x + qbar - q| by `systems.project`, V and qbar being the lift of the system.
+    """
     return np.ascontiguousarray(project(system.lift.matrix, (q - system.lift.offset).T).T)

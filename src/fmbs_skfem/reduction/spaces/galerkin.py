@@ -52,7 +52,10 @@ APART = 1e-9  #: part of a mode that is none of rigid bodies alone, from which i
 
 @dataclass(frozen=True)
 class Snapshots:
-    """States of a full model at training times."""
+    """States of a full model at training times.
+
+    q (s, q) are all coordinates of the full bodies, before joints are eliminated: positions [m], slopes and axes [-].
+    """
 
     times: np.ndarray  #: (s,)
     q: np.ndarray  #: (s, q) body coordinates
@@ -147,7 +150,10 @@ def keeping(system: System, rows: np.ndarray, A: np.ndarray, basis: Basis) -> Ba
 
 @dataclass(frozen=True)
 class Classes:
-    """Constraint rows of a full system by class."""
+    """Constraint rows of a full system by class.
+
+    The numbers are those of the rows in `System.constraints`, of the classes 1 to 3 of the module.
+    """
 
     inside: np.ndarray  #: (k,) linear inside a component, dropped
     linking: np.ndarray  #: (k,) linear between components
@@ -215,7 +221,10 @@ def opened_rows(system: System, V: np.ndarray, inside: np.ndarray) -> np.ndarray
 
 
 def clean_diagonal(A: Matrix) -> Matrix:
-    """A matrix (n, n) without round-off beside its diagonal, as the mass of modes that are orthonormal in it."""
+    """A matrix (n, n) without round-off beside its diagonal, as the mass of modes that are orthonormal in it.
+
+    The diagonal alone where all else is below 1e-13 of its largest entry, else A as it is.
+    """
     D = np.diag(np.diag(as_dense(A)))
     return D if np.abs(A - D).max(initial=0.0) <= ROUND * np.abs(D).max(initial=0.0) else A
 

@@ -66,14 +66,20 @@ def make(
 
 
 def of_functions(S: np.ndarray, A: np.ndarray, dim: int, start: np.ndarray, singular_values: np.ndarray) -> Basis:
-    """The basis of functions S (b, m), for coordinates that keep A q = A q0, A (i, n)."""
+    """The basis of functions S (b, m), for coordinates that keep A q = A q0, A (i, n).
+
+    modes = (S (x) 1_dim) T, about the state `start` (n,), n = b dim; T is the identity in some of its rows.
+    """
     closed = np.asarray(kron(S, np.eye(dim)).toarray())
     T = keeping(A, closed)
     return Basis(closed @ T, start, singular_values, (S, csr_array(T)))
 
 
 def as_complex(states: np.ndarray) -> np.ndarray:
-    """x + i y (b, s) of states (n, s) in the plane."""
+    """x + i y (b, s) of states (n, s) in the plane.
+
+    b = n / 2 vectors of two components each.
+    """
     return np.asarray(states[0::2] + 1j * states[1::2])
 
 
@@ -108,7 +114,10 @@ def scalar_rows(system: System, rows: np.ndarray) -> np.ndarray:
 
 
 def with_rows(S: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """The same space as S (b, m) with the values of independent rows B (i, b) as its first coordinates; the others vanish there."""
+    """The same space as S (b, m) with the values of independent rows B (i, b) as its first coordinates; the others vanish there.
+
+    S [B^+, Z] with the rows B S that are independent, and Z orthonormal with B S Z = 0. S as it is without rows.
+    """
     if not len(B):
         return S
     B = np.asarray(B @ S)

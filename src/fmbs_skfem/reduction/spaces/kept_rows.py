@@ -47,7 +47,10 @@ MANY = 24  #: rows up to which each is tried by itself
 
 @dataclass(frozen=True)
 class RowSamples:
-    """Constraint rows of a reduced system at states of the full one, each over its length there: their units do not matter."""
+    """Constraint rows of a reduced system at states of the full one, each over its length there: their units do not matter.
+
+    s states, m rows and n reduced unknowns; `jacobians` are rows G V of the joints in the reduced space.
+    """
 
     jacobians: np.ndarray  #: (s, m, n) [1/m]
     gaps: np.ndarray  #: (s, m) in the units of the rows
@@ -57,14 +60,21 @@ class RowSamples:
 
 @dataclass(frozen=True)
 class KeptRows:
-    """The rows of a reduced model, and why others of the full one are not among them."""
+    """The rows of a reduced model, and why others of the full one are not among them.
+
+    A row is known as (joint, label). `left_out` says of rows that follow from others how far they open, and of rows that lock
+    what they cost.
+    """
 
     rows: Names
     left_out: Mapping[str, str]  #: `joint.row` -> what leaving it out does; without linear rows inside components, which hold
 
 
 def sample_rows(system: System, reduced: System, q: np.ndarray, times: np.ndarray | None = None) -> RowSamples:
-    """Constraint rows at the projections of states q (s, q) of the full system."""
+    """Constraint rows at the projections of states q (s, q) of the full system.
+
+    x = argmin |V x + qbar - q| at each of `times` (s,) [s], 0 by default; rows are divided by their lengths in the full system.
+    """
     x = projected(reduced, q)
     model, terms = compile_system(reduced), reduced.constraints
     found = [compiled.gap(model, state, float(t)) for state, t in zip(x, np.zeros(len(q)) if times is None else times, strict=True)]
@@ -77,7 +87,10 @@ def sample_rows(system: System, reduced: System, q: np.ndarray, times: np.ndarra
 
 
 def row_lengths(system: System, reduced: System) -> np.ndarray:
-    """Lengths (m,) in the full system of the constraint rows that a reduced one has, in the unit of their gaps."""
+    """Lengths (m,) in the full system of the constraint rows that a reduced one has, in the unit of their gaps.
+
+    Rows are found by their names (joint, label).
+    """
     known = dict(zip(system.constraints.names, redundancy.row_lengths(system), strict=True))
     return np.array([known[name] for name in reduced.constraints.names])
 
@@ -95,7 +108,11 @@ def is_frame(name: tuple[str, str]) -> bool:
 
 
 def independent_rows(samples: Sequence[RowSamples]) -> np.ndarray:
-    """Numbers (k,) of the constraint rows that are independent in the reduced space, at the states of all samples."""
+    """Numbers (k,) of the constraint rows that are independent in the reduced space, at the states of all samples.
+
+    A row follows where one and the same combination of others gives it in all states. Rows that events release or lock always
+    stay.
+    """
     jacobians = np.concatenate([sample.jacobians for sample in samples])
     loose, ahead = samples[0].loose, ~samples[0].may_go
     lasting, always = np.flatnonzero(~loose), np.flatnonzero(loose)
@@ -154,7 +171,10 @@ def refine(rows: Sequence[tuple[str, str]], out: Names, now: float, error: Error
 
 
 def try_rows(run: Callable[[Names], float]) -> Error:
-    """The error of runs that are made to choose rows: none of their notices is one of the model, and a run may fail."""
+    """The error of runs that are made to choose rows: none of their notices is one of the model, and a run may fail.
+
+    Infinite where the run ends with a SolverError.
+    """
 
     def error(out: Names) -> float:
         with warnings.catch_warnings():

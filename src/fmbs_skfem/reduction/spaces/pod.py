@@ -36,7 +36,11 @@ SAME = 1e-12  #: a kept state that differs from the mean by less than this, rela
 
 @dataclass(frozen=True)
 class Basis:
-    """q = mean + modes @ xi; `singular_values` are those of all deviations from the mean, also beyond the truncation."""
+    """q = mean + modes @ xi; `singular_values` are those of all deviations from the mean, also beyond the truncation.
+
+    U^T W U = 1 for the metric W that it was made in. `modes` (n, r) may be fewer than the singular values (i,): the error of
+    truncation is eps = sum_{i>r} s_i^2 / sum_i s_i^2.
+    """
 
     modes: Array  #: (n,r), columns orthonormal in the metric: a kept state first, then the largest singular value first
     mean: Array  #: (n,)
@@ -118,7 +122,10 @@ def of_vectors(
 
 
 def truncation(singular_values: ArrayLike, tolerance: float) -> int:
-    """Smallest r with tolerance >= sum_{i>r} s_i^2 / sum_i s_i^2, equation (14); the tails are summed from the small end."""
+    """Smallest r with tolerance >= sum_{i>r} s_i^2 / sum_i s_i^2, equation (14); the tails are summed from the small end.
+
+    `singular_values` are (i,). InputError where they are not finite or all zero, and for a tolerance outside of 0 to 1.
+    """
     s = np.asarray(singular_values, dtype=np.float64)
     if s.ndim != 1 or s.size == 0 or not np.all(np.isfinite(s)) or not np.max(s) > 0.0:
         raise InputError(say("pod.truncation", "finite singular values that are not all zero", s))
@@ -176,7 +183,10 @@ def _size(W: csr_array, x: Array) -> float:
 
 
 def outside(W: csr_array, x: Array, first: Array) -> Array:
-    """x (n,) or (n, k) without its part along the orthonormal columns `first` (n, r) in the metric W (n, n)."""
+    """x (n,) or (n, k) without its part along the orthonormal columns `first` (n, r) in the metric W (n, n).
+
+    x - U U^T W x, twice, so that what is left is orthogonal to round-off; conjugate where `first` is complex.
+    """
     # twice, as what round-off leaves of the first time is as large as small modes
     for _ in range(2):
         x = x - first @ (first.conj().T @ (W @ x))
@@ -184,13 +194,19 @@ def outside(W: csr_array, x: Array, first: Array) -> Array:
 
 
 def orthonormal(W: csr_array, columns: Array) -> Array:
-    """Columns (n,r) made orthonormal in the metric W (n,n), each a combination of itself and those before it."""
+    """Columns (n,r) made orthonormal in the metric W (n,n), each a combination of itself and those before it.
+
+    U = X C^-T with the Cholesky factor C of X^T W X; LinAlgError where that is not positive definite.
+    """
     C = np.linalg.cholesky(columns.T @ (W @ columns))
     return np.ascontiguousarray(solve_triangular(C, columns.T, lower=True).T)
 
 
 def left_singular(W: csr_array, x: Array) -> tuple[Array, Array]:
-    """U (n,i), orthonormal in the metric W (n,n), and s (i,) of x (n,s)."""
+    """U (n,i), orthonormal in the metric W (n,n), and s (i,) of x (n,s).
+
+    x = U diag(s) Z^T with U^T W U = 1 and i = min(n, s), s falling; x may be complex. W is symmetric and positive definite.
+    """
     # positions and slopes in one size, so that QR loses no digits of either
     scale = np.sqrt(W.diagonal())
     # QR and SVD: a Gram matrix squares singular values, and knows nothing below eps of 1e-16 where 1e-18 is asked for
