@@ -83,7 +83,12 @@ def ratio(x: Quantity, value: OfState) -> OfState:
 
 @dataclass(frozen=True, kw_only=True)
 class Controller(Declared, ABC):
-    """An input by a rule of what it reads at every sample instant: a frozen dataclass, see `core.declared`."""
+    """An input by a rule of what it reads at every sample instant: a frozen dataclass, see `core.declared`.
+
+    `unit` is the SI unit of the input, `sample` T [s], `start` its value in statics and modes. Derive a frozen dataclass with
+    `reads`, what it reads, and `law`, which is called as u = law(t, values, memory) at t = 0, T, 2 T, ... and may change the list
+    `memory`.
+    """
 
     name: str
     unit: Annotated[str, UNIT] = ""
@@ -116,7 +121,10 @@ class Controller(Declared, ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class Limited(Controller, ABC):
-    """What stays between two limits."""
+    """What stays between two limits.
+
+    `limits` [low, high] in the unit of the output; a problem where low is not below high.
+    """
 
     limits: Pair | None = None
 
@@ -138,7 +146,10 @@ class Limited(Controller, ABC):
 @storable
 @dataclass(frozen=True)
 class PidLaw:
-    """The rule of `Pid`; its memory are the integral and the last error, nan before the first."""
+    """The rule of `Pid`; its memory are the integral and the last error, nan before the first.
+
+    values = (e,) or (e, e'); e' is (e_k - e_k-1) / T where it is not read, and 0 at the first sample.
+    """
 
     kp: float
     ki: float
@@ -192,7 +203,10 @@ class Pid(Limited):
 @storable
 @dataclass(frozen=True)
 class FeedbackLaw:
-    """The rule of `StateFeedback`."""
+    """The rule of `StateFeedback`.
+
+    u = limited(u0 - sum_i K_i x_i), all in SI units.
+    """
 
     offset: float
     gains: tuple[float, ...]
@@ -272,7 +286,10 @@ class Measurement(Controller):
 @storable
 @dataclass(frozen=True)
 class TableLaw:
-    """The rule of `Table`."""
+    """The rule of `Table`.
+
+    u(x) by straight lines, u[0] below x[0] and u[-1] above x[-1].
+    """
 
     x: np.ndarray  #: (s,)
     u: np.ndarray  #: (s,)
@@ -328,7 +345,11 @@ class ProgramLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class Program(Controller, word=None):
-    """f(t, x_1, x_2, ...) of expressions, a function of Python: a sample costs 3 us beside its own time."""
+    """f(t, x_1, x_2, ...) of expressions, a function of Python: a sample costs 3 us beside its own time.
+
+    `function` gets the time [s] and the values in SI units, and gives the output in `unit`. It has no word in scenes, as files
+    hold no Python.
+    """
 
     function: Callable[..., float]
     states: Sequence[OfState] = ()
@@ -347,7 +368,10 @@ storable(ProgramLaw)
 @storable
 @dataclass(frozen=True)
 class Controlled(Input):
-    """An input that a controller sets."""
+    """An input that a controller sets.
+
+    `law` is what `Controller.law` gave; the value is held from one sample to the next.
+    """
 
     sample: float = 0.0  #: [s]
     law: Any = None

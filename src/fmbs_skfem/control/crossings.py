@@ -32,7 +32,10 @@ FREE, RESTING, HELD = 0, 1, -1  #: may come to rest at zero, is at rest there, m
 
 
 class Crossings:
-    """Sides of zero of the values of events (t,)."""
+    """Sides of zero of the values of events (t,).
+
+    t events, their values g in the unit of the expression; `noise` is what round-off of the unknowns makes of each.
+    """
 
     def __init__(self, triggers: Sequence[Trigger], noise: np.ndarray) -> None:
         self.triggers, self.noise = triggers, noise  #: noise (t,): values below it are zero

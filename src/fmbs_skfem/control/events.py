@@ -143,7 +143,10 @@ class Events(Addition):
 
 
 def require_joints(name: str, event: Event, known: Collection[str]) -> None:
-    """InputError for an event with problems, or with a joint that is none of those known."""
+    """InputError for an event with problems, or with a joint that is none of those known.
+
+    `known` are the names of the joints of the system.
+    """
     place = f"event '{name}'"
     for key, problem in event.problems():
         raise InputError(problem.at(f"{place}.{key}" if key else place))
@@ -253,7 +256,10 @@ def hold_angle(found: Holding, u: int, w: int | None) -> None:
 
 
 def with_locks(system: System) -> System:
-    """The system with the rows of its locks behind those of its joints, always the same, so that it is compiled once."""
+    """The system with the rows of its locks behind those of its joints, always the same, so that it is compiled once.
+
+    As it is where there are none, or where it has them. Rows of locks hold nothing until an event closes them.
+    """
     known = system.constraints
     more = [one.rows for one in system.locks if not set(one.rows.names) & set(known.names)]
     if not more:
@@ -277,12 +283,18 @@ def appended(known: Constraints, more: Sequence[Constraints]) -> Constraints:
 
 
 def numbers_of(lock: Lock, y: np.ndarray) -> np.ndarray:
-    """The numbers (l,) of a lock where probe rows are y (j,)."""
+    """The numbers (l,) of a lock where probe rows are y (j,).
+
+    Polynomials of probe rows: distances [m] along axes, and products of directions, which the lock keeps from then on.
+    """
     return polynomials(lock.numbers, y)
 
 
 def gap_of(lock: Lock, y: np.ndarray) -> tuple[float | None, float | None]:
-    """Distance [m] and angle [rad] of the two places of a lock where probe rows are y (j,); None for what it lacks."""
+    """Distance [m] and angle [rad] of the two places of a lock where probe rows are y (j,); None for what it lacks.
+
+    |d| and atan2(|a|, c) as in the module.
+    """
     found, apart = polynomials(lock.gap, y), np.array([label in AXES for _, label in lock.gap.names], dtype=bool)
     turned = found[~apart]
     distance = float(np.linalg.norm(found[apart])) if apart.any() else None

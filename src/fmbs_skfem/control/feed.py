@@ -45,7 +45,10 @@ NEAR = 1e-6  #: part of a sample time by which whole steps may miss it: round-of
 
 @dataclass
 class Sampler:
-    """A controller in a run."""
+    """A controller in a run.
+
+    It acts at the start and after every `every` steps, `memory` being what its law keeps.
+    """
 
     of: Controlled
     every: int  #: steps
@@ -53,7 +56,11 @@ class Sampler:
 
 
 class Feed(SingleSteps):
-    """Inputs of a run; `system` reads them, `plain` their starts."""
+    """Inputs of a run; `system` reads them, `plain` their starts.
+
+    Inputs that a caller gives (`free`), those that controllers set at their samples, and those of events. InputError for a value
+    of another input, or one that is not finite.
+    """
 
     looks: Looks = "step"
 
@@ -237,7 +244,10 @@ def is_fed(setting: Setting) -> bool:
 
 
 def sampler(one: Controlled, scheme: GeneralizedAlpha) -> Sampler:
-    """A controller, sampled every so many steps."""
+    """A controller, sampled every so many steps.
+
+    InputError where the sample time is no whole number of steps of the scheme.
+    """
     every = round(one.sample / scheme.step)
     if every < 1 or abs(every * scheme.step - one.sample) > NEAR * one.sample:
         expected = f"a whole number of steps of {scheme.step:g} s"

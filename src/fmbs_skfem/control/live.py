@@ -44,7 +44,10 @@ def start(system: System, scheme: GeneralizedAlpha, newton: Newton | None = None
 
 
 class LiveRun:
-    """A run between two steps; see `start`."""
+    """A run between two steps; see `start`.
+
+    `step(inputs)` takes one step of the scheme, `outputs()` reads the present state, `state` keeps it and goes back to it.
+    """
 
     def __init__(self, system: System, scheme: GeneralizedAlpha, newton: Newton, observers: Sequence[Observer] = ()) -> None:
         self.run = begun(Setting(system, scheme, newton, 0, system, live=True), np.zeros(1, np.int64), observers)
@@ -73,7 +76,11 @@ class LiveRun:
         return {name: one.values[-1] for name, one in self.feed.given.items() if not isinstance(self.feed.inputs[name], Held)}
 
     def step(self, inputs: Mapping[str, float] | None = None) -> None:
-        """Take a step; inputs that are not named keep their values. SolverError where it cannot be taken."""
+        """Take a step; inputs that are not named keep their values. SolverError where it cannot be taken.
+
+        `inputs` by name, in the SI unit of each. InputError for an unknown name, a value that is not finite, and after an event
+        has stopped the run.
+        """
         if self.run.ended:
             raise InputError(say("run.step", "a run that goes on", f"one that an event has stopped at t = {self.time:g} s"))
         self.feed.next = inputs or {}
@@ -94,7 +101,10 @@ class LiveRun:
         self.meter.take_up(self.run, held.arrays)
 
     def outputs(self) -> dict[str, float]:
-        """All named outputs of the present state; angles count their turns from call to call, energies from the start on."""
+        """All named outputs of the present state; angles count their turns from call to call, energies from the start on.
+
+        By column, in SI units.
+        """
         now = motion_of(self.run, self.time)
         if self.meter.seen is None:
             self.meter.columns(self.begin)
@@ -106,5 +116,8 @@ class LiveRun:
         return found
 
     def motion(self) -> Trajectory:
-        """The present state as a trajectory of one instant."""
+        """The present state as a trajectory of one instant.
+
+        States (1, n), without the events so far.
+        """
         return replace(motion_of(self.run, self.time), statistics=cost_of(self.run), events=(), work=None)

@@ -28,7 +28,11 @@ GROWS = 1.0  #: growth of linear motions over the time of the run, from which fe
 
 
 class Beside:
-    """The finer run, and what both have shown."""
+    """The finer run, and what both have shown.
+
+    Outputs are compared when 200 instants are known, of which every other one stays. Once they are apart, or its step fails, the
+    finer run ends.
+    """
 
     def __init__(self, finer: LiveRun) -> None:
         self.finer: LiveRun | None = finer

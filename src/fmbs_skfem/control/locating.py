@@ -59,7 +59,11 @@ NOT_KNOWN = np.nan, np.nan
 
 
 class Watch(Observer):
-    """The events of a run."""
+    """The events of a run.
+
+    After every step it looks for values that have crossed zero, finds the instant, takes the step up to there, changes the
+    joints, and takes the rest of it. SolverError where a piece cannot be taken, and where events happen again and again.
+    """
 
     reads_states = False
 
@@ -377,7 +381,10 @@ class Watch(Observer):
 
 
 def endless(names: Sequence[str], time: float) -> SolverError:
-    """The error of events that happen again and again."""
+    """The error of events that happen again and again.
+
+    It is returned, not raised.
+    """
     told = ", ".join(f"'{name}'" for name in names)
     text = f"events happen more than {MANY} times in the step from t = {time:.6g} s, the last of them {told}"
     return SolverError(f"{text}; let them stop the run, or give them a direction", Reason.INCONSISTENT, time, ())

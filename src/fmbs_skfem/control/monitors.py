@@ -21,7 +21,11 @@ from ..systems.places import Draft
 
 
 class Monitor(Declared, ABC):
-    """Looks at runs: a frozen dataclass, see `core.declared`."""
+    """Looks at runs: a frozen dataclass, see `core.declared`.
+
+    Derive one with a `word` for scenes; `observer()` is called once for every run, `reads` are checked when the system is
+    assembled.
+    """
 
     name: str
 

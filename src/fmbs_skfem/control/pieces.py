@@ -19,7 +19,10 @@ EXACT = 1e-12  #: of a step, to which places in it are found
 
 
 class Unreached(Exception):
-    """A piece of a step that cannot be taken, with its status."""
+    """A piece of a step that cannot be taken, with its status.
+
+    `status` is one of `dynamics.compiled_step.stepping`.
+    """
 
     def __init__(self, status: int) -> None:
         super().__init__(status)
@@ -27,7 +30,11 @@ class Unreached(Exception):
 
 
 def take_piece(run: OpenRun, place: float, to: float) -> None:
-    """Go from a place in the present step to another one, both parts of it."""
+    """Go from a place in the present step to another one, both parts of it.
+
+    Places are from 0 to 1 in the step. Pieces shorter than a hundredth of it go by x + h v + h^2 q'' / 2. Unreached where a piece
+    cannot be taken.
+    """
     h, state = run.scheme.step, run.step.state
     begin, span = h * (run.done + place), h * (to - place)
     if span >= TINY * h:
@@ -47,7 +54,10 @@ def take_piece(run: OpenRun, place: float, to: float) -> None:
 
 
 def last_place(broken: Callable[[float], bool], place: float, end: float) -> tuple[float, float]:
-    """The last place of a step, from `place` to `end`, to which values are numbers, and the first one where they are `broken`."""
+    """The last place of a step, from `place` to `end`, to which values are numbers, and the first one where they are `broken`.
+
+    By bisection, to 1e-12 of the step; places are from 0 to 1.
+    """
     while end - place > EXACT:
         middle = 0.5 * (place + end)
         place, end = (place, middle) if broken(middle) else (middle, end)

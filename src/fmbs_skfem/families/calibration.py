@@ -37,7 +37,14 @@ FEW = 3  #: pairs below which no slope is fitted and the band is wide
 
 @dataclass(frozen=True)
 class Calibration:
-    """log10 e = offset + slope log10 I, with what its band needs."""
+    """log10 e = offset + slope log10 I, with what its band needs.
+
+    Half the width of its band is, 0.1 decades at least,
+
+        t s sqrt(1 + 1/count + (log10 I - centre)^2 / moment),    t of Student's distribution with `freedom` degrees, at `level`
+
+    Source: Draper and Smith 1998, section 1.4, doi 10.1002/9781118625590.
+    """
 
     slope: float
     offset: float  #: [decades]
@@ -55,7 +62,10 @@ class Calibration:
 
 
 class Prediction(NamedTuple):
-    """A predicted error, in the measure of the training, and the ends of its band; NaN where nothing can be said."""
+    """A predicted error, in the measure of the training, and the ends of its band; NaN where nothing can be said.
+
+    A 95 % band, unless the calibration has another `level`: low <= error <= high.
+    """
 
     error: float
     low: float
@@ -93,7 +103,10 @@ def fit(indicators: ArrayLike, errors: ArrayLike, level: float = LEVEL) -> Calib
 
 
 def half_width(calibration: Calibration, indicator: float) -> float:
-    """Half the width of the band at an indicator [decades]."""
+    """Half the width of the band at an indicator [decades].
+
+    At least 0.1 decades; `indicator` I is positive and finite.
+    """
     from scipy.special import stdtrit
 
     away = (math.log10(indicator) - calibration.centre) ** 2 / calibration.moment

@@ -50,7 +50,10 @@ from .training import FinishedTraining
 
 @dataclass(frozen=True)
 class Comparator:
-    """A family of reduced cases and what it took to make it."""
+    """A family of reduced cases and what it took to make it.
+
+    `family(values)` makes its reduced case at the values of the parameters; `offline_s` has the CPU time of the full runs in it.
+    """
 
     name: str
     family: Family
@@ -93,7 +96,10 @@ class Row:
 
 
 def compile_training(task: TrainingTask) -> None:
-    """Compile what training and runs call, so that no comparator is charged for it."""
+    """Compile what training and runs call, so that no comparator is charged for it.
+
+    A task with a duration of three steps is trained and run once; what fails there is not told.
+    """
     values = parameters.completed(task.parameters, {})
     case = task.family(values)
     short = replace(case, duration=3 * case.scheme.step)
@@ -105,12 +111,18 @@ def compile_training(task: TrainingTask) -> None:
 
 
 def fast_to_slow(task: TrainingTask, full: Full, fastest: Mapping[str, float]) -> Comparator:
-    """The basis of one full run at the parameters of the fastest motion, for all others."""
+    """The basis of one full run at the parameters of the fastest motion, for all others.
+
+    Source: Luo, Hu, Liu, Tian 2017, doi 10.1016/j.cma.2017.06.029.
+    """
     return fixed(task, "fast to slow", [full(fastest)])
 
 
 def uniform(task: TrainingTask, full: Full, counts: Sequence[int]) -> Comparator:
-    """One basis from all runs of a uniform grid of the box, both ends included."""
+    """One basis from all runs of a uniform grid of the box, both ends included.
+
+    `counts` (d,) are the numbers of values a parameter; one value is the middle of its range.
+    """
     return fixed(task, f"uniform grid {shape(counts)}", run_at_nodes(task, full, counts)[1])
 
 
@@ -124,7 +136,10 @@ def fixed(task: TrainingTask, name: str, given: Sequence[FullRun]) -> Comparator
 
 
 def nearest(task: TrainingTask, full: Full, counts: Sequence[int]) -> Comparator:
-    """Of the bases of single runs on a uniform grid the one nearest to the parameters."""
+    """Of the bases of single runs on a uniform grid the one nearest to the parameters.
+
+    V = POD of X_j with j = argmin |mu - mu_j| in the unit box; `counts` (d,) as of `uniform`.
+    """
     places, given = run_at_nodes(task, full, counts)
     local = [fixed(task, "", [run]) for run in given]
 
@@ -135,7 +150,12 @@ def nearest(task: TrainingTask, full: Full, counts: Sequence[int]) -> Comparator
 
 
 def interpolated(task: TrainingTask, full: Full, counts: Sequence[int]) -> Comparator:
-    """Local bases of a uniform grid interpolated on the Grassmann manifold, all with as many modes as the largest needs."""
+    """Local bases of a uniform grid interpolated on the Grassmann manifold, all with as many modes as the largest needs.
+
+    span V(mu) = exp_V0(sum_j l_j(mu) log_V0 span V_j), see `grassmann`. InputError where bases are a right angle apart.
+
+    Source: Amsallem and Farhat 2008, doi 10.2514/1.35374.
+    """
     places, given = run_at_nodes(task, full, counts)
     begun = clock.process_time()
     systems = [task.family(run.values).system for run in given]
@@ -174,7 +194,10 @@ def without_directions(basis: Basis) -> Basis:
 
 
 def greedy(task: TrainingTask, search: Search, options: Options | None = None, name: str = "greedy") -> Comparator:
-    """Algorithm 1, by component or, with the task `at_system_level`, for the system as a whole; it makes its own full runs."""
+    """Algorithm 1, by component or, with the task `at_system_level`, for the system as a whole; it makes its own full runs.
+
+    `offline_s` is the CPU time of the whole training in this process.
+    """
     begun = clock.process_time()
     found = training.train(task, search, options)
     family = found.model.cases
@@ -182,7 +205,10 @@ def greedy(task: TrainingTask, search: Search, options: Options | None = None, n
 
 
 def stages(found: FinishedTraining) -> Iterator[Comparator]:
-    """The models of a training after every full run."""
+    """The models of a training after every full run.
+
+    `greedy 1`, `greedy 2`, ..., each with the cost of all that came before it.
+    """
     for k, model in enumerate(found.models, start=1):
         offline = sum(run.cpu_s for run in found.runs[:k]) + sum(one.training_s for one in found.models[:k])
         evaluated = sum(len(iteration.samples) for iteration in found.outcome.iterations[:k])
@@ -190,7 +216,10 @@ def stages(found: FinishedTraining) -> Iterator[Comparator]:
 
 
 def at_system_level(task: TrainingTask) -> TrainingTask:
-    """The same with all bodies in one component."""
+    """The same with all bodies in one component.
+
+    Numbers of modes by name are left out of the plan, as components have other names.
+    """
     raw, plan = task.family(parameters.completed(task.parameters, {})).system, task.plan
     return replace(task, plan=with_components(plan, component.system_level(raw)))
 

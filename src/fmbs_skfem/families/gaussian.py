@@ -34,7 +34,11 @@ FEW = 3  #: samples a parameter, up to which all parameters share one length: fe
 
 @dataclass(frozen=True, eq=False)
 class Process:
-    """A number over the unit box, from samples."""
+    """A number over the unit box, from samples.
+
+    y(u) = mean + scale (z(u) + n) with the covariance of the module; `predict` gives y elsewhere and how surely, `left_out` what
+    every sample says of the others.
+    """
 
     points: Array  #: (k, d)
     values: Array  #: (k,)
@@ -60,20 +64,29 @@ class Process:
         return np.asarray(cho_solve((self.factor, True), (self.values - self.mean) / self.scale))
 
     def covariance(self, points: Array) -> Array:
-        """cov(z, z) (i, k) of points (i, d) with the samples."""
+        """cov(z, z) (i, k) of points (i, d) with the samples.
+
+        a^2 (1 + r + r^2 / 3) exp(-r), r^2 = 5 sum_i (u_i - v_i)^2 / l_i^2.
+        """
         apart = (points[:, None] - self.points[None]) / self.lengths
         r = np.sqrt(5.0 * np.sum(apart**2, axis=2))
         return np.asarray(self.amplitude * (1.0 + r + r**2 / 3.0) * np.exp(-r))
 
     def predict(self, points: Array) -> tuple[Array, Array]:
-        """Mean and standard deviation (i,) of the smooth part m + s z at points (i, d)."""
+        """Mean and standard deviation (i,) of the smooth part m + s z at points (i, d).
+
+        m + s k^T K^-1 Y and s sqrt(a^2 - k^T K^-1 k); points are those of the unit box.
+        """
         across = self.covariance(points)
         left = solve_triangular(self.factor, across.T, lower=True)
         deviation = np.sqrt(np.maximum(self.amplitude - np.sum(left**2, axis=0), 0.0))
         return self.mean + self.scale * (across @ self.weights), self.scale * deviation
 
     def left_out(self) -> tuple[Array, Array]:
-        """Errors (k,) at every sample through all the others, and the standard deviations (k,) that they are expected to have."""
+        """Errors (k,) at every sample through all the others, and the standard deviations (k,) that they are expected to have.
+
+        e_i = s [K^-1 Y]_i / [K^-1]_ii, and s / sqrt([K^-1]_ii); doi:10.1162/08997660151134343.
+        """
         inverse = np.diag(cho_solve((self.factor, True), np.eye(len(self.points))))
         return self.scale * self.weights / inverse, self.scale / np.sqrt(inverse)
 

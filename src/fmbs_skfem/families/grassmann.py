@@ -30,7 +30,10 @@ RIGHT = 1e-7  #: cosine below which an angle counts as a right one
 
 @dataclass(frozen=True)
 class Chart:
-    """Subspaces at the nodes of a tensor grid, as tangent vectors at one of them."""
+    """Subspaces at the nodes of a tensor grid, as tangent vectors at one of them.
+
+    `tangents[j]` = log_Y0 Y_j, of which the subspace elsewhere is the exponential of a combination.
+    """
 
     axes: tuple[np.ndarray, ...]  #: nodes (k_d,) of every parameter
     base: np.ndarray  #: (n, r), orthonormal columns
@@ -49,12 +52,18 @@ def orthonormal(columns: np.ndarray) -> np.ndarray:
 
 
 def distance(one: np.ndarray, other: np.ndarray) -> float:
-    """Length of the shortest geodesic between two subspaces: the norm of their principal angles [rad]."""
+    """Length of the shortest geodesic between two subspaces: the norm of their principal angles [rad].
+
+    |theta| of the angles theta (r,) between orthonormal or independent columns (n, r).
+    """
     return float(np.linalg.norm(scipy.linalg.subspace_angles(one, other)))
 
 
 def log(base: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Tangent vector (n, r) at `base` that leads to `other`; orthonormal columns (n, r) both."""
+    """Tangent vector (n, r) at `base` that leads to `other`; orthonormal columns (n, r) both.
+
+    H diag(theta / sin(theta)) V^T as in the module. InputError for other shapes, and where a principal angle is a right one.
+    """
     if base.shape != other.shape:
         raise InputError(say("grassmann.log", f"a subspace of shape {base.shape}", f"{other.shape}", "keep equally many modes"))
     V, cosine, W = np.linalg.svd(base.T @ other)
@@ -68,7 +77,10 @@ def log(base: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def exp(base: np.ndarray, tangent: np.ndarray) -> np.ndarray:
-    """The subspace (n, r) at the end of the geodesic that leaves `base` along `tangent`."""
+    """The subspace (n, r) at the end of the geodesic that leaves `base` along `tangent`.
+
+    Y0 V cos(S) V^T + U sin(S) V^T with the tangent D = U S V^T, made orthonormal once more.
+    """
     U, size, V = np.linalg.svd(tangent, full_matrices=False)
     return orthonormal((base @ V.T * np.cos(size) + U * np.sin(size)) @ V)
 
@@ -101,7 +113,10 @@ def find_central(planes: Sequence[np.ndarray]) -> int:
 
 
 def interpolate(subspaces: Chart, point: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Orthonormal columns (n, r) of the subspace at a point (d,), exact at the nodes."""
+    """Orthonormal columns (n, r) of the subspace at a point (d,), exact at the nodes.
+
+    exp_Y0(sum_j l_j(mu) log_Y0 Y_j); beyond the nodes the polynomials go on.
+    """
     weights = np.ones(1)
     for nodes, value in zip(subspaces.axes, np.asarray(point, dtype=np.float64), strict=True):
         weights = np.kron(weights, affine.basis(nodes, float(value), logarithmic=False))

@@ -48,7 +48,11 @@ FAILURES = (FmbsError, RuntimeError, ArithmeticError, np.linalg.LinAlgError)  #:
 
 @dataclass(frozen=True)
 class Options:
-    """When the loops end, and how the surrogate is made."""
+    """When the loops end, and how the surrogate is made.
+
+    InputError for numbers below 1, and for a tolerance that is not positive. `tolerance` is one of the indicator I of (49), not
+    of an error.
+    """
 
     iterations: int = 5  #: full runs that succeed; as many may fail
     max_samples: int = 15  #: reduced runs of one iteration; given samples and full runs come on top
@@ -64,7 +68,11 @@ class Options:
 
 
 class StopReason(Enum):
-    """Why the loop ended."""
+    """Why the loop ended.
+
+    Its value is a sentence for people. FLOOR and REPEATED mean that truncation or hyper-reduction is the limit, and not the full
+    runs.
+    """
 
     TOLERANCE = "the largest indicator is below the tolerance"
     REPEATED = "more full runs no longer help: the worst sample has one already; lower eps (truncation) or eta (hyper-reduction)"
@@ -77,7 +85,10 @@ class StopReason(Enum):
 
 @dataclass(frozen=True)
 class Iteration:
-    """One full run, and the indicators of the basis it led to."""
+    """One full run, and the indicators of the basis it led to.
+
+    c candidates; `largest` is the largest indicator of the reduced model of so many full runs.
+    """
 
     number: int  #: from 1
     point: int  #: candidate of the full run
@@ -106,7 +117,10 @@ class Iteration:
 
 @dataclass(frozen=True)
 class Enrichment:
-    """What the loop did."""
+    """What the loop did.
+
+    `iterations` are all that were completed, one full run each; `stop` says why there are no more.
+    """
 
     iterations: tuple[Iteration, ...]
     stop: StopReason
@@ -318,7 +332,10 @@ def _nearest(problem: GreedyProblem, lost: dict[int, str]) -> int | None:
 
 
 def farthest(candidates: Array, choices: Sequence[int], used: Sequence[int]) -> int:
-    """The one of several candidates (k, d), by number, that is farthest from all used ones."""
+    """The one of several candidates (k, d), by number, that is farthest from all used ones.
+
+    The largest of the least distances |u - v| to the used ones, numbers of candidates as well; the first of several.
+    """
     from scipy.spatial.distance import cdist
 
     return choices[int(np.argmax(cdist(candidates[list(choices)], candidates[list(used)]).min(axis=1)))]

@@ -64,7 +64,11 @@ def deviation(surrogate: Surrogate, points: ArrayLike) -> Array:
 
 
 def gain(surrogate: Surrogate, points: ArrayLike) -> Array:
-    """Expected gain G (k,) [decades] of a further sample at points (k,d) of the unit box."""
+    """Expected gain G (k,) [decades] of a further sample at points (k,d) of the unit box.
+
+    G = E[max(z(x) - z*, 0)] with z* the largest mean at a sample. Source: Jones, Schonlau, Welch 1998, doi
+    10.1023/A:1008306431147.
+    """
     from scipy.special import ndtr
 
     mean, deviation = predict(surrogate, points)
@@ -76,7 +80,10 @@ def gain(surrogate: Surrogate, points: ArrayLike) -> Array:
 
 
 def likely_maximum(surrogate: Surrogate, candidates: ArrayLike, least: float = 0.0) -> int | None:
-    """Number of the candidate (c,d) with the largest expected gain; None where that is below `least`."""
+    """Number of the candidate (c,d) with the largest expected gain; None where that is below `least`.
+
+    `candidates` are points of the unit box, `least` is a gain in decades.
+    """
     expected = gain(surrogate, candidates)
     best = int(np.argmax(expected))
     return best if expected[best] >= least else None

@@ -41,7 +41,10 @@ NEAR = 1e-6  #: part of a step that is round-off
 
 @storable
 class Status(Enum):
-    """How a member ended."""
+    """How a member ended.
+
+    OK and FAILED are what the member itself made of it; TIMEOUT and KILLED are told of a member whose worker process ended.
+    """
 
     OK = "ok"
     FAILED = "failed"
@@ -51,7 +54,10 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class Member:
-    """A point of a sweep."""
+    """A point of a sweep.
+
+    `number` is that of the row of points of the sweep, from 0.
+    """
 
     number: int
     values: dict[str, float]  #: of the parameters, SI
@@ -59,7 +65,11 @@ class Member:
 
 @dataclass(frozen=True)
 class Result:
-    """What a member that ran gives."""
+    """What a member that ran gives.
+
+    Histories are at s instants, of a motion 601 at most unless the task says otherwise; its `extremes` are those of all steps, or
+    of as many as memory holds.
+    """
 
     times: np.ndarray  #: (s,) [s]
     columns: dict[str, np.ndarray]  #: output -> (s,)
@@ -74,7 +84,10 @@ storable(Result, extremes=lambda values: {})
 @storable
 @dataclass(frozen=True)
 class Record:
-    """A member that is settled."""
+    """A member that is settled.
+
+    One for every member of a sweep, whatever became of it: `result` is None unless its status is OK.
+    """
 
     number: int
     values: dict[str, float]
@@ -96,7 +109,11 @@ Work: TypeAlias = Callable[[Mapping[str, float]], Result]
 
 
 class Task(Protocol):
-    """What a sweep runs; it is pickled and sent to the workers."""
+    """What a sweep runs; it is pickled and sent to the workers.
+
+    `prepare()` is called once in a worker and gives a function of the values of the parameters by name [SI], which gives a
+    Result.
+    """
 
     def prepare(self) -> Work:
         """Read and compile what all members share; the function that runs one of them."""
@@ -107,7 +124,10 @@ PREPARING = threading.Lock()  #: threads of a worker prepare once
 
 
 def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
-    """Prepare a task in this worker; None, or class, message and reason of the error (errors with more cannot be pickled)."""
+    """Prepare a task in this worker; None, or class, message and reason of the error (errors with more cannot be pickled).
+
+    It limits the libraries of linear algebra to one thread. Errors of the package are given back, all others are raised.
+    """
     import scipy.linalg  # noqa: F401  (limits reach only libraries that are loaded)
     from threadpoolctl import threadpool_limits
 
@@ -128,7 +148,10 @@ def prepare_and_work(token: str, task: Task, batch: Sequence[Member]) -> list[Re
 
 
 def work(token: str, batch: Sequence[Member], timeout: float | None) -> list[Record]:
-    """Run a batch in this worker."""
+    """Run a batch in this worker.
+
+    The task with this token has to be prepared there. A member that takes longer than `timeout` [s] ends the process.
+    """
     return [run_member(READY[token], member, timeout) for member in batch]
 
 
@@ -171,7 +194,10 @@ def name_error(error: BaseException) -> str:
 
 @dataclass(frozen=True)
 class FamilyTask:
-    """Members of a family, full or reduced."""
+    """Members of a family, full or reduced.
+
+    Each member is one run of `family(values)`; `instants` of its steps are kept, 2 at least.
+    """
 
     family: Family
     nominal: Mapping[str, float]  #: values at which the compiled code is made ready
@@ -191,7 +217,10 @@ class FamilyTask:
 
 @dataclass(frozen=True)
 class ModelTask:
-    """Members of a reduced model that was saved."""
+    """Members of a reduced model that was saved.
+
+    Parameters that neither `fixed` nor a member names are nominal. CorruptFile where the file is not as it was written.
+    """
 
     path: str  #: of the file, as the workers see it
     fixed: Mapping[str, float] = field(default_factory=dict)  #: parameters that no member changes
@@ -211,7 +240,10 @@ class ModelTask:
 
 @dataclass(frozen=True)
 class PathTask:
-    """Paths of equilibria, which are solved as they are read."""
+    """Paths of equilibria, which are solved as they are read.
+
+    Each member is one path, all points of which are kept.
+    """
 
     path: Callable[[Mapping[str, float]], Trajectory]  #: of values of the parameters
     nominal: Mapping[str, float]  #: values at which the compiled code is made ready

@@ -35,7 +35,10 @@ LIBRARIES = ("fmbs_skfem", "numpy", "scipy", "numba")
 
 @dataclass(frozen=True)
 class ParametricModel:
-    """A parametric model and what is known of it."""
+    """A parametric model and what is known of it.
+
+    `model(values)` is the reduced case at values of the parameters; `notes` say how it was trained and what was found.
+    """
 
     model: ParametricCase
     notes: dict[str, Any] = field(default_factory=dict)
@@ -54,7 +57,10 @@ def save(rom: ParametricModel, path: str | Path) -> Path:
 
 
 def load(path: str | Path) -> ParametricModel:
-    """The parametric model of a file, made once at nominal values; CorruptFile where it is not as it was written."""
+    """The parametric model of a file, made once at nominal values; CorruptFile where it is not as it was written.
+
+    InputError where there is no file, as of `reduction.files.read`.
+    """
     rom = ParametricModel(**container.read(path, KIND, model=ParametricCase, notes=dict))
     with container.reading(Path(path), KIND):
         rom.model(boxes.completed(rom.model.parameters, {}))
@@ -76,7 +82,11 @@ def run(
 def case_of(
     rom: ParametricModel, values: Mapping[str, float], duration: float | None = None, step: float | None = None
 ) -> tuple[Case, list[str]]:
-    """The case at values of the parameters, nominal where none is given, and where it leaves the training, with a notice."""
+    """The case at values of the parameters, nominal where none is given, and where it leaves the training, with a notice.
+
+    `values` by name [SI]; `duration` and `step` [s] are those of the training by default. InputError for a name that is no
+    parameter.
+    """
     model = rom.model
     point = boxes.completed(model.parameters, values)
     far = boxes.outside(model.parameters, point)
@@ -91,7 +101,10 @@ def describe_distance(parameter: Parameter, value: float) -> str:
 
 
 def hashes(paths: Iterable[str | Path]) -> dict[str, str]:
-    """SHA-256 of files by their names, for the notes."""
+    """SHA-256 of files by their names, for the notes.
+
+    InputError for a file that cannot be read.
+    """
     found = {}
     for path in map(Path, paths):
         try:
@@ -102,7 +115,11 @@ def hashes(paths: Iterable[str | Path]) -> dict[str, str]:
 
 
 def summary(rom: ParametricModel) -> dict[str, Any]:
-    """What a model is, as plain numbers and texts: parameters, sizes, polynomials, notes."""
+    """What a model is, as plain numbers and texts: parameters, sizes, polynomials, notes.
+
+    `varying_numbers` counts the numbers that depend on parameters, `interpolation_error` is the largest at the hold-out points of
+    `affine.fit`.
+    """
     model, degree = rom.model, affine.degrees(rom.model)
     system = model.nominal.system
     return {

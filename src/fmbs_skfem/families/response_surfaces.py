@@ -38,7 +38,10 @@ ROUGH = 0.5  #: largest variance of n over that of the samples
 
 @dataclass(frozen=True, eq=False)
 class ResponseSurface:
-    """A number over a box of parameters."""
+    """A number over a box of parameters.
+
+    y(p) = m + s (z(u) + n) with u in the unit box of the parameters; q2 = 1 - mean(e^2) / var(y) of samples that it has not seen.
+    """
 
     parameters: tuple[Parameter, ...]
     points: np.ndarray  #: (k, d) values of the parameters [SI]
@@ -92,7 +95,10 @@ def fit(parameters: Sequence[Parameter], points: ArrayLike, values: ArrayLike, s
 
 
 def check_count(parameters: Sequence[Parameter], count: int) -> None:
-    """InputError for fewer samples than a surface takes."""
+    """InputError for fewer samples than a surface takes.
+
+    That is, fewer than 3 d + 1 for d parameters.
+    """
     if count < FACTOR * len(parameters) + 1:
         needed = f"at least {FACTOR * len(parameters) + 1} samples that run, for {len(parameters)} parameters"
         raise InputError(say("response surfaces", needed, count, "take more samples"))
@@ -102,7 +108,10 @@ FIELDS = tuple(ResponseSurface.__dataclass_fields__)
 
 
 def write(path: Path, surfaces: Mapping[str, Mapping[str, ResponseSurface]]) -> Path:
-    """Surfaces by output and kind as JSON, with all that a prediction takes; `read` gives them back."""
+    """Surfaces by output and kind as JSON, with all that a prediction takes; `read` gives them back.
+
+    {output: {kind: surface}}; numbers that are not finite are refused by ValueError.
+    """
     text = {
         output: {
             kind: {"parameters": [_described(one) for one in found.parameters], **_numbers(found)} for kind, found in kinds.items()

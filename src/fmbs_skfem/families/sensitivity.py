@@ -32,7 +32,13 @@ LOST = 0.02  #: part of the rows from which they are missed: indices are off by 
 
 @dataclass(frozen=True)
 class SobolIndices:
-    """Sobol indices of one output, with standard errors."""
+    """Sobol indices of one output, with standard errors.
+
+    S_i is the part of the variance that parameter i makes alone, ST_i that of all it takes part in. NaN where the output does not
+    vary.
+
+    Source: Saltelli et al. 2010, doi:10.1016/j.cpc.2009.09.018.
+    """
 
     first: np.ndarray  #: (d,) S_i
     total: np.ndarray  #: (d,) ST_i
@@ -42,7 +48,10 @@ class SobolIndices:
 
 
 def design(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndarray:
-    """Points (N (d + 2), d): A, B, A_B^1, ..., A_B^d below each other, N = `count`, of a scrambled Sobol sequence in 2 d."""
+    """Points (N (d + 2), d): A, B, A_B^1, ..., A_B^d below each other, N = `count`, of a scrambled Sobol sequence in 2 d.
+
+    d parameters, values [SI] in their order. InputError for a count below 1.
+    """
     from scipy.stats import qmc
 
     check(parameters)

@@ -76,7 +76,11 @@ Heard: TypeAlias = dict[str, tuple[str, list[int]]]  #: notices without their nu
 
 @dataclass(frozen=True)
 class SweepOptions:
-    """Where a sweep runs and how long it waits."""
+    """Where a sweep runs and how long it waits.
+
+    InputError for fewer than one worker, for workers beside a given cluster, for workers, a cluster or a time limit beside an
+    executor, and for times that are not positive.
+    """
 
     workers: int | None = None  #: processes on this machine; None for one a core
     scheduler: str | None = None  #: address of a cluster, tcp://host:port, instead of processes on this machine
@@ -99,7 +103,10 @@ class SweepOptions:
 
 @dataclass(frozen=True)
 class SweepOutcome:
-    """How a sweep went."""
+    """How a sweep went.
+
+    Members that were skipped count nowhere. `busy_s` over `wall_s` times `workers` is how well the workers were used.
+    """
 
     counts: dict[Status, int]  #: members of this run
     workers: int
@@ -226,7 +233,10 @@ def run_by_executor(executor: Executor, task: Task, todo: Sequence[Member], keep
 
 
 class Stopped(KeyboardInterrupt):
-    """A signal ended a sweep; the records so far are kept."""
+    """A signal ended a sweep; the records so far are kept.
+
+    As of Ctrl-C: `number` is that of the signal, `settled` how many members have a record.
+    """
 
     def __init__(self, number: int, settled: int) -> None:
         super().__init__(f"{signal.Signals(number).name} after {settled} members")

@@ -69,7 +69,11 @@ NOWHERE = Search(np.zeros((1, 0)), (), 0)
 
 @dataclass(frozen=True)
 class FinishedTraining:
-    """A training that has ended."""
+    """A training that has ended.
+
+    `model` is what it was made for, `outcome` the greedy choice of its full runs, `predicted` the largest error over all
+    candidates with its band.
+    """
 
     task: TrainingTask  #: with the plan of the model
     search: Search
@@ -246,7 +250,10 @@ def small_enough(work: TrainingState, largest: float) -> bool:
 
 
 def survey(work: TrainingState, last: Iteration, options: Options) -> Iteration:
-    """The last iteration with as many samples as there may be: the candidates farthest from those that it has."""
+    """The last iteration with as many samples as there may be: the candidates farthest from those that it has.
+
+    Indicators that are missing are found by reduced runs.
+    """
     known = last.found
     closed = {*work.points, *dict(last.failed)}
     while len(known) < options.max_samples:

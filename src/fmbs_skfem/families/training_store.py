@@ -54,7 +54,10 @@ PARTS = 0.5 * (math.sqrt(5.0) - 1.0) * np.arange(1, 1025) % 1.0  #: of a duratio
 
 @dataclass(frozen=True)
 class Pair:
-    """A reduced run beside its full run."""
+    """A reduced run beside its full run.
+
+    What `calibration.fit` learns from: indicator I and error e of one reduced model at the parameters of one full run.
+    """
 
     run: int  #: number of the full run, from 0; -1 of a check
     bases: int  #: number of full runs in the bases of the reduced model
@@ -91,7 +94,10 @@ class FailedRun:
 
 @dataclass(frozen=True)
 class Stored:
-    """What a folder holds."""
+    """What a folder holds.
+
+    Numbers follow each other from 1; what stands behind a gap is not read.
+    """
 
     runs: tuple[StoredRun, ...]
     iterations: tuple[greedy.Iteration, ...]

@@ -44,7 +44,11 @@ CHECK = -1  #: number of the run of a pair that is a check
 
 @dataclass
 class TrainingState:
-    """What a training knows so far."""
+    """What a training knows so far.
+
+    Candidates are numbers of rows of `search.candidates`. `runs`, `points` and `models` belong together, one model after every
+    run.
+    """
 
     task: TrainingTask
     fast: TrainingTask  #: the same, with full systems that are not assembled again
@@ -79,7 +83,10 @@ def truncates(work: TrainingState) -> bool:
 
 
 def pays(work: TrainingState) -> bool:
-    """Whether the present model has so few unknowns beside the coordinates of the full one that it can be faster."""
+    """Whether the present model has so few unknowns beside the coordinates of the full one that it can be faster.
+
+    At most 0.75 of the coordinates of the components.
+    """
     full = sum(len(factor.modes) for factor in work.runs[-1].factors.values())
     return sum(work.models[-1].modes.values()) <= LARGE * full
 
@@ -95,11 +102,18 @@ def unseen(work: TrainingState) -> dict[int, FullRun]:
 
 
 def calibrate(pairs: Sequence[Pair]) -> Calibration:
+    """The line that makes errors of indicators, from pairs of both.
+
+    InputError where no pair has a positive indicator and error.
+    """
     return calibration.fit([pair.indicator for pair in pairs], [pair.error for pair in pairs])
 
 
 def evaluate(work: TrainingState, point: int) -> float:
-    """The indicator at a candidate; infinite where the reduced run fails."""
+    """The indicator at a candidate; infinite where the reduced run fails.
+
+    I = c int |R|_g dt [m s] of the present model by (49); it is stored, and found once.
+    """
     if point not in work.indicators:
         measure(work, point)
         store.keep_indicators(work.folder, len(work.runs), work.indicators)
@@ -120,6 +134,10 @@ def measure(work: TrainingState, point: int) -> Trajectory | None:
 
 
 def values_at(work: TrainingState, point: int) -> dict[str, float]:
+    """Values of the parameters at a candidate, by name [SI].
+
+    `point` is its number among the candidates of the search.
+    """
     return boxes.named(work.task.parameters, work.search.candidates[point])
 
 
@@ -145,7 +163,10 @@ def extend(work: TrainingState, point: int) -> None:
 
 
 def make_savable(work: TrainingState, runs: Sequence[FullRun]) -> ReducedModel:
-    """The model of some runs."""
+    """The model of some runs.
+
+    NoModel where a file has to hold it and its numbers are no polynomials of the parameters.
+    """
     model = make_model(work.fast, runs, work.models[-1].obstacle if work.models else "")
     if work.savable and model.obstacle:
         raise NoModel(f"no file can hold the reduced model, it is no polynomial of its parameters: {model.obstacle}")
@@ -161,7 +182,10 @@ def take_choice(work: TrainingState, choice: BudgetChoice) -> None:
 
 
 def lower(work: TrainingState, last: greedy.Iteration) -> bool:
-    """Lower eps and eta, as far as the factors of the runs allow it, and forget the last iteration; False where that is no way."""
+    """Lower eps and eta, as far as the factors of the runs allow it, and forget the last iteration; False where that is no way.
+
+    eps times 0.01 and eta times 0.3, twice at most; only of a training with a wanted error.
+    """
     plan, choice, old = work.fast.plan, work.choice, work.fast.plan.hyper.tolerance
     eps = max(LOWER_EPS * plan.tolerance, error_budget.SMALLEST_EPS)
     eta = None if old is None else max(LOWER_ETA * old, error_budget.SMALLEST_ETA)
@@ -185,7 +209,10 @@ def pairs_at(work: TrainingState, runs: Iterable[tuple[int, int, FullRun]]) -> l
 
 
 def unit_box(work: TrainingState) -> np.ndarray:
-    """The candidates (c, d) in the unit box."""
+    """The candidates (c, d) in the unit box.
+
+    d columns, one a parameter, from 0 to 1.
+    """
     return boxes.to_box(work.task.parameters, work.search.candidates)
 
 

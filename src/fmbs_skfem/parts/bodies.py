@@ -43,7 +43,10 @@ MISSES = 1e-9  #: distance of the reference from the shape functions, over the s
 
 
 def metric(part: Body) -> csr_array:
-    """W (b, b) over the mass of the body, alike for every component: coordinates of massless axes count by the body's size."""
+    """W (b, b) over the mass of the body, alike for every component: coordinates of massless axes count by the body's size.
+
+    u^T W u of one component is a mean square displacement [m2].
+    """
     W = lengths.metric([part], alike(part.mass, part.dim)) / lengths.weight([part])
     return csr_array(W[:: part.dim, :: part.dim])
 
@@ -67,7 +70,10 @@ def shape_functions(
 
 
 def as_columns(states: np.ndarray) -> np.ndarray:
-    """States (s, b, c) as columns (b, s c), one a component."""
+    """States (s, b, c) as columns (b, s c), one a component.
+
+    From column to column the components change first.
+    """
     return np.moveaxis(states, 0, 1).reshape(states.shape[1], -1)
 
 
@@ -95,7 +101,10 @@ def coordinates(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
 
 
 def projected(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Coordinates (m, j) of columns (b, j) of a component, (S^T W S)^-1 S^T W Y."""
+    """Coordinates (m, j) of columns (b, j) of a component, (S^T W S)^-1 S^T W Y.
+
+    The columns nearest in the mass are S times these.
+    """
     W = metric(part)
     return np.asarray(np.linalg.solve(S.T @ (W @ S), S.T @ (W @ columns)))
 
@@ -142,7 +151,10 @@ def frame_functions(part: Body) -> list[int]:
 
 
 def cell_centres(part: Body) -> np.ndarray:
-    """Positions of the centres of the cells of a line or surface in the reference (e, c) [m]."""
+    """Positions of the centres of the cells of a line or surface in the reference (e, c) [m].
+
+    In their order; of triangles the centroids.
+    """
     if isinstance(part.space, Surface):
         xi = (0.5, 0.5) if part.space.parent is Parent.SQUARE else (1.0 / 3.0, 1.0 / 3.0)
         rows = surface.sample(part.space, np.arange(len(part.space.nodes)), np.tile(xi, (len(part.space.nodes), 1)))
@@ -154,7 +166,10 @@ def cell_centres(part: Body) -> np.ndarray:
 
 
 def symmetric(A: csr_array, S: np.ndarray) -> csr_array:
-    """S^T A S (m, m)."""
+    """S^T A S (m, m).
+
+    Entries below 1e-15 of the largest are left out.
+    """
     product = S.T @ (A @ S)
     product[np.abs(product) <= 1e-15 * np.abs(product).max()] = 0.0
     return csr_array(0.5 * (product + product.T))
@@ -203,13 +218,19 @@ def compliance(part: Body) -> Measure:
 
 
 def ranged(part: Body, states: np.ndarray) -> Body:
-    """A reduced body that knows the strains of its training, those of the states (s, m, c)."""
+    """A reduced body that knows the strains of its training, those of the states (s, m, c).
+
+    The body is as before, but for `shapes.trained` (2, j).
+    """
     assert part.shapes is not None
     return replace(part, shapes=replace(part.shapes, trained=extremes(part.shapes, states)))
 
 
 def extremes(points: ShapePoints, states: np.ndarray) -> np.ndarray:
-    """Lowest and highest strains (2, j) of states (s, m, c)."""
+    """Lowest and highest strains (2, j) of states (s, m, c).
+
+    The first row has the lowest ones; j kinds of strains, see `departures`.
+    """
     found = departures.strains(points, states)
     return np.stack([found.min(axis=(0, 1)), found.max(axis=(0, 1))])
 
@@ -241,7 +262,10 @@ def rows_of(part: Body) -> csr_array:
 
 
 def strain_errors(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """What S (b, m) misses of strains and curvatures (2,) in states (s, b, c) of a full body, over the largest ones."""
+    """What S (b, m) misses of strains and curvatures (2,) in states (s, b, c) of a full body, over the largest ones.
+
+    The largest errors over the largest values, of strains first and then of curvatures; 0 where there are none.
+    """
     assert part.cells is not None
     rows, section, found = rows_of(part), part.cells.section, np.zeros((2, 2))
     flat = section.reshape(len(section), -1)

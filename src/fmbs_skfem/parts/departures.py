@@ -37,7 +37,10 @@ REMEDY = "its error is not known there: train it on such motions, or with other 
 
 @dataclass(frozen=True)
 class Departure:
-    """Where a reduced body leaves its training."""
+    """Where a reduced body leaves its training.
+
+    `value` lies outside of `trained` by more than a tenth of that range; `excess` says by how much of it.
+    """
 
     body: str
     kind: str
@@ -59,12 +62,18 @@ class Departure:
 
 
 def shape_points(elastic: Elastic) -> ShapePoints | None:
-    """The points of a body that is reduced by shape functions; None of others."""
+    """The points of a body that is reduced by shape functions; None of others.
+
+    A body of `parts.reduced_body` has them, a full one has cells.
+    """
     return elastic.gather if isinstance(elastic.gather, ShapePoints) else None
 
 
 def trained_parts(system: System) -> list[Elastic]:
-    """The reduced bodies that know the strains of their training."""
+    """The reduced bodies that know the strains of their training.
+
+    In the order of the elastic terms of the system.
+    """
     return [one for one in system.elastic if (points := shape_points(one)) is not None and points.trained.size]
 
 
@@ -80,7 +89,10 @@ def first_of(names: list[str]) -> str:
 
 
 def gradients(table: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Gradients (k c, s, g) of coordinates z (s, b, c) at the points of a table (k, g, b)."""
+    """Gradients (k c, s, g) of coordinates z (s, b, c) at the points of a table (k, g, b).
+
+    u[k c, s, g] = sum_b table[k, g, b] z[s, b, c].
+    """
     (K, P, b), (s, _, dim) = table.shape, z.shape
     return np.asarray(z.transpose(2, 0, 1).reshape(dim * s, b) @ table.transpose(0, 2, 1)).reshape(K * dim, s, P)
 
@@ -91,7 +103,10 @@ def kinds_of(points: ShapePoints) -> tuple[str, str]:
 
 
 def strains(points: ShapePoints, states: np.ndarray) -> np.ndarray:
-    """Strains (s, p, j) at the points of a reduced body in the states (s, m, c)."""
+    """Strains (s, p, j) at the points of a reduced body in the states (s, m, c).
+
+    Lines: axial Green strain [-] and curvature [1/m]. Surfaces: smallest and largest principal strain [-] of the middle surface.
+    """
     return np.concatenate([strains_of_block(points, states[k : k + BLOCK]) for k in range(0, len(states), BLOCK)])
 
 
@@ -116,12 +131,18 @@ def copies(parts: list[Elastic]) -> list[list[Elastic]]:
 
 
 def find(trajectory: Trajectory) -> list[Departure]:
-    """What leaves the training in a motion, every body and kind once, with the value that is farthest away."""
+    """What leaves the training in a motion, every body and kind once, with the value that is farthest away.
+
+    At most two for every part, one a kind, in the order of the parts; stored states alone are looked at.
+    """
     return find_in(trajectory.system, trajectory.times, trajectory.x)
 
 
 def count_parts(trajectory: Trajectory) -> int | None:
-    """How many parts leave their training in a motion; None where no part knows its own."""
+    """How many parts leave their training in a motion; None where no part knows its own.
+
+    A part counts once, whichever strains leave it.
+    """
     return len({one.body for one in find(trajectory)}) if trained_parts(trajectory.system) else None
 
 
@@ -165,7 +186,10 @@ def summarise(found: list[Departure]) -> str:
 
 
 def warn(found: list[Departure]) -> None:
-    """One notice of all."""
+    """One notice of all.
+
+    Nothing where nothing left its training.
+    """
     if found:
         notify(summarise(found))
 

@@ -66,7 +66,11 @@ TRIED = "take smaller forces (--push), another duration or frequencies that its 
 @storable
 @dataclass(frozen=True)
 class Excitation:
-    """What a body is moved by; None: forces as large as its weight, times and frequencies of a pendulum of its size L in g."""
+    """What a body is moved by; None: forces as large as its weight, times and frequencies of a pendulum of its size L in g.
+
+    Usual values for a body of mass m and size L: forces m g, moments F L / 10, 10 sqrt(L/g) long, sweeps up to 1.6 sqrt(g/L).
+    Random numbers follow from `seed` alone.
+    """
 
     runs: Annotated[int, "number of motions, which begin at the places in turn"] = 4
     force: Annotated[float, fields.quantity("N", ">= 0")] | None = None
@@ -87,7 +91,10 @@ class Excitation:
 
 
 def settle(excitation: Excitation, part: Body, scale: float = 1.0) -> Excitation:
-    """The excitation with what it leaves open, for a body, its loads times `scale`."""
+    """The excitation with what it leaves open, for a body, its loads times `scale`.
+
+    `scale` s multiplies force, moment and gravity; the spin grows as sqrt(s), and times that are not given shrink as 1/sqrt(s).
+    """
     pace = np.sqrt(scale * (excitation.gravity or GRAVITY) / extent(part))
     duration = LONG / pace if excitation.duration is None else excitation.duration
     fastest = FAST * float(pace) if excitation.fastest is None else excitation.fastest
@@ -109,12 +116,19 @@ def settle(excitation: Excitation, part: Body, scale: float = 1.0) -> Excitation
 
 
 def excite(part: Body, excitation: Excitation, progress: Progress | None = None) -> np.ndarray:
-    """States (s, b, c) of all runs of a full body; InputError where it has no named place, SolverError where a run fails."""
+    """States (s, b, c) of all runs of a full body; InputError where it has no named place, SolverError where a run fails.
+
+    States of all runs stand behind each other, about `samples` of each; `progress` is told the finished part.
+    """
     return run(part, excitation, progress)[0]
 
 
 def run(part: Body, excitation: Excitation, progress: Progress | None = None) -> tuple[np.ndarray, Excitation]:
-    """As `excite`, states (s, b, c), with the excitation that made them: its loads scaled, and what it leaves open."""
+    """As `excite`, states (s, b, c), with the excitation that made them: its loads scaled, and what it leaves open.
+
+    Where a motion fails and no step was given, it is tried once more with steps a quarter as long. Errors are those of `excite`,
+    and InputError where no loads reach the strain that is asked for.
+    """
     if excitation.strain is not None:
         return reach(part, excitation, progress)
     try:
@@ -240,7 +254,10 @@ def pushes(part: Body, told: Excitation, held: str, random: np.random.Generator)
 
 
 def turns(part: Body, place: str) -> bool:
-    """Whether a moment can act at a place: at slopes of lines and at frames."""
+    """Whether a moment can act at a place: at slopes of lines and at frames.
+
+    Not at points of surfaces in space.
+    """
     axes = directions(part, place)
     return axes > 0 and not (axes == 2 and part.dim == 3)
 

@@ -55,7 +55,10 @@ KEPT = 120  #: states that a part keeps of its training, for the points of one t
 @storable
 @dataclass(frozen=True)
 class Memory:
-    """What a part keeps of its training in place of the states."""
+    """What a part keeps of its training in place of the states.
+
+    S (b, m) are the functions of the part, L (m, m) with L L^T = sum of z z^T over all states and components of its training.
+    """
 
     functions: Annotated[np.ndarray, Reals("b m")]  #: S
     factor: Annotated[np.ndarray, Reals("m m")]  #: L
@@ -64,7 +67,10 @@ class Memory:
 
 @dataclass(frozen=True)
 class Part:
-    """A reduced body and what is known of its training."""
+    """A reduced body and what is known of its training.
+
+    `train` makes it, `save` and `load` keep it; `body` is placed by `parts.bodies.placed` and assembled as any other.
+    """
 
     body: Body
     notes: dict[str, Any] = field(default_factory=dict)
@@ -269,13 +275,19 @@ def points_to(singular_values: np.ndarray, functions: int) -> float:
 
 
 def save(part: Part, path: str | Path) -> Path:
-    """Write a part; the file appears under its name when it is complete."""
+    """Write a part; the file appears under its name when it is complete.
+
+    Notes are numbers, texts, lists and dicts; a `memory` makes it possible that its training goes on.
+    """
     kept = {} if part.memory is None else {"memory": part.memory}
     return container.write(path, KIND, bodies=(part.body,), notes=part.notes, **kept)
 
 
 def resume(path: str | Path) -> Part:
-    """As `load`, with what a training needs that goes on; InputError for a file that does not hold it."""
+    """As `load`, with what a training needs that goes on; InputError for a file that does not hold it.
+
+    CorruptFile as of `load`.
+    """
     part = load(path)
     if "states_kept" not in part.notes:
         got = "a part of an earlier release"
@@ -284,7 +296,10 @@ def resume(path: str | Path) -> Part:
 
 
 def load(path: str | Path) -> Part:
-    """The part of a file; CorruptFile names what is wrong with one that is not as it was written."""
+    """The part of a file; CorruptFile names what is wrong with one that is not as it was written.
+
+    InputError where there is no file. Its training cannot go on: see `resume`.
+    """
     content = container.read(path, KIND, bodies=tuple, notes=dict)
     with container.reading(Path(path), KIND):
         (body,) = content["bodies"]

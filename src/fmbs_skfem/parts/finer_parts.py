@@ -51,14 +51,20 @@ def warn_unknown(system: System) -> None:
 
 @contextlib.contextmanager
 def quietly() -> Iterator[None]:
-    """Without the notices of what is done a second time."""
+    """Without the notices of what is done a second time.
+
+    A context in which the notices of this package are not shown.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", Notice)
         yield
 
 
 def finer(system: System) -> System | None:
-    """The finer system of one with parts, in the same form; None where no part knows more."""
+    """The finer system of one with parts, in the same form; None where no part knows more.
+
+    It is found once, and kept with the system. Its unknowns are more, its outputs have the same names.
+    """
     whole = system.full or system
     make = finer_systems.maker(whole)
     if make is None:
@@ -135,7 +141,11 @@ def hold_against(
 
 
 def errors(reference: Trajectory, motion: Trajectory, marks: Callable[[Trajectory], np.ndarray] | None = None) -> dict[str, float]:
-    """Errors (1) of all outputs by column; of the places of parts where there are none."""
+    """Errors (1) of all outputs by column; of the places of parts where there are none.
+
+    `reference` is the motion with finer parts; errors that are small beside what a mechanism of this size and mass does are left
+    out. With `marks` states are compared by their numbers on a path.
+    """
     if marks is None:
         i, j = common_times("finer parts", reference.times, motion.times)
     else:
@@ -210,7 +220,10 @@ def remedy(motion: Trajectory) -> str:
 
 
 def of_finer(system: System, again: Callable[[System], np.ndarray]) -> np.ndarray | None:
-    """What `again` finds of the finer system; None where there is none."""
+    """What `again` finds of the finer system; None where there is none.
+
+    `again(system)` gives an array, such as frequencies (i,) [rad/s]; its notices are not shown.
+    """
     other = finer(system)
     if other is None:
         return None
@@ -219,7 +232,10 @@ def of_finer(system: System, again: Callable[[System], np.ndarray]) -> np.ndarra
 
 
 def too_high(found: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """found / wanted - 1 (i,) of sizes in their order; zero where a motion is free, or not found of both."""
+    """found / wanted - 1 (i,) of sizes in their order; zero where a motion is free, or not found of both.
+
+    Positive where a part is too stiff; i motions or load factors.
+    """
     error, count = np.zeros(len(found)), min(len(found), len(wanted))
     moves = (found[:count] > 0.0) & (wanted[:count] > 0.0)
     error[:count][moves] = found[:count][moves] / wanted[:count][moves] - 1.0
@@ -227,12 +243,18 @@ def too_high(found: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def by_mode(errors: np.ndarray) -> dict[str, float]:
-    """Errors (i,) by the number of their mode."""
+    """Errors (i,) by the number of their mode.
+
+    `mode 1`, `mode 2`, ..., for messages.
+    """
     return {f"mode {k + 1}": error for k, error in enumerate(errors.tolist())}
 
 
 def warn_of_values(what: str, found: Mapping[str, float]) -> None:
-    """Say which values are off, by their names."""
+    """Say which values are off, by their names.
+
+    Nothing where all errors are at most 1 %.
+    """
     if listed := [f"{name} by {100.0 * error:+.2g} %" for name, error in found.items() if abs(error) > TOLD]:
         line = "--alone --fastest .. for faster motions, --moment .. where they are clamped"
         text = f"{what} of parts are off from those of their bodies: {departures.first_of(listed)}"

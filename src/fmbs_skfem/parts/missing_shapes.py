@@ -84,21 +84,30 @@ def is_large(part: Body, S: np.ndarray) -> bool:
 
 
 def why_unknown(part: Body, S: np.ndarray) -> str:
-    """Why `find` finds nothing."""
+    """Why `find` finds nothing.
+
+    A sentence for the notes of the part, of S (b, m).
+    """
     if part.stiffness is not None:
         return "unknown: its patches are held together by springs"
     return "unknown: its mesh is very large" if is_large(part, S) else "unknown: its functions leave nothing out of its training"
 
 
 def outside(part: Body, S: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Columns (b, j) without what S (b, m) holds of them."""
+    """Columns (b, j) without what S (b, m) holds of them.
+
+    Y - S (S^T W S)^-1 S^T W Y, twice.
+    """
     for _ in range(2):
         columns = columns - S @ parts.projected(part, S, columns)
     return columns
 
 
 def distance(part: Body, S: np.ndarray, states: np.ndarray) -> float:
-    """Largest distance in the mass of states (s, b, c) from S (b, m) [m]."""
+    """Largest distance in the mass of states (s, b, c) from S (b, m) [m].
+
+    max_s |c_s - P c_s|_W over the states s.
+    """
     rest = outside(part, S, parts.as_columns(states))
     found = squares(rest, parts.metric(part)).reshape(len(states), -1).sum(axis=1)
     return float(np.sqrt(found.max(initial=0.0)))

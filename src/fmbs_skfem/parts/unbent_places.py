@@ -20,7 +20,10 @@ ELSEWHERE = 1e-8  #: part of a row, over its size, by which a joint or load acts
 
 
 def warn_unbent(system: System, bodies: Iterable[Body]) -> None:
-    """A remark of parts that are held or loaded in their direction at places where they were trained without moments."""
+    """A remark of parts that are held or loaded in their direction at places where they were trained without moments.
+
+    `system` has all multipliers, `bodies` are those that it is made of.
+    """
     for part in bodies:
         if names := unbent_places(system, part):
             text = f"part '{part.name}': joints or loads act on its direction at {', '.join(names)}"
