@@ -143,7 +143,8 @@ def pinched_far() -> list[CheckedNumber]:
 @case("semi-cylinder-large", group="statics", source=f"{SZE}, 3.7, isotropic; without shear, recomputed")
 def pushed_flat() -> list[CheckedNumber]:
     """A clamped semi-cylinder is pushed down by 1.7 radii; its folds travel over the mesh and catch on its cells a little."""
-    path = solve_statics(semi_cylinder(2000.0, 20, 1.0), 20)
-    at = [int(np.argmin(np.abs(path.times - factor))) for factor in FLAT]
-    w, wanted = 101.6 - outputs(path)["top_z"][at], np.array(list(FLAT.values()))
+    # two paths, of which only the first needs short steps: in the second they would meet leaps of folds that catch on cells
+    half, whole = (101.6 - outputs(solve_statics(semi_cylinder(load, 20, 1.0), 10))["top_z"] for load in (1000.0, 2000.0))
+    w = [half[round(20 * factor)] if factor <= 0.5 else whole[round(10 * factor)] for factor in FLAT]
+    wanted = np.array(list(FLAT.values()))
     return [farthest(f"deflections, {kind}", wanted[:, k], w, 0.02, "mm") for k, kind in enumerate(("table", "without shear"))]
