@@ -26,7 +26,7 @@ def test_cantilever_under_end_shear_does_not_twist(kind: str) -> None:
 
 def test_rolled_cantilever_does_not_twist() -> None:
     """Nor does it take many iterations: steps grow behind one that has followed the path (1012 with steps of equal length)."""
-    path = rolled("ancf", (24, 3))
+    path = rolled("ancf", (24, 3), 4)
     corners_move_alike(path)
     assert path.statistics.iterations < 400
 

@@ -160,10 +160,10 @@ def sheared(kind: str) -> Trajectory:
     return solve_statics(cantilever(kind, (CELLS[kind], 1), 10.0, load), 20, TIGHT)
 
 
-def rolled(kind: str, cells: tuple[int, int]) -> Trajectory:
-    """The cantilever of 12 x 1 under an end moment of 50 pi/3 on a rigid edge in four steps."""
+def rolled(kind: str, cells: tuple[int, int], steps: int) -> Trajectory:
+    """The cantilever of 12 x 1 under an end moment of 50 pi/3 on a rigid edge, which turns by 2 pi."""
     load = [loads.Moment("M", At("plate", "grip"), (0.0, -50 * np.pi / 3, 0.0))]
-    return solve_statics(cantilever(kind, cells, 12.0, load, {"grip": Rim(("right",), slopes=True)}), 4, TIGHT)
+    return solve_statics(cantilever(kind, cells, 12.0, load, {"grip": Rim(("right",), slopes=True)}), steps, TIGHT)
 
 
 def circle(factor: float) -> tuple[float, float]:
@@ -273,7 +273,7 @@ def strip_roll_up() -> list[CheckedNumber]:
     """A strip is rolled up by an end moment; plates stretch by t^2 theta'^2/12 as they bend."""
     found = []
     for kind, cells in (("ancf", (24, 3)), ("nurbs", (24, 1)), ("bfs", (24, 1)), ("argyris", (12, 1))):
-        got = tip(rolled(kind, cells), 12.0)
+        got = tip(rolled(kind, cells, 8), 12.0)[1::2]  # four loads; over a quarter turn a step would be shortened
         found.append(farthest(f"tip, {kind}, without shear", [circle(factor) for factor in SZE_ROLL_UP], got, 2e-4))
         found.append(farthest(f"tip, {kind}, table", list(SZE_ROLL_UP.values()), got, 6e-4))
     return found
