@@ -16,10 +16,16 @@ import numpy as np
 from ..core.compiling.jit import jit
 from .law import Scalar
 
+# half and twice of it take the same corrections of two beams that cross: they end by NEAR
 LIMIT = 30  #: corrections of a closest point
-# corrections of Newton double their digits: one of 1e-11 leaves less than round-off, as one of 1e-8 would
+# corrections of Newton double their digits: one of 1e-11 leaves less than round-off; of 14 700 corrections of beams that cross 1e-8
+# saves 1000, 1e-13 adds 500, and the motion has the same digits
 NEAR = 1e-11  #: correction that is the last but one
+# beams that cross, 70 steps: 14 700 corrections, 20 600 at half and 11 800 at twice of it, to the same digits; a long correction
+# leaves the piece that it was made on
 AHEAD = 0.5  #: largest correction
+# a tenth and ten times of it are never met by beams that cross; without it beams that lie along one another have no closest
+# points
 PARALLEL = 1e-6  #: smallest curvature along A, over that along B, that is believed
 
 

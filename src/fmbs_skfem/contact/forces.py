@@ -31,7 +31,8 @@ from .law import BEFORE, MU, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, 
 from .shapes import HEIGHTS, NUMBERS, clearance
 from .slip import WORK, component, place, recall, slip, weigh
 
-# what is ten steps away cannot touch in the next: its rows, which friction would read there, are not kept
+# what is ten steps away cannot touch in the next, whose friction would read its rows: a rolling hoop reads 1313 rows of points in
+# 50 steps, as with 1, 5 and 20, and 6262 where all rows are kept
 DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose rows are not kept: only what touches reads them
 # (2/3)^16 = 1.5e-3 of the way: what is thinner than that is grazed; half of them leave 4 %, twice 2e-6
 THIRDS = 16  #: times that a way is cut by a third where a point may have passed a shape

@@ -25,9 +25,9 @@ WHOLE = 1e-6  #: part of a duration by which whole steps may miss it: round-off
 # double pendulums, full and in 30 modes, in steps of 0.05 to 1 ms: two corrections leave less, so that half, twice and none of it
 # take the same
 SHARP = 0.03  #: part of the method's own error in q'' that the iteration may leave
-# BRISK, 2004 corrections and 185 factorisations of a double pendulum (20 cells, 1000 steps of 0.5 ms): half 2000 and 269, twice 2182
-# and 211, in equal time. LAZY, 255 and 33 in 30 modes (50 steps of 4 ms): half 211 and 45, twice 305 and 19; a crank-slider of full
-# size has one factorisation with any
+# BRISK, 2004 corrections and 185 factorisations of a double pendulum (20 cells, 1000 steps of 0.5 ms): half 2000 and 269, twice
+# 2182 and 211, in equal time. LAZY, 255 and 33 in 30 modes (50 steps of 4 ms): half 211 and 45, twice 305 and 19; a crank-slider
+# of full size has one factorisation with any
 BRISK, LAZY = 0.005, 0.05  #: contractions above which new factors pay, where they cost little and much
 # below it a sharper iteration is bought: steps of a double pendulum take 16 us with BRISK and 12 us with LAZY in 12 unknowns, 37
 # and 27 in 24, 70 and 45 in 40
