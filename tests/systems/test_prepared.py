@@ -17,7 +17,7 @@ from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.expressions import of_time
-from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, histories, integrate
+from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, histories, initial, integrate
 from fmbs_skfem.dynamics.diagnoses import step_size
 from fmbs_skfem.reduction import affine
 from fmbs_skfem.reduction.affine import ParametricCase
@@ -43,7 +43,7 @@ Angle = Callable[[np.ndarray], np.ndarray]
 
 def driven(values: Mapping[str, float] = REST, angle: Angle = RISING, *more: Any) -> System:
     """A beam driven about its end under its weight, in all its coordinates as a dense basis; further joints and loads."""
-    beam = body.cable("beam", models.straight(4), models.SECTION, sections.Material(values["E"], values["rho"]), dim=2)
+    beam = body.cable("beam", models.segment(4), models.SECTION, sections.Material(values["E"], values["rho"]), dim=2)
     root, tip = At("beam", "left"), At("beam", "right")
     held = [joints.Pin("hinge", root), joints.DrivenAngle("drive", root, angle)]
     pushes = [loads.Gravity((0.0, -9.81)), *more]
@@ -90,6 +90,24 @@ def test_what_no_number_changes_is_found_once(family: ParametricCase, monkeypatc
     for values in POINTS:
         integrate(fresh(values).system, SCHEME, DURATION)
     assert calls == dict.fromkeys((name for _, name in watched), 1)
+
+
+def test_factors_of_a_start_are_those_of_the_mass(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For other steps they are found once, for another mass anew."""
+    made, factored = list[System](), initial.factored
+
+    def counted(system: System, *args: Any) -> Any:
+        made.append(system)
+        return factored(system, *args)
+
+    monkeypatch.setattr(initial, "factored", counted)
+    system = driven()
+    heavy = alike(prepare(system), replace(system, mass=2.0 * system.mass))
+    for one, step, count in ((system, 1e-3, 1), (system, 2e-3, 1), (heavy, 1e-3, 2), (system, 1e-3, 3)):
+        found = integrate(one, GeneralizedAlpha(step), DURATION)
+        assert len(made) == count
+        assert same_bits(found, integrate(alone(one), GeneralizedAlpha(step), DURATION))
+        made.pop()
 
 
 def test_another_step_and_duration_find_their_own_histories(family: ParametricCase) -> None:

@@ -17,6 +17,7 @@ from ..systems.system import System, driven_rows, driving
 from .names import owners
 
 Found = TypeVar("Found")
+# six megabytes with their derivatives; a run of twice as many takes a second, beside which finding them is nothing
 ROOM = 200_000  #: values of signals in a run, up to which they are found at once, and kept for other runs
 
 
@@ -94,9 +95,9 @@ def leading_values(system: System, times: np.ndarray) -> tuple[np.ndarray, Solve
     names.
     """
     table = signal_table(system, times)
-    bad = np.argwhere(~np.isfinite(table))
-    if len(bad) == 0:
+    if np.isfinite(table).all():
         return table, None
+    bad = np.argwhere(~np.isfinite(table))
     s, time = int(bad[0, 0]), float(times[bad[0, 0]])
     broken = {name: float(value) for name, value in zip(signal_names(system), table[s], strict=True) if not np.isfinite(value)}
     listed = ", ".join(f"{name} is {value}" for name, value in broken.items())

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
@@ -21,11 +21,12 @@ from ..core.compiling import lapack
 from ..core.errors import Reason, SolverError
 from ..systems import assembly, evaluation, layouts
 from ..systems import compiled as compilation
-from ..systems.compiled import Compiled, signal_table
+from ..systems.compiled import Compiled, repeatable, signal_table
 from ..systems.connections import mechanism
 from ..systems.connections.redundancy import notify_projected, rows_of, scale_of, singular_start, without_redundant
 from ..systems.forces import on_rows as forces
 from ..systems.layouts import Storage
+from ..systems.prepared import prepare
 from ..systems.system import System, driven_rows, is_linear, keep_constraints
 from .compiled_step import factors, large, settling, stepping, woodbury
 from .compiled_step.step import Doors, Method, State, Step, StepJob, Workspace
@@ -38,6 +39,8 @@ PLATES = (Law.MEMBRANE, Law.SHELL)
 # heavy top differ by 2e-12 at half and 5e-13 at twice of CURVATURE, third derivatives by 3e-9 and 5e-10, at 0.01 by 5e-6
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
 ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none
+# factors of 2000 unknowns of beams take about a megabyte and some milliseconds; of half and twice as many, half and twice of both
+SHARED = 2000  #: unknowns up to which a system keeps the factors of a start, for other numbers and steps
 # double pendulum in 30 modes, 80 steps of 1 ms: 7 factorisations leave 1.1e-10 of its size; 9 leave 2.6e-10 without secants, 7
 # with half as many 1.1e-10, 6 with twice 1.5e-10
 SECANTS = 4  #: kept beside dense factors that cost many corrections; beside others they cost more than they save
@@ -46,6 +49,7 @@ BEND = np.array([35.0, -104.0, 114.0, -56.0, 11.0])  #: second, times 12 d^2
 JERK = np.array([-5.0, 18.0, -24.0, 14.0, -3.0])  #: third, times 2 d^3
 
 
+Found = TypeVar("Found")
 Solver = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]  #: (f, g) -> (a, l)
 Inverter = Callable[[Array, np.ndarray], Callable[[np.ndarray], np.ndarray] | None]  #: (M, J) -> b -> z
 
@@ -162,7 +166,7 @@ def consistent_start(
     """
     at = at or start_of(model)
     system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
-    phi, J = (part[on] for part in compilation.gap(model, x, at.time))
+    phi, J = (part[on] for part in of_joints(model, at, "gap", (), lambda: compilation.gap(model, x, at.time)))
     closed(held(system, on), phi, J)
     M = system.mass
     # M^-1 f of a torque that starts as a step: a slider is 1.2e-7 m off after 2 ms, 3.3e-9 m with the step's own matrix
@@ -184,7 +188,11 @@ def consistent_start(
     # joints that neither turn nor move have no curvature: two evaluations of paths are left out
     steady = (is_linear(system.constraints) | ~on).all()  # straight paths stay on what is linear and independent of time
     d = DRIFT * h
-    drift = np.zeros(len(phi)) if steady else RATE @ along(d, still) / (12 * d)
+    drift = (
+        np.zeros(len(phi))
+        if steady
+        else of_joints(model, at, "drift", (d, on.tobytes()), lambda: RATE @ along(d, still) / (12 * d))
+    )
     leap = partial(jump, model, held(system, on), x, J, h=h, invert=invert)
     v = projected(held(system, on), v, J, drift, leap, invert) if at.first else v + leap(J @ v + drift)
     f = compilation.forces(model, x, v, at.time, at.memory)
@@ -194,6 +202,14 @@ def consistent_start(
     am, af, _, beta = scheme.coefficients
     late, h = am - af, span or h  # a is q'' at t + (am - af) h
     return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
+
+
+def of_joints(model: Compiled, at: Instant, name: str, parts: tuple[Any, ...], make: Callable[[], Found]) -> Found:
+    """What follows from joints and their histories at an instant; where motions start it is found once for all numbers."""
+    system = model.system
+    if not at.first or (system.signals and not repeatable(system)):
+        return make()
+    return prepare(system).find(name, (system.constraints, system.probes, system.signals, at.x, at.time, *parts), make)
 
 
 def filtered_start(model: Compiled, scheme: GeneralizedAlpha) -> Start | None:
@@ -282,8 +298,16 @@ def kkt_solver(system: System, M: Array, J: np.ndarray, first: bool = True, inve
 
     `invert` gives the inverse of this matrix of M and J, if not `saddle`. In a singular position, where rows depend on each other
     for an instant, independent ones determine a, and l has least norm; behind the `first` instant of a motion no position is looked
-    at any further.
+    at any further. Factors of the mass of a system that is not large are found once.
     """
+    if M is not system.mass or invert or system.size > SHARED:
+        return factored(system, M, J, first, invert)
+    parts = M, system.constraints, system.probes, system.lift, system.x0, first, J.tobytes()
+    return prepare(system).find("start", parts, lambda: factored(system, M, J, first))
+
+
+def factored(system: System, M: Array, J: np.ndarray, first: bool, invert: Inverter | None = None) -> Solver:
+    """`kkt_solver`, found anew."""
     size = float(abs(M).max()) or 1.0
     rows = ranks.independent_rows(J, units=scale_of(system))
     if len(rows) < len(J) and first and not singular_start(system):

@@ -258,7 +258,7 @@ def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
         return kept
     if every < 1:
         raise InputError(say("analysis.every", "at least 1", every))
-    return np.union1d(np.arange(0, steps + 1, every), steps)
+    return np.append(np.arange(0, steps, every), steps)
 
 
 class FailedStep(SolverError):

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
+from ..core.algebra.linalg import evenly
 from ..core.errors import FmbsError, InputError, SolverError, say
 from ..core.notices import Notice, notify
 from ..core.storage.container import storable
@@ -292,7 +293,7 @@ def choose_steps(case: Case, instants: int) -> np.ndarray:
     if instants < 2:
         raise InputError(say("sweep: instants", "at least 2", instants))
     steps = round(case.duration / case.scheme.step)
-    return np.unique(np.round(np.linspace(0, steps, min(instants, steps + 1))).astype(np.int64))
+    return evenly(0, steps, min(instants, steps + 1))
 
 
 def watch_steps(case: Case) -> np.ndarray:

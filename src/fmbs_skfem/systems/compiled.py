@@ -32,7 +32,8 @@ from .terms import cells, corotation, lifts, sparse
 from .terms import elastic as storages
 from .terms.elastic import Lifts, Piece, Setting, Targets, Term
 
-FEW, INSTANTS = 10, 32  #: instants whose signals are remembered together, and how often: a start reads them at seven times
+# a start reads seven tables of up to ten instants: half of FEW, or a quarter of INSTANTS, finds them anew at every start
+FEW, INSTANTS = 10, 32  #: instants whose signals are remembered together, and how many tables of them
 NEARBY = 1e-4  #: distance of the states that rates of angles are taken from, over the time between two stored states
 
 
@@ -426,6 +427,8 @@ def accepted(
 
     Turns of angles, what sticks, largest values: a memory is only right after that of the state before.
     """
+    if not len(model.memory):
+        return model.memory
     found, table = place(model, x, v, t, memory)
     evaluation.take_over(table)
     model.check()

@@ -120,7 +120,8 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
     between the ends of the steps.
     """
     wrong = dict[str, float]()
-    for owner, share in (*coarse_histories(plain, step, steps), *coarse_forces(motion, plain, step, steps)):
+    coarse = of_histories(plain, "coarse", step, steps, lambda: list(coarse_histories(plain, step, steps)))
+    for owner, share in (*coarse, *coarse_forces(motion, plain, step, steps)):
         wrong[owner] = max(wrong.get(owner, 0.0), share)
     for owner, share in wrong.items():
         text = f"{owner} changes faster than the step of {step:g} s"
@@ -222,8 +223,7 @@ def coordinate_of(law: str) -> str:
 def coarse_histories(system: System, step: float, steps: int) -> Iterator[tuple[str, float]]:
     """What is driven by histories that are too far off, and the share that is missed."""
     known = [k for k, signal in enumerate(system.signals) if not read_inputs(signal)]
-    values = lambda times: signal_table(system, times.ravel())[:, known]  # noqa: E731
-    size, missed = of_histories(system, "integrals", step, steps, lambda: integrals(values, step, steps))
+    size, missed = integrals(lambda times: signal_table(system, times.ravel())[:, known], step, steps)
     for k in np.flatnonzero(missed > MISSED * size):
         yield signal_names(system)[known[k]], missed[k] / size[k]
 
