@@ -139,6 +139,6 @@ def slip(F: Any, k: int, y: np.ndarray, last: np.ndarray, w: np.ndarray) -> None
         w[6, c] = 0.0 * y[0]
     for j in range(len(y)):
         b = j // dim
-        # Simpson's rule: weights of the end alone erred by R spin yaw h / 2 a second, which filled the bristle of a wheel at any
+        # Simpson's rule: weights of the end alone err by R spin yaw h / 2 a second, which fills the bristle of a wheel at any
         # step
         w[6, j % dim] += (w[8, b] + 4.0 * w[17, b] + w[7, b]) / 6.0 * (y[j] - last[first + j])

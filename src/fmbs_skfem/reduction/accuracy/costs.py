@@ -33,7 +33,7 @@ from ...systems.terms import elastic as terms
 from ..hyper import sampling
 
 BURST = 0.005  #: CPU time of one measurement [s]
-# on an idle core two or three measurements agree so; a set number of fifteen took 12 of the 16 s of a comparison of the spin-up
+# on an idle core two or three measurements agree so; a set number of fifteen takes 12 of the 16 s of a comparison of the spin-up
 CLOSE = 0.02  #: difference of the two best measurements that agree
 SOLUTIONS = 5  #: of which one is timed
 TRIES = 5  #: of measurements that contradict each other
