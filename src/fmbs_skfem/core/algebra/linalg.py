@@ -53,7 +53,7 @@ def support(A: np.ndarray) -> slice:
 
 
 def is_zero(A: Array) -> bool:
-    """Whether A has no entries, or a dense one none but zeros."""
+    """Whether A (i, j) is zero: sparse without entries, or dense without others than zeros."""
     return A.nnz == 0 if isinstance(A, csr_array) else not as_dense(A).any()
 
 
