@@ -55,7 +55,11 @@ def leading_signals(system: System, times: np.ndarray, step: float) -> tuple[np.
 
 
 def signals_of_steps(system: System, step: float, steps: int, first: int, many: int) -> tuple[np.ndarray, SolverError | None]:
-    """`leading_signals` at the ends of some of the steps of a run, from the number `first` on."""
+    """`leading_signals` at the ends of some of the steps of a run, from the number `first` on.
+
+    `many` steps of length `step` [s] of a run of `steps`; the values (s, k), or (s, 4 k) with derivatives, and the error as
+    there.
+    """
     # long tables are made as they are needed, or a run would begin with as much memory as it stores; so is what is not remembered
     if steps * len(system.signals) > ROOM or not repeatable(system):
         return leading_signals(system, step * (first + 1 + np.arange(many)), step)
@@ -65,7 +69,10 @@ def signals_of_steps(system: System, step: float, steps: int, first: int, many: 
 
 
 def of_histories(system: System, name: str, step: float, steps: int, make: Callable[[], Found]) -> Found:
-    """What follows from the histories of a system in a run, and from nothing else: of data it is found once for all its numbers."""
+    """What follows from the histories of a system in a run, and from nothing else: of data it is found once for all its numbers.
+
+    `make` finds it; `name` says what it is. Histories that are functions of Python are asked anew each time.
+    """
     if not repeatable(system):
         return make()
     parts = system.signals, system.constraints, system.loads.forces, system.probes, step, steps

@@ -65,7 +65,10 @@ def worst(names: list[str], residual: np.ndarray) -> tuple[tuple[str, float], ..
 
 
 def as_text(values: tuple[tuple[str, float], ...]) -> str:
-    """Names with their values as text."""
+    """Names with their values as text.
+
+    `name: value, name: value`, three digits each.
+    """
     return ", ".join(f"{name}: {value:.3g}" for name, value in values)
 
 

@@ -124,7 +124,10 @@ def _(setting: Setting) -> Iterator[Observer]:
 
 
 def observers_of(setting: Setting) -> list[Observer]:
-    """All that is offered for a run."""
+    """All that is offered for a run.
+
+    In the order in which they were offered; those of a caller stand behind them.
+    """
     return [one for offer in _OFFERS for one in offer(setting)]
 
 
@@ -157,14 +160,20 @@ def reviews(review: Review) -> Review:
 
 
 def reviewed(found: Found) -> Trajectory:
-    """Equilibria with what is to be said of them."""
+    """Equilibria with what is to be said of them.
+
+    Every review that is registered looks at them in turn, and may give them back changed.
+    """
     for review in _REVIEWS:
         found = replace(found, motion=review(found))
     return found.motion
 
 
 class Look(Observer):
-    """Calls a function at every pause of a run."""
+    """Calls a function at every pause of a run.
+
+    `call(run)` is called a few times a second, see `Observer.looks`.
+    """
 
     looks: Looks = "pause"
 
@@ -178,7 +187,8 @@ class Look(Observer):
 class Judge(Observer):
     """Calls a function, which may warn, with the motion of a run that has ended.
 
-    `call(run, motion)` gets the finished run and its Trajectory; what it gives back is not used.
+    `call(run, motion)` gets the finished run and its Trajectory; what it gives back is not used. All stored states
+    are kept for it unless `reads_states` is false.
     """
 
     looks: Looks = "end"

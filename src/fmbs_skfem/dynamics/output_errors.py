@@ -46,7 +46,10 @@ class OutputError:
 
 
 def common_times(where: str, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (s,) in both of the times a and b [s] that two trajectories share; InputError where these are fewer than two."""
+    """Indices (s,) in both of the times a and b [s] that two trajectories share; InputError where these are fewer than two.
+
+    Two times are one where they differ by at most 1e-9 of the last of `b`; a and b (s,) each, rising.
+    """
     slack = 1e-9 * float(b[-1])
     near = np.clip(np.searchsorted(b, a - slack), 0, len(b) - 1)
     same = np.abs(b[near] - a) <= slack
@@ -139,7 +142,10 @@ def round_off(system: System, times: np.ndarray) -> dict[str, float]:
 
 
 def largest(found: Mapping[str, float]) -> str:
-    """The largest errors of some by name, those that are told; nothing where there are none."""
+    """The largest errors of some by name, those that are told; nothing where there are none.
+
+    Three at most, with the number of the others; errors up to 1 % are not told.
+    """
     order = sorted((name for name, error in found.items() if abs(error) > TOLD), key=lambda name: -abs(found[name]))
     listed = ", ".join(f"{name} is off by {percent(found[name])}" for name in order[:SHOWN])
     return listed + (f" (and {len(order) - SHOWN} more)" if len(order) > SHOWN else "")

@@ -35,7 +35,10 @@ def empty(model: Compiled, size: np.ndarray) -> np.ndarray:
 
 
 def unknown(trajectory: Trajectory) -> np.ndarray:
-    """Loose rows (m,) bool that are noise at the start; those of locks, whose numbers are zero before, at the end of the run."""
+    """Loose rows (m,) bool that are noise at the start; those of locks, whose numbers are zero before, at the end of the run.
+
+    Their reactions are not known. None in a space that is not trained.
+    """
     system = trajectory.system
     rows = loose_rows(system.constraints)
     if not system.components or not rows.any():

@@ -79,7 +79,10 @@ class Trial:
 
 @dataclass(frozen=True)
 class Row:
-    """A comparator at the hold-out points with a full run: sizes of its largest member, medians of its times."""
+    """A comparator at the hold-out points with a full run: sizes of its largest member, medians of its times.
+
+    `trials` are in the order of the points; points without a full run count in no number of the row.
+    """
 
     name: str
     full_runs: int

@@ -142,7 +142,10 @@ def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
 
 
 def prepare_and_work(token: str, task: Task, batch: Sequence[Member]) -> list[Record] | tuple[type[FmbsError], str, Any]:
-    """Run a batch in a worker that knows nothing yet, or has prepared the task before; what `prepare` gives where it fails."""
+    """Run a batch in a worker that knows nothing yet, or has prepared the task before; what `prepare` gives where it fails.
+
+    Without a time limit: the end of its process would be that of an executor.
+    """
     with PREPARING:
         failed = None if token in READY else prepare(token, task)
     return failed or work(token, batch, None)

@@ -92,7 +92,10 @@ def pays(work: TrainingState) -> bool:
 
 
 def known_pairs(work: TrainingState) -> list[Pair]:
-    """The pairs that calibrate: with checks those of the present model, without them those of all models."""
+    """The pairs that calibrate: with checks those of the present model, without them those of all models.
+
+    There are none before the first model.
+    """
     return work.present if work.checks else work.pairs
 
 
@@ -142,7 +145,11 @@ def values_at(work: TrainingState, point: int) -> dict[str, float]:
 
 
 def extend(work: TrainingState, point: int) -> None:
-    """The full run at a candidate, unless there is one, and the model of all runs up to it."""
+    """The full run at a candidate, unless there is one, and the model of all runs up to it.
+
+    The present model, its indicators and the pairs of all models are found anew, and stored where there is a folder. Errors of
+    the full run are raised.
+    """
     values, known = values_at(work, point), point in work.points
     number = work.points.index(point) if known else len(work.runs)
     if number < len(work.models) and not work.stale:
@@ -174,7 +181,10 @@ def make_savable(work: TrainingState, runs: Sequence[FullRun]) -> ReducedModel:
 
 
 def take_choice(work: TrainingState, choice: BudgetChoice) -> None:
-    """Go on with the tolerances of a choice."""
+    """Go on with the tolerances of a choice.
+
+    eps and eta of the plan with which models are made; factors of further full runs are kept for the smaller eps.
+    """
     work.choice = choice
     plan = error_budget.with_choice(work.task.plan, choice)
     work.fast = replace(work.fast, plan=plan)

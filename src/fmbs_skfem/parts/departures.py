@@ -78,13 +78,19 @@ def trained_parts(system: System) -> list[Elastic]:
 
 
 def unknown_parts(system: System) -> list[Elastic]:
-    """Those whose errors nothing finds: that know no shapes beside their own, or are not to be held against them."""
+    """Those whose errors nothing finds: that know no shapes beside their own, or are not to be held against them.
+
+    A part may say that it is not to be held against its finer one, see `bodies.placed`.
+    """
     known = finer_systems.maker(system.full or system) is not None
     return [one for one in trained_parts(system) if not (known and one.gather.checked and knows_shapes(one.gather))]
 
 
 def first_of(names: list[str]) -> str:
-    """The first names of a list, and how many there are."""
+    """The first names of a list, and how many there are.
+
+    Three at most.
+    """
     return ", ".join(names[:SHOWN]) + (f" ... ({len(names)} in all)" if len(names) > SHOWN else "")
 
 
@@ -175,7 +181,10 @@ def departure(part: Elastic, kind: int, times: np.ndarray, values: np.ndarray, o
 
 
 def summarise(found: list[Departure]) -> str:
-    """The departure farthest outside, over its trained range, with what else of its part is outside, and the other parts."""
+    """The departure farthest outside, over its trained range, with what else of its part is outside, and the other parts.
+
+    `found` has one departure at least.
+    """
     ordered = sorted(found, key=lambda one: -one.excess)
     worst = ordered[0]
     kinds = [one.kind.partition(" [")[0] for one in ordered if one.body == worst.body][1:]

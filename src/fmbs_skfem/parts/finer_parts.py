@@ -44,7 +44,10 @@ WHY = "they know no others (`fmbs part info` says why)"
 
 
 def warn_unknown(system: System) -> None:
-    """A remark of parts of which nothing can be said."""
+    """A remark of parts of which nothing can be said.
+
+    Parts that are not to be checked (`bodies.placed`) are not named.
+    """
     if names := [f"'{one.name}'" for one in departures.unknown_parts(system) if one.gather.checked]:
         remark(f"parts {departures.first_of(names)}: nothing can be said of shapes that they lack, as {WHY}; {HOLD}")
 
@@ -204,7 +207,10 @@ def states(motion: Trajectory, part: Elastic) -> np.ndarray:
 
 
 def warn(found: Mapping[str, float], motion: Trajectory, departed: list[departures.Departure]) -> None:
-    """Say which outputs are off, where strains have left their training, and the training that covers what was met."""
+    """Say which outputs are off, where strains have left their training, and the training that covers what was met.
+
+    `found` are the errors (1) by column; nothing where all are at most 1 %.
+    """
     if not (listed := largest(found)):
         return
     where = f"; {departures.summarise(departed)}" if departed else ""

@@ -59,7 +59,11 @@ def run(
     record: Record | None = None,
     resume: Resumed | None = None,
 ) -> Trajectory:
-    """The motion of a case; arguments and errors are those of `dynamics.integrate`."""
+    """The motion of a case; arguments and errors are those of `dynamics.integrate`.
+
+    `every` says which steps are stored: each so many, or their numbers (s,). SolverError where the motion fails carries the part
+    found so far.
+    """
     return integrate(case.system, case.scheme, case.duration, case.newton, every, progress, record, resume)
 
 
@@ -106,11 +110,17 @@ def at_times(
 
 
 class Change(Exception):
-    """Two cases differ by more than numbers."""
+    """Two cases differ by more than numbers.
+
+    Its text is the place where they do, `system.elastic[0].gather.section`.
+    """
 
 
 def with_float_times(case: Case) -> Case:
-    """The case with its times as floating-point numbers."""
+    """The case with its times as floating-point numbers.
+
+    Duration and step alone, so that a case with `duration=1` differs from another in numbers only.
+    """
     return replace(case, duration=float(case.duration), scheme=replace(case.scheme, step=float(case.scheme.step)))
 
 
@@ -182,7 +192,10 @@ def leaf_at(value: Any, place: Place) -> Any:
 
 
 def insert(tree: dict[str | int, Any], place: Place, leaf: Leaf) -> None:
-    """Add a leaf to nested dicts of changes."""
+    """Add a leaf to nested dicts of changes.
+
+    `tree` is changed in place.
+    """
     for key in place[:-1]:
         tree = tree.setdefault(key, {})
     tree[place[-1]] = leaf
@@ -219,7 +232,10 @@ def spread_over(matrix: csr_array, pattern: csr_array) -> csr_array:
 
 
 def numbers_of(leaf: Leaf, base: Leaf) -> np.ndarray:
-    """All numbers of a leaf (n,), in the memory order of `base`."""
+    """All numbers of a leaf (n,), in the memory order of `base`.
+
+    Of a sparse array those that it stores. Arrays that are stored by columns are listed by columns.
+    """
     if isinstance(leaf, np.ndarray) and isinstance(base, np.ndarray):
         return leaf.T.ravel() if by_columns(base) else leaf.ravel()
     return np.array([leaf], dtype=float) if isinstance(leaf, float) else np.asarray(leaf.data)

@@ -50,7 +50,10 @@ class FamilySamples:
 
 
 def sample_nominal(family: Family, parameters: Sequence[Parameter], nodes: tuple[np.ndarray, ...]) -> FamilySamples:
-    """The nominal case alone."""
+    """The nominal case alone.
+
+    `nodes` are the points (k,) of every parameter, at which more of it may be sampled.
+    """
     row = nominal_row(parameters)
     nominal = cases.with_float_times(family(boxes.named(parameters, row)))
     return FamilySamples(family, tuple(parameters), nominal, nodes, {tuple(row.tolist()): {}})
@@ -83,7 +86,11 @@ def sample(known: FamilySamples, row: np.ndarray) -> Leaves:
 
 
 def stack(known: FamilySamples, place: Place, rows: np.ndarray) -> tuple[Leaf, np.ndarray]:
-    """The nominal leaf, of the pattern of all samples, and the leaf's numbers (k, n) at values (k, d)."""
+    """The nominal leaf, of the pattern of all samples, and the leaf's numbers (k, n) at values (k, d).
+
+    d parameters; sparse arrays are spread over one pattern, which has every place that any of the k cases or the nominal one
+    fills.
+    """
     base: Leaf = cases.leaf_at(known.nominal, place)
     leaves = [sample(known, row).get(place, base) for row in rows]
     if isinstance(base, csr_array) and not all(cases.same_pattern(base, leaf) for leaf in leaves):
@@ -123,7 +130,10 @@ def by_row(rows: int, values: np.ndarray) -> np.ndarray:
 
 
 def measure_noise(known: FamilySamples, points: np.ndarray) -> FamilySamples:
-    """The samples anew, with the noise that is measured at points (k, d) and with one set of constraint terms for all cases."""
+    """The samples anew, with the noise that is measured at points (k, d) and with one set of constraint terms for all cases.
+
+    The rows of every leaf have a noise each, 8 times the largest change that a few units of round-off of the parameters make.
+    """
     keys = unite_keys([known.family(boxes.named(known.parameters, row)) for row in (nominal_row(known.parameters), *points)])
     whole = sample_nominal(lambda values: pad(known.family(values), keys), known.parameters, known.nodes)
     width = np.array([parameter.high - parameter.low for parameter in known.parameters])

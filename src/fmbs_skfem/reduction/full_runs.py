@@ -179,7 +179,10 @@ def snapshot_steps(case: Case, interval: float | np.ndarray) -> np.ndarray:
 
 
 def states(task: TrainingTask, raw: System, run: FullRun, samples: slice | np.ndarray = slice(None)) -> np.ndarray:
-    """Body coordinates (s, q) of some samples of a run; `raw` is the full system at its parameters."""
+    """Body coordinates (s, q) of some samples of a run; `raw` is the full system at its parameters.
+
+    q = q0 + sum_b U^b S W^T, for all components b; the snapshots themselves of a task without parameters.
+    """
     if run.q is not None:
         return run.q[samples]
     start = raw.lift(raw.x0)
@@ -191,7 +194,11 @@ def states(task: TrainingTask, raw: System, run: FullRun, samples: slice | np.nd
 
 
 def error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> float:
-    """Error of the displacements of a reduced motion at the samples of a full run, int |q - p|_M dt / int |q - q0|_M dt."""
+    """Error of the displacements of a reduced motion at the samples of a full run, int |q - p|_M dt / int |q - q0|_M dt.
+
+    |u|_M is the root mean square over the mass [m]. InputError where they have not the same snapshots; a notice where one ends
+    earlier.
+    """
     run, motion = while_both_run(run, motion)
     block, apart, size = max(1, BLOCK // raw.size), [], []
     for first in range(0, len(run.times), block):
@@ -203,7 +210,10 @@ def error(task: TrainingTask, raw: System, run: FullRun, motion: Trajectory) -> 
 
 
 def while_both_run(run: FullRun, motion: Trajectory) -> tuple[FullRun, Trajectory]:
-    """Both at their common samples: all of them, unless an event stops one earlier than the other."""
+    """Both at their common samples: all of them, unless an event stops one earlier than the other.
+
+    InputError where their times are not those of the same snapshots.
+    """
     shorter = min(len(run.times), len(motion.times))
     mine, others = common_times("error of a reduced run", run.times, motion.times)
     if len(mine) < shorter - 1 or mine[-1] != len(mine) - 1 or others[-1] != len(mine) - 1:

@@ -65,7 +65,10 @@ def from_box(parameters: Sequence[Parameter], unit: ArrayLike) -> np.ndarray:
 
 
 def table(parameters: Sequence[Parameter], points: ArrayLike) -> np.ndarray:
-    """Points as an array (k, d); InputError for other shapes and numbers that are not finite."""
+    """Points as an array (k, d); InputError for other shapes and numbers that are not finite.
+
+    d is the number of parameters; there may be no points, (0, d).
+    """
     check(parameters)
     d, names = len(parameters), ", ".join(parameter.name for parameter in parameters)
     return finite(points, "points", f"finite numbers in {d} column(s) ({names})", None, d, empty=True)
@@ -113,7 +116,10 @@ def sobol(parameters: Sequence[Parameter], count: int, seed: int = 0) -> np.ndar
 
 
 def check_count(where: str, count: int) -> int:
-    """A number of points."""
+    """A number of points.
+
+    `where` names the caller in the InputError for a number below 1.
+    """
     if count < 1:
         raise InputError(say(where, "a number of points from 1 on", count))
     return count

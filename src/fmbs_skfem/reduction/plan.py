@@ -54,7 +54,10 @@ def modes_of(modes: ModeCounts, component: str) -> int | None:
 
 
 def with_components(plan: Plan, components: Components) -> Plan:
-    """The plan with other components; numbers of modes by name belong to the components that it had."""
+    """The plan with other components; numbers of modes by name belong to the components that it had.
+
+    A number of modes for all components stays.
+    """
     return replace(plan, components=components, modes=None if isinstance(plan.modes, Mapping) else plan.modes)
 
 

@@ -99,7 +99,10 @@ class TrainedReduction:
 
 
 def with_polynomials(task: TrainingTask) -> TrainingTask:
-    """The task with a family that assembles nothing, where its full systems are polynomials of the parameters."""
+    """The task with a family that assembles nothing, where its full systems are polynomials of the parameters.
+
+    As it is where they are none.
+    """
     with contextlib.suppress(InputError):
         return replace(task, family=affine.fit(task.family, task.parameters))
     return task
@@ -163,7 +166,10 @@ def hyper_reduce(reduction: TrainedReduction, hyper: HyperReduction) -> TrainedR
 
 
 def finish(task: TrainingTask, reduction: TrainedReduction, obstacle: str = "") -> ReducedModel:
-    """The model of a reduction: polynomials of the parameters, unless an obstacle to them is known, or one reduced system."""
+    """The model of a reduction: polynomials of the parameters, unless an obstacle to them is known, or one reduced system.
+
+    The CPU time [s] of the polynomials is added to that of the training. A notice says what is in the way of them.
+    """
     begun = clock.process_time()
     modes = {name: basis.modes.shape[1] - basis.against for name, basis in reduction.bases.items()}
     found: Family

@@ -20,7 +20,11 @@ from ..scheme import method_of
 
 @dataclass(frozen=True)
 class Attempt:
-    """A step that was tried in one length: what every correction of Newton's iteration changed, and what it left."""
+    """A step that was tried in one length: what every correction of Newton's iteration changed, and what it left.
+
+    The k-th of `corrections` and of `residuals` are those of the k-th iteration of the step that failed; both are empty for one
+    that was taken.
+    """
 
     step: float  #: [s]
     time: float  #: at the end of the part that failed [s]

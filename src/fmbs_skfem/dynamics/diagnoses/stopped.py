@@ -50,7 +50,10 @@ SIZE = 1e-12  #: relative size below which a mass is none
 
 @dataclass(frozen=True)
 class StoppedSolve:
-    """Last good state and the trial state beyond it, in the order of the system's unknowns."""
+    """Last good state and the trial state beyond it, in the order of the system's unknowns.
+
+    W = K + gh C + bh M at the trial state, with bh and gh of the `short` step, and J the rows of the joints; in statics W = K.
+    """
 
     model: Compiled
     good: float  #: time [s] or load factor of the last good state
@@ -85,7 +88,10 @@ class StoppedSolve:
 
 
 def stop_of(error: SolverError) -> StoppedSolve | None:
-    """Where a solve stopped; None where it never started."""
+    """Where a solve stopped; None where it never started.
+
+    Of a time step from its run, else from the motion found so far, `error.partial`; None where that is missing.
+    """
     if isinstance(error, FailedStep):
         return stop_of_run(error.run, error.time)
     if error.partial is None:
@@ -128,7 +134,10 @@ def stop_of_run(run: OpenRun, time: float) -> StoppedSolve:
 
 
 def shares(names: Sequence[str], values: np.ndarray) -> dict[str, float]:
-    """Part of the square of a vector that belongs to every name, largest first."""
+    """Part of the square of a vector that belongs to every name, largest first.
+
+    sum of v_i^2 over the entries of a name, over |v|^2; `names` and `values` have the same length.
+    """
     total: dict[str, float] = {}
     for name, value in zip(names, values**2 / max(float(values @ values), 1e-300), strict=True):
         total[name] = total.get(name, 0.0) + float(value)
@@ -143,7 +152,10 @@ def saddle_of(stop: StoppedSolve) -> Saddle | None:
 
 
 def weakest(stop: StoppedSolve) -> tuple[float, np.ndarray] | None:
-    """Smallest singular value of A relative to |A|, and the right vector (n + m,) in balanced unknowns."""
+    """Smallest singular value of A relative to |A|, and the right vector (n + m,) in balanced unknowns.
+
+    None for more than 20000 unknowns, and where the matrix is not finite or has no factors.
+    """
     if stop.system.size > SPARSE or not np.isfinite(stop.matrix.data).all():
         return None
     found = saddle_of(stop)
@@ -157,7 +169,11 @@ def weakest(stop: StoppedSolve) -> tuple[float, np.ndarray] | None:
 
 
 def eigenvalues(stop: StoppedSolve, x: np.ndarray, multipliers: np.ndarray, t: float) -> np.ndarray | None:
-    """Eigenvalues of the balanced W of the whole step on the null space of the joints, at x (n,) and a time, ascending."""
+    """Eigenvalues of the balanced W of the whole step on the null space of the joints, at x (n,) and a time, ascending.
+
+    Those of Z^T D W D Z, with Z the null space of the balanced J. None for more than 1500 unknowns,
+    where W is not finite, and where the joints leave no motion.
+    """
     if stop.system.size > DENSE:
         return None
     bh, gh = stop.whole
@@ -185,7 +201,10 @@ def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
 
 
 def turns(system: System, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
-    """Fastest turn of a slope of every line or surface [rad/s]."""
+    """Fastest turn of a slope of every line or surface [rad/s].
+
+    |t'| normal to t over |t| by lines and surfaces, at x (n,) and v (n,); those that do not turn are left out.
+    """
     parts = np.stack([system.lift(x), np.asarray(system.lift.matrix @ v)])
     pairs = {name: found[:, 1] for name, found in centre_lines(system, parts).items()}
     now, change = (skins(system, part) for part in parts)
@@ -203,7 +222,10 @@ def turn_rate(slope: np.ndarray, change: np.ndarray) -> float:
 
 
 def stiffest(stop: StoppedSolve) -> float:
-    """h omega of the stiffest wave, a lower bound."""
+    """h omega of the stiffest wave, a lower bound.
+
+    h max_i sqrt(K_ii / M_ii) over unknowns with a mass.
+    """
     system = stop.system
     m = csr_array(system.mass).diagonal()
     k = compiled.tangent(stop.model, stop.x, stop.multipliers, stop.good, 0.0, stop.memory).diagonal()
@@ -260,7 +282,10 @@ def ahead(stop: StoppedSolve) -> np.ndarray:
 
 
 def broken_signals(stop: StoppedSolve) -> list[str]:
-    """Signals that are no finite number where the solve stopped."""
+    """Signals that are no finite number where the solve stopped.
+
+    Names as of `signal_names`, at the time that was not reached.
+    """
     values = signal_table(stop.system, np.array([stop.at]))[0]
     return [name for name, value in zip(signal_names(stop.system), values, strict=True) if not np.isfinite(value)]
 

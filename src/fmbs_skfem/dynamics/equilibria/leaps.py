@@ -35,7 +35,10 @@ LISTED = 3  #: leaps in a warning
 
 
 class Verdict(NamedTuple):
-    """What is found of a load step."""
+    """What is found of a load step.
+
+    A step that is not resolved, or crosses, is made shorter (`statics.march`); what stays is among the `crossings` of the path.
+    """
 
     resolved: bool  #: whether it follows its path
     crossed: bool  #: whether the number of negative pivots changes

@@ -209,13 +209,19 @@ def whole_pairs(values: np.ndarray, count: int) -> int:
 
 
 def without_round_off(values: np.ndarray) -> np.ndarray:
-    """Eigenvalues (i,) on the axes of the complex plane where they are there but for round-off."""
+    """Eigenvalues (i,) on the axes of the complex plane where they are there but for round-off.
+
+    Real or imaginary parts up to 1e-9 of |s| become zero.
+    """
     real, imaginary = (np.where(np.abs(part) <= ROUND * np.abs(values), 0.0, part) for part in (values.real, values.imag))
     return np.asarray(real + 1j * imaginary)
 
 
 def fastest(linear: Linear) -> float:
-    """A bound of the frequencies that the matrices allow, to a factor [rad/s]."""
+    """A bound of the frequencies that the matrices allow, to a factor [rad/s].
+
+    sqrt(max |K| / max |M|), of the largest entries.
+    """
     return float(np.sqrt(abs(linear.stiffness).max() / abs(linear.mass).max()))
 
 
@@ -282,7 +288,10 @@ def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray
 
 
 def largest_one(shapes: np.ndarray) -> np.ndarray:
-    """Shapes (n, i) with the largest entry 1."""
+    """Shapes (n, i) with the largest entry 1.
+
+    Every column is divided by its entry of largest size, which may be complex.
+    """
     return np.asarray(shapes / shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])])
 
 

@@ -68,14 +68,20 @@ def shares(shapes: Shapes) -> dict[str, np.ndarray]:
 
 
 def say_shares(found: dict[str, np.ndarray], number: int) -> str:
-    """`crank 97 %, rocker 3 %`, the largest first."""
+    """`crank 97 %, rocker 3 %`, the largest first.
+
+    `found` are those of `shares`, `number` is that of the motion; four at most, those below 1 % left out.
+    """
     listed = sorted(((float(values[number]), name) for name, values in found.items()), key=lambda pair: -pair[0])
     told = [f"{name} {100 * share:.3g} %" for share, name in listed[:FEW] if share >= LISTED]
     return ", ".join(told)
 
 
 def in_phase(vectors: np.ndarray, metric: csr_array | np.ndarray) -> np.ndarray:
-    """Complex motions (n, i), each turned by a phase so that as much of it as possible is at its largest at t = 0."""
+    """Complex motions (n, i), each turned by a phase so that as much of it as possible is at its largest at t = 0.
+
+    exp(-i angle) v with angle = arg(v^T W v) / 2, W the `metric` (n, n): v^T W v is then real and positive.
+    """
     angle = 0.5 * np.angle(np.sum(vectors * (metric @ vectors), axis=0))
     return np.asarray(vectors * np.exp(-1j * angle))
 
@@ -105,12 +111,18 @@ def find_free(system: System, linear: Linear) -> Free:
 
 
 def apart_from(linear: Linear, free: Free) -> Linear:
-    """The equations of motions that are orthogonal to free ones in the mass."""
+    """The equations of motions that are orthogonal to free ones in the mass.
+
+    Rows v^T M of the free motions stand behind those of the joints, (m + f, n).
+    """
     return replace(linear, rows=np.concatenate([linear.rows, (linear.mass @ free.vectors).T]))
 
 
 def stands_alone(linear: Linear, free: Free) -> bool:
-    """Whether no force acts along free motions, so that motions orthogonal to them in the mass stay so: Y^T K = 0 and Y^T C = 0."""
+    """Whether no force acts along free motions, so that motions orthogonal to them in the mass stay so: Y^T K = 0 and Y^T C = 0.
+
+    Both to round-off, beside the largest of |Y|^T |K| and |Y|^T |C|.
+    """
     along = np.abs(free.vectors.T)
     return all(
         (np.abs(free.vectors.T @ A) <= ranks.STATED * (along @ abs(A)).max(initial=0.0)).all()
@@ -119,7 +131,10 @@ def stands_alone(linear: Linear, free: Free) -> bool:
 
 
 def are_free(vectors: np.ndarray, free: Free, metric: csr_array | np.ndarray) -> np.ndarray:
-    """Which motions (n, i) are combinations of free ones, (i,) bool."""
+    """Which motions (n, i) are combinations of free ones, (i,) bool.
+
+    What is left of v without its part along Y, in the `metric` (n, n), is at most a thousandth of it.
+    """
     Y = free.vectors
     if not Y.shape[1]:
         return np.zeros(vectors.shape[1], dtype=bool)

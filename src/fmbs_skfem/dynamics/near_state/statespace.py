@@ -162,7 +162,10 @@ def nudged(system: System, name: str, value: float) -> System:
 
 
 def slope(system: System, x: np.ndarray, time: float, name: str, start: float) -> np.ndarray:
-    """dQ/dw (n,) of one input at rest in x (n,), from loads alone, by a central difference that is exact where they are linear."""
+    """dQ/dw (n,) of one input at rest in x (n,), from loads alone, by a central difference that is exact where they are linear.
+
+    `start` is the value of the input `name` about which it is taken, `time` [s] that of the loads.
+    """
     alone = replace(system, elastic=(), constraints=Constraints(), full=None)
     h, still = NUDGE * max(abs(start), 1.0), np.zeros(system.size)
     up, down = (compiled.forces(compile_system(nudged(alone, name, start + s * h)), x, still, time) for s in (1.0, -1.0))

@@ -84,7 +84,10 @@ def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def touched_outside(A: object, rows: np.ndarray) -> np.ndarray:
-    """Numbers (k,) of the rows of A (m, n) with entries outside the given coordinates (j,)."""
+    """Numbers (k,) of the rows of A (m, n) with entries outside the given coordinates (j,).
+
+    A is sparse, `rows` are the numbers of the given coordinates.
+    """
     entries = A.tocoo()  # type: ignore[attr-defined]
     return distinct(entries.row[~np.isin(entries.col, rows)])
 
