@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fmbs_skfem.bodies import fields
+from fmbs_skfem.bodies import stress_recovery as fields
 from fmbs_skfem.bodies.laws import Law
 from fmbs_skfem.core.errors import InputError
 

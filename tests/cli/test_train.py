@@ -18,7 +18,7 @@ from fmbs_skfem.families import training_store as store
 from fmbs_skfem.reduction import full_runs
 from fmbs_skfem.reduction.accuracy import output_errors
 from fmbs_skfem.scenes import build
-from fmbs_skfem.studies import training
+from fmbs_skfem.studies import greedy_training as training
 from fmbs_skfem.studies.job import Job
 
 from .calls import ROOT, Call, fmbs

@@ -29,7 +29,7 @@ from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction.full_runs import OutputMeasure, TrainingTask
 from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.scenes import points
-from fmbs_skfem.scenes import training as sections
+from fmbs_skfem.scenes import training_options as sections
 
 from .families import FAMILIES
 

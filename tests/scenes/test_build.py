@@ -12,7 +12,8 @@ from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Circular, Material
 from fmbs_skfem.bodies import body as bodies
 from fmbs_skfem.core.errors import InputError, SolverError
-from fmbs_skfem.scenes import build, fields, schema
+from fmbs_skfem.scenes import build, schema
+from fmbs_skfem.scenes import field_kinds as fields
 from fmbs_skfem.shapes import meshes
 from fmbs_skfem.shapes.curves import remesh
 from fmbs_skfem.systems import assembly

@@ -17,7 +17,8 @@ from fmbs_skfem.bodies.laws import Law
 from fmbs_skfem.bodies.plate import Rim
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha
-from fmbs_skfem.scenes import build, fields, schema, surfaces, times
+from fmbs_skfem.scenes import build, schema, surfaces, times
+from fmbs_skfem.scenes import field_kinds as fields
 from fmbs_skfem.shapes import nurbs, nurbs_file
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads

@@ -16,7 +16,8 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values import ranges
 from fmbs_skfem.reduction import parameters
 from fmbs_skfem.results import sweep_files
-from fmbs_skfem.scenes import build, fields, times
+from fmbs_skfem.scenes import build, times
+from fmbs_skfem.scenes import field_kinds as fields
 from fmbs_skfem.shapes import meshes, plate_meshes
 from fmbs_skfem.systems import System
 

@@ -8,7 +8,7 @@ import pytest
 from fmbs_skfem import scenes
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.scenes import points
-from fmbs_skfem.scenes.training import Grid, Listed, Spread, Training
+from fmbs_skfem.scenes.training_options import Grid, Listed, Spread, Training
 
 SCENE = """\
 schema: 1

@@ -1,6 +1,7 @@
 """Bodies and their laws: cables, plates and shells (`plate.plate`), rigid bodies (`rigid.rigid`), mass points; stress fields."""
 
-from . import fields, own_laws, plate, rigid
+from . import own_laws, plate, rigid
+from . import stress_recovery as fields
 from .body import Body, Cells, cable, point_mass
 from .checks import check_law
 from .laws import Law

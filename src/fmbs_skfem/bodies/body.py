@@ -32,8 +32,8 @@ from ..shapes.surface import Surface
 from ..shapes.table import Table
 from .cable_law import curvatures
 from .laws import Law
-from .missing_shapes import MissingShapes
 from .sections import Given, Material, Section, positive
+from .spare_shapes import MissingShapes
 from .values import Value, of_line
 
 BENDS_ALIKE = "a section of the same bending stiffness about all its axes"  #: of a cable in space, which has one bending stiffness

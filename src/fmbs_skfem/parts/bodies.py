@@ -19,7 +19,7 @@ import numpy as np
 from scipy.linalg import eigh, qr
 from scipy.sparse import csr_array, vstack
 
-from ..bodies import fields
+from ..bodies import stress_recovery as fields
 from ..bodies.body import Body, Cells, ShapePoints, locate, own, probe
 from ..core.algebra import ranks
 from ..core.algebra.linalg import alike, as_dense

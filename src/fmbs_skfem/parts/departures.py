@@ -16,9 +16,9 @@ import numpy as np
 
 from ..bodies.body import ShapePoints
 from ..bodies.cable_law import curvatures
-from ..bodies.fields import COMPONENTS, extreme_strains
 from ..bodies.finer import knows_shapes
 from ..bodies.laws import Law
+from ..bodies.stress_recovery import COMPONENTS, extreme_strains
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..dynamics.observers import Observer, Setting, offered

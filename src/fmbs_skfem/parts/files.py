@@ -23,7 +23,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..bodies import fields
+from ..bodies import stress_recovery as fields
 from ..bodies.body import Body, ShapePoints
 from ..core.algebra import ranks
 from ..core.algebra.linalg import as_dense, evenly

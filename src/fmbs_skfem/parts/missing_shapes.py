@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..bodies.body import Body, extent, locate, probe
-from ..bodies.missing_shapes import MissingShapes
+from ..bodies.spare_shapes import MissingShapes
 from ..core.algebra.linalg import as_dense, squares
 from ..core.errors import InputError
 from ..reduction.spaces import pod

@@ -8,7 +8,7 @@ r"""From trajectories to frames: centre lines and middle surfaces with the field
                 von_mises_recovered: of stresses recovered from patches of cells;  velocity
                 membrane_forces [N/m], bending_moments [N]: 11, 22, 12;  axis_1, axis_2: the axes 1 and 2, carried along
 
-r' and r'' are derivatives with respect to the reference arc length; components refer to the reference tangents of `bodies.fields`,
+r' and r'' are derivatives with respect to the reference arc length; components refer to reference tangents of `stress_recovery`,
 stresses and forces are those of Piola and Kirchhoff, which are the true ones where strains are small.
 Planar scenes lie in z = 0.
 """
@@ -22,7 +22,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..bodies import cable_law
-from ..bodies.fields import principal, recover
+from ..bodies.stress_recovery import principal, recover
 from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
 from ..systems import System

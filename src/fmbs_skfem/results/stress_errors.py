@@ -16,8 +16,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..bodies.fields import recover
 from ..bodies.laws import Law
+from ..bodies.stress_recovery import recover
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..dynamics.outputs import skins

@@ -28,8 +28,9 @@ from ..core.values.problems import Problem, shown, unknown
 from ..shapes import curves, meshes, nurbs_file, plate_meshes, structured
 from ..shapes.surface import Surface
 from ..systems.places import At
-from . import fields, figures, surfaces
-from .fields import MeshFile
+from . import field_kinds as fields
+from . import figures, surfaces
+from .field_kinds import MeshFile
 
 if TYPE_CHECKING:
     from .figures import BodyFigures

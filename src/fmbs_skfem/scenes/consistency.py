@@ -25,7 +25,7 @@ from ..systems.places import At
 from . import plausibility, yamlfile
 from .bodies import PointMass, Rigid, RigidPlate
 from .inputs import ends_early, leaves
-from .training import Allowed, without_ranges
+from .training_options import Allowed, without_ranges
 from .yamlfile import Oddity
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from ..core.storage.records import dataclass
 from ..core.values.ranges import Parameter
 from ..reduction import parameters as sets
 from . import schema
-from .training import Design, Grid, Listed, Spread, Training, without_ranges
+from .training_options import Design, Grid, Listed, Spread, Training, without_ranges
 
 
 @dataclass(frozen=True)

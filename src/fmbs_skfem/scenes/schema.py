@@ -28,18 +28,19 @@ from ..systems.assembly import Motion, Rayleigh
 from ..systems.connections.constraint_functions import Joint
 from ..systems.forces.loads import Load
 from ..systems.measures.probes import Probe
-from . import fields, yamlfile
+from . import field_kinds as fields
+from . import yamlfile
 from .analyses.analysis import Analysis
 from .analyses.buckling import Buckling
 from .analyses.campbell import Campbell
 from .analyses.dynamic import Dynamic
 from .analyses.linearisation import Linearise
-from .analyses.statics import Static
+from .analyses.static import Static
 from .analyses.vibration import Modes
 from .bodies import Cable, PlacedPart, Plate, PointMass, Rigid, RigidPlate, SceneBody, Shell
 from .inputs import INPUT, TABLE, TableModel
 from .parameters import SCHEMA, Changes
-from .training import Training
+from .training_options import Training
 
 __all__ = [
     "SceneBody",

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ..core.errors import InputError, say
-from .fields import Spans
+from .field_kinds import Spans
 
 STEPS = 10_000_000  #: most steps of an analysis
 NEAR = 1e-6  #: difference from a whole number of steps, relative to the time, that is round-off

@@ -40,11 +40,11 @@ from .result import Figures, ReportTable, Result
 if TYPE_CHECKING:
     from .checking import Check
     from .comparison import ComparisonResult
+    from .greedy_training import TrainingResult
     from .parts import PartResult
     from .reducing import ReductionResult
     from .running.outcome import Run
     from .sweeping import SweepResult
-    from .training import TrainingResult
     from .verifying import Verification
 
 #: result -> module that has it; loaded when it is first used
@@ -54,7 +54,7 @@ RESULTS = {
     "ReductionResult": "reducing",
     "PartResult": "parts",
     "ComparisonResult": "comparison",
-    "TrainingResult": "training",
+    "TrainingResult": "greedy_training",
     "SweepResult": "sweeping",
     "Verification": "verifying",
 }

@@ -34,10 +34,10 @@ from .result import Result
 if TYPE_CHECKING:
     from .checking import Check
     from .comparison import ComparisonResult
+    from .greedy_training import TrainingResult
     from .reducing import ReductionResult
     from .running.outcome import Run
     from .sweeping import SweepResult
-    from .training import TrainingResult
     from .verifying import Verification
 
 Folder = Annotated[str | Path, Argument("DIR")]
@@ -191,12 +191,12 @@ def train(
 
     In Python that raises NoModel.
     """
-    from . import training
+    from . import greedy_training
 
     with jobs.begin(source, **shared) as job:
         scene = jobs.read_scene(job, duration)
-        order = training.prepare(job, scene, duration, tolerance, iterations, holdout, compare)
-        return training.train_order(job, order, training.folder(job, scene, resume), compare, plots)
+        order = greedy_training.prepare(job, scene, duration, tolerance, iterations, holdout, compare)
+        return greedy_training.train_order(job, order, greedy_training.folder(job, scene, resume), compare, plots)
 
 
 def compare(

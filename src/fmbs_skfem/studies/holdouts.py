@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from ..families.training import FinishedTraining
     from ..reduction.accuracy.output_errors import OutputError
     from ..reduction.full_runs import FullRun
-    from .training import TrainingOrder
+    from .greedy_training import TrainingOrder
 
 CORNERS = 3  #: parameters up to which local bases are made at all corners of the box
 

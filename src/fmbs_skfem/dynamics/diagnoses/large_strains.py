@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...bodies.fields import principal, strains
 from ...bodies.laws import Law
+from ...bodies.stress_recovery import principal, strains
 from ...core.algebra.linalg import evenly
 from ...core.notices import notify
 from ...core.storage.records import dataclass

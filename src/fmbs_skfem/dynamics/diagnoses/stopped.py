@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import eigvalsh
 from scipy.sparse import csr_array
 
-from ...bodies.fields import extreme_strains
+from ...bodies.stress_recovery import extreme_strains
 from ...core.algebra import ranks, saddle
 from ...core.algebra.saddle import Saddle
 from ...core.errors import Reason, SolverError

@@ -16,10 +16,11 @@ from ...core.values.problems import Found, Keys, Problem
 from ...dynamics import GeneralizedAlpha, Newton, Trajectory, rest
 from ...dynamics.scheme import Start
 from ...dynamics.tracing import FEW
-from .. import fields, times
-from ..fields import Spans
+from .. import field_kinds as fields
+from .. import times
+from ..field_kinds import Spans
 from ..yamlfile import Oddity
-from . import statics
+from . import static as statics
 from .analysis import Form, History, Work, refuse_unsupported
 
 if TYPE_CHECKING:

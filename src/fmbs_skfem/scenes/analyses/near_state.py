@@ -15,7 +15,8 @@ from ...dynamics import Linear, Newton
 from ...dynamics.near_state.linear import Spin
 from ...systems import free_motions
 from ...systems.connections import hinged_rims
-from .. import build, fields
+from .. import build
+from .. import field_kinds as fields
 from ..yamlfile import where
 from .analysis import Form, States, refuse_free
 

@@ -1,6 +1,6 @@
 r"""Strains, stresses and section forces at a place, as outputs, with axes that move with the body.
 
-    surfaces    E(z) = E + z k,  S(z) = N/t + 12 z M/t^3 at z = -t/2, 0, t/2 along n; N = A C:E, M = B C:k (`bodies.fields`)
+    surfaces    E(z) = E + z k,  S(z) = N/t + 12 z M/t^3 at z = -t/2, 0, t/2 along n; N = A C:E, M = B C:k (`stress_recovery`)
     principal   s1, s2 = (s11 + s22)/2 +- sqrt((s11 - s22)^2/4 + s12^2),   angle of direction 1:  tan 2a = 2 s12 / (s11 - s22)
     cables      N along the line and M, which balance the loads on either side                                  (`cable_sections`)
 
@@ -19,7 +19,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from ...bodies.body import Body, locate
-from ...bodies.fields import principal
+from ...bodies.stress_recovery import principal
 from ...core.notices import notify, remark
 from ...core.storage.records import dataclass
 from ...shapes import line

@@ -1,4 +1,4 @@
-"""What outputs read at a point of a plate or shell: the derivatives of which `bodies.fields` makes strains and stresses."""
+"""What outputs read at a point of a plate or shell: derivatives of which `stress_recovery` makes strains and stresses."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from scipy.sparse import csr_array
 
 from ...bodies import laws
 from ...bodies.body import Body, locate, own
-from ...bodies.fields import Fields, recover
 from ...bodies.plate import local_table
+from ...bodies.stress_recovery import Fields, recover
 from ...core.errors import InputError, say
 from ...core.notices import notify
 from ...core.storage.records import dataclass
@@ -38,7 +38,7 @@ class SurfacePoint:
 
 
 def surface_point(where: str, draft: Draft, at: At) -> SurfacePoint:
-    """What is read at a named point of a plate or shell, by the derivatives of which `bodies.fields` makes strains and stresses.
+    """What is read at a named point of a plate or shell, by the derivatives of which `stress_recovery` makes strains and stresses.
 
     InputError, after `where`, where it is no such point; notices where a rim holds its strains, or the thickness jumps.
     """

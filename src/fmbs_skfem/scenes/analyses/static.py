@@ -14,7 +14,7 @@ from ...core.values.fields import Count, Time
 from ...dynamics import Newton, Trajectory, initial
 from ...dynamics.equilibria import loading
 from ...dynamics.near_state import modes
-from .. import fields
+from .. import field_kinds as fields
 from ..yamlfile import Oddity
 from .analysis import Form, History, Work, motion_only, refuse_swings, refuse_unsupported
 

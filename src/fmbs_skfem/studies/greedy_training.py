@@ -23,7 +23,7 @@ from ..families import training_store as store
 from ..reduction import files, parameters, reduced_models
 from ..reduction.full_runs import OutputMeasure, TrainingTask
 from ..scenes import build, points
-from ..scenes.training import Allowed
+from ..scenes.training_options import Allowed
 from . import holdouts, plans, reports
 from . import job as jobs
 from .job import Job
