@@ -15,6 +15,7 @@ from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import (
     GeneralizedAlpha,
+    buckling,
     energies,
     energy_errors,
     explain,
@@ -25,7 +26,6 @@ from fmbs_skfem.dynamics import (
     solve_equilibria,
     solve_statics,
 )
-from fmbs_skfem.dynamics.near_state import buckling
 from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads

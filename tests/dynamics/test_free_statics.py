@@ -12,9 +12,8 @@ from fmbs_skfem.bodies.body import cable
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import find_free, linearise, outputs, real_modes, solve_statics
+from fmbs_skfem.dynamics import buckling, find_free, linearise, outputs, real_modes, solve_statics
 from fmbs_skfem.dynamics.equilibria import statics
-from fmbs_skfem.dynamics.near_state import buckling
 from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads

@@ -17,6 +17,7 @@ from fmbs_skfem.dynamics import (
     ComplexModes,
     GeneralizedAlpha,
     Spin,
+    buckling,
     complex_modes,
     in_rotating_frame,
     integrate,
@@ -24,7 +25,7 @@ from fmbs_skfem.dynamics import (
     solve_statics,
     vibration_modes,
 )
-from fmbs_skfem.dynamics.near_state import buckling, modes, shapes
+from fmbs_skfem.dynamics.near_state import modes, shapes
 from fmbs_skfem.dynamics.near_state.linear import Linear
 from fmbs_skfem.dynamics.scheme import Newton
 from fmbs_skfem.reduction.spaces import component, galerkin, pod

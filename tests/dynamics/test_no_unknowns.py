@@ -9,8 +9,7 @@ from numpy.testing import assert_allclose
 from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, solve_statics, vibration_modes
-from fmbs_skfem.dynamics.near_state import buckling
+from fmbs_skfem.dynamics import GeneralizedAlpha, buckling, integrate, outputs, solve_statics, vibration_modes
 from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads

@@ -146,7 +146,8 @@ def plain(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, tuple[Any
     """What a process finds in which nothing is compiled."""
     path = tmp_path_factory.mktemp("plain") / "found"
     command = [sys.executable, "-c", f"from tests.dynamics import test_plain; test_plain.main({str(path)!r})"]
-    settings = {"env": os.environ | {"FMBS_PLAIN": "1"}, "cwd": Path(__file__).parents[2], "timeout": TIMEOUT}
+    root = Path(__file__).parents[2]
+    settings = {"env": os.environ | {"FMBS_PLAIN": "1", "PYTHONPATH": str(root)}, "cwd": root, "timeout": TIMEOUT}
     done = subprocess.run(command, text=True, capture_output=True, **settings)
     assert done.returncode == 0, done.stderr
     found: tuple[dict[str, tuple[Any, ...]], set[str], bool] = pickle.loads(path.read_bytes())

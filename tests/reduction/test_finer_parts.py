@@ -27,6 +27,7 @@ from fmbs_skfem.dynamics import (
     GeneralizedAlpha,
     Newton,
     Trajectory,
+    buckling,
     follow_path,
     integrate,
     outputs,
@@ -35,7 +36,6 @@ from fmbs_skfem.dynamics import (
     start,
     vibration_modes,
 )
-from fmbs_skfem.dynamics.near_state import buckling
 from fmbs_skfem.parts import bodies as parts
 from fmbs_skfem.parts import files as part_files
 from fmbs_skfem.parts import finer_parts, unbent_places

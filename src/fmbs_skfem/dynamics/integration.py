@@ -133,7 +133,7 @@ def begun(
     at_rest = scheme.start == "equilibrium" and resume is None
     x, v, memory = rest.in_equilibrium(system, newton, setting.progress) if at_rest else (system.x0, system.v0, None)
     observers = [*observers_of(replace(setting, system=system)), *more]
-    # inputs, events and controllers act between steps: one source takes them one by one
+    # what is given between steps needs them one by one, from one source
     source = next((one for one in observers if isinstance(one, Source)), None)
     if source is None and any(one.looks == "step" for one in observers):
         source = SingleSteps(system, scheme)

@@ -99,7 +99,7 @@ def assemble(
         M q'' + C q' + K q + sum_j L_j^T phi_j(L_j q) - Q(q, t) + Phi_q^T lambda = 0,     Phi(q, t) = 0
 
     `outputs` by name, `initial` velocities by the name of a body; a body without one starts at rest. Expressions of the state read
-    outputs, and what stands beside them (`inputs`, `controllers`, ...), by their names: see `additions`. `eliminate` takes out what
+    outputs, and what stands beside them (`inputs`, ...), by their names: see `additions`. `eliminate` takes out what
     is linear. InputError for no body, bodies of different dimensions or of one name, joints of one name, columns of one name,
     places and names that do not exist, and keywords that nothing registers.
     """
