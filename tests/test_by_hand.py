@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "theory" / "by_hand.md"
+from . import pages
+
+PAGE = "docs/theory/by_hand.md"
 #: positions and modes to 1e-9; what enlarges the round-off of the others stands at the end of the page
 LARGEST = dict.fromkeys(("motion", "POD basis", "reduced motion", "hyper-reduced motion"), 1e-9) | {
     "velocities": 1e-8,
@@ -21,16 +20,13 @@ LARGEST = dict.fromkeys(("motion", "POD basis", "reduced motion", "hyper-reduced
 @pytest.fixture(scope="module")
 def known() -> dict[str, Any]:
     """What the blocks of the page leave behind, run one after the other where the page says."""
-    found: dict[str, Any] = {}
     with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(ROOT)
-        for block in re.findall(r"^```python\n(.*?)^```", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE):
-            exec(compile(block, PAGE.name, "exec"), found)
-    return found
+        patch.chdir(pages.ROOT)
+        return pages.run(PAGE)
 
 
 def test_the_page_is_read_in_an_evening() -> None:
-    assert len(PAGE.read_text(encoding="utf-8").splitlines()) <= 500
+    assert len((pages.ROOT / PAGE).read_text(encoding="utf-8").splitlines()) <= 500
 
 
 def test_the_package_computes_what_is_computed_by_hand(known: dict[str, Any]) -> None:

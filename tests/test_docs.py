@@ -13,7 +13,6 @@ import sys
 import zlib
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import numpy as np
@@ -22,6 +21,7 @@ import pytest
 from fmbs_skfem.bodies import Given, cable
 from fmbs_skfem.shapes import plate_meshes
 
+from . import pages
 from .browser import PROGRAM, browser
 
 for _package in ("sphinx", "furo", "myst_parser", "ziamath"):
@@ -136,8 +136,7 @@ def test_every_doi_has_the_form_of_one() -> None:
 def test_meshes_are_written_as_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its Python, and bodies of both files: an arc of 0.5 m, and a sheet of 2 m by 1 m."""
     monkeypatch.chdir(tmp_path)
-    (block,) = re.findall(r"```python\n(.*?)```", (DOCS / "own_mesh.md").read_text(encoding="utf-8"), re.DOTALL)
-    exec(compile(block, "own_mesh.md", "exec"), {})
+    pages.run("docs/own_mesh.md")
     bow = cable("bow", tmp_path / "bow.msh", Given(EA=1.0, EI=1.0, rhoA=2.0), dim=2)
     assert bow.total_mass == pytest.approx(1.0, rel=1e-4)
     assert {"left", "right"} <= set(plate_meshes.read(tmp_path / "sheet.vtu", planar=True).edge_groups)
@@ -145,21 +144,18 @@ def test_meshes_are_written_as_the_page_says(tmp_path: Path, monkeypatch: pytest
 
 def test_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its scene, its first lines of Python, and its system built body by body; the reduced model follows to 1 mm."""
-    text = (DOCS.parent / "README.md").read_text(encoding="utf-8")
-    (scene,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
-    first, second, *_ = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (scene,) = pages.blocks("README.md", "yaml")
+    first, second, *_ = pages.blocks("README.md")
     assert max(len(block.strip().splitlines()) for block in (scene, first)) <= 10
     (tmp_path / "meshes").mkdir()
     for name in ("beam_20.msh", "beam_100.msh"):
         (tmp_path / "meshes" / name).write_bytes((DOCS.parent / "meshes" / name).read_bytes())
     (tmp_path / "pendulum.yaml").write_text(scene)
     monkeypatch.chdir(tmp_path)
-    known: dict[str, Any] = {}
-    exec(compile(first, "README.md", "exec"), known)
+    known = pages.run("README.md", [first])
     assert known["small"].report["position_error"] < 1e-3
     assert known["again"].outputs["tip_y"][-1] == pytest.approx(known["full"].outputs["tip_y"][-1], abs=1e-3)
-    exec(compile(second, "README.md", "exec"), known)
-    assert known["system"].size > 400
+    assert pages.run("README.md", [second], **known)["system"].size > 400
 
 
 def test_tutorials_run_and_come_out_as_they_say() -> None:

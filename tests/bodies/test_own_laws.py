@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,6 +20,7 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 
+from .. import pages
 from ..models import segment
 from . import cable_symbols
 
@@ -123,10 +122,7 @@ def test_a_model_with_a_law_of_ones_own_is_saved_and_sent(tmp_path: Any) -> None
 def test_the_recipe_for_an_own_law_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """docs/own_law.md: its code calls the contract, and holds the stretch against the exact force."""
     monkeypatch.setattr(laws, "KNOWN", dict(laws.KNOWN))  # what the page declares is forgotten
-    text = (Path(__file__).parents[2] / "docs" / "own_law.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    names: dict[str, Any] = {"__name__": "own_law"}
-    exec(compile(code, "own_law.md", "exec"), names)
+    names = pages.run("docs/own_law.md", __name__="own_law")
     assert names["stretch"] > 1.1
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
 import types
 from collections.abc import Iterator
@@ -27,11 +26,10 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 
-from ..cli.calls import ROOT
+from .. import pages
 from ..forgotten import forget
 
-PAGE = (ROOT / "docs" / "extensions.md").read_text(encoding="utf-8")
-TEXT = next(block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if block.startswith("# my_fence.py"))
+TEXT = next(block for block in pages.blocks("docs/extensions.md") if block.startswith("# my_fence.py"))
 H, G = 1e-2, 9.81
 SCENE = """schema: 1
 name: fall

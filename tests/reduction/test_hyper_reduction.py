@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -14,6 +12,7 @@ from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.reduction import NONE, Elements, Exact, Points
 from fmbs_skfem.reduction.hyper import hyper_reduction
+from tests import pages
 from tests.cli.calls import EXAMPLES
 
 
@@ -38,12 +37,11 @@ def test_names_make_hyper_reductions() -> None:
 
 def test_the_recipe_for_an_own_hyper_reduction_runs(known: None) -> None:
     """docs/own_hyper_reduction.md: short, and its code compares the model with the full one."""
-    text = (Path(__file__).parents[2] / "docs" / "own_hyper_reduction.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    text = (pages.ROOT / "docs" / "own_hyper_reduction.md").read_text(encoding="utf-8")
+    (code,) = pages.blocks("docs/own_hyper_reduction.md")
     assert len(text.splitlines()) < 70
     assert code.count("\n") < 60
-    names: dict[str, Any] = {"__name__": __name__}
-    exec(compile(code, "own_hyper_reduction.md", "exec"), names)
+    names = pages.run("docs/own_hyper_reduction.md", __name__=__name__)
     assert hyper_reduction.named("every other") == names["EveryOther"]()
 
 

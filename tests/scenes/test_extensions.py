@@ -34,13 +34,14 @@ from fmbs_skfem.systems.connections.constraint_laws import ConstraintLaw
 from fmbs_skfem.systems.forces.force_laws import ForceLaw
 from fmbs_skfem.systems.measures import probes
 
+from .. import pages
 from ..cli.calls import ROOT, Call, fmbs
 from ..forgotten import forget
 from ..robustness.inputs import BEAM, beam
 
-PAGE = (ROOT / "docs" / "extensions.md").read_text(encoding="utf-8")
-SCENE = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)[0]
-BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+PAGE = "docs/extensions.md"
+SCENE = pages.blocks(PAGE, "yaml")[0]
+BLOCKS = pages.blocks(PAGE)
 NAMED = re.findall(r"my_\w+\.py", re.findall(r"extensions: (.*)", SCENE)[0])
 FILES = {block.split("\n")[0].removeprefix("# "): block for block in BLOCKS if block.startswith("# my_")}
 
@@ -290,7 +291,7 @@ def test_parameters_and_worker_processes(project: Path) -> None:
 
 def test_the_python_of_the_page_runs(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(project.parent)
-    exec(compile(BLOCKS[-1], "extensions.md", "exec"), {})
+    pages.run(PAGE, BLOCKS[-1:])
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +12,11 @@ from ruamel.yaml import YAML
 
 from fmbs_skfem.shapes import meshes, plate_meshes
 
+from .. import pages
 from ..cli.calls import ROOT, fmbs
 
-GUIDE = (ROOT / "docs" / "scenes.md").read_text(encoding="utf-8")
-
-
-def blocks(language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", GUIDE, re.DOTALL)
-
-
-SCENES = blocks("yaml")
+GUIDE = "docs/scenes.md"
+SCENES = pages.blocks(GUIDE, "yaml")
 
 
 def project(folder: Path, text: str) -> Path:
@@ -63,8 +57,8 @@ def test_the_first_scene_runs(tmp_path: Path) -> None:
 
 def test_the_meshes_are_built_as_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for block in blocks("python"):
-        exec(compile(block, "scenes.md", "exec"), {})
+    for block in pages.blocks(GUIDE):
+        pages.run(GUIDE, [block])
     line = meshes.read("beam.msh")
     assert line.points[line.point_groups["right"]].tolist() == [[1.0, 0.0, 0.0]]
     assert meshes.chain(line).tolist() == list(range(21))

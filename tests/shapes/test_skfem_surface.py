@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +17,8 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.shapes import plate_audit, skfem_surface, surface
 from fmbs_skfem.shapes.surface import Parent, Surface
 from fmbs_skfem.shapes.table import check_table
+
+from .. import pages
 
 NU = 0.3
 DEGREE = {Parent.SQUARE: 3, Parent.TRIANGLE: 5}
@@ -390,10 +389,7 @@ def test_refused(call: Callable[[], Surface], message: str) -> None:
 # ---------------------------------------------------------------------------------------------------------------- recipe
 def test_the_recipe_for_an_own_element_runs() -> None:
     """docs/own_element.md: its code calls the contract; the surface is C1 and its named places are where they should be."""
-    text = (Path(__file__).parents[2] / "docs" / "own_element.md").read_text(encoding="utf-8")
-    names: dict[str, Any] = {"__name__": "own_element"}
-    for block in re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
-        exec(compile(block, "own_element.md", "exec"), names)
+    names = pages.run("docs/own_element.md", __name__="own_element")
     shape = names["shape"]
     cell, *xi = shape.points["corner"]
     assert_allclose(surface.sample(shape, np.array([cell]), np.array([xi])) @ shape.reference, [[0.4, 0.2]], atol=1e-15)

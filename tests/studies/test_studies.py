@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import json
-import re
 import subprocess
 import sys
 import warnings
@@ -22,7 +21,8 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.families import members
 from fmbs_skfem.results import sweep_files
 
-from ..cli.calls import EXAMPLES, ROOT, fmbs, scene
+from .. import pages
+from ..cli.calls import EXAMPLES, fmbs, scene
 from ..shortened import shorten_examples
 
 SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
@@ -164,10 +164,7 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: 
     """docs/python.md, block after block."""
     shorten_examples(tmp_path)
     monkeypatch.chdir(tmp_path)
-    names: dict[str, object] = {}
-    text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-    for block in re.findall(r"^```python\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE):
-        exec(compile(block, "python.md", "exec"), names)
+    names = pages.run("docs/python.md")
     assert "integrating: 100%" in capsys.readouterr().out
     stiff = names["stiff"]
     assert isinstance(stiff, studies.Run)

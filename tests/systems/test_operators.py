@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import re
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 
 from fmbs_skfem import systems
 from fmbs_skfem.core.errors import InputError
 
-from .. import models
+from .. import models, pages
 
 
 def test_the_page_of_operators_runs() -> None:
     """docs/operators.md: projections by numpy are those of the package, and a model with the cells of weights moves."""
-    text = (Path(__file__).parents[2] / "docs" / "operators.md").read_text(encoding="utf-8")
-    names: dict[str, Any] = {"__name__": "operators"}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(compile(block, "operators.md", "exec"), names)
+    names = pages.run("docs/operators.md", __name__="operators")
     assert np.count_nonzero(names["w"]) < 0.5 * len(names["w"])
     assert names["residual"] <= 1e-3
 
