@@ -28,13 +28,11 @@ from .facet_pairs import (
     D,
     FacetContacts,
     FacetsRecord,
-    ahead,
     at_corners,
     find,
     find_flat,
     follow,
     gap_of,
-    is_active,
     limit_of,
     measure_extents,
     opened,
@@ -42,15 +40,14 @@ from .facet_pairs import (
     place_of,
     point,
     press,
-    read,
     read_rates,
     record_of,
     share_out,
 )
 from .facets import NINE, correction, trace, weigh_vectors
 from .law import STEP, UNKNOWN, E, K, harden, size, stored
+from .nearness import WAYS, ahead, is_active, read
 
-WAYS = 4  #: bounds of the ways of the surface and of the points a unit of |dx| and of max |dx_n|
 RANK = 9  #: of the derivatives of a point: by d, X,u and X,v
 # as `forces.DISTANT`: what is ten steps away meets nothing in the next
 SOON = 10.0  #: steps like the last one that a point is away, at least, whose side is not looked for
@@ -100,11 +97,11 @@ def press_on(
 def push(table: Any, record: Any) -> int:
     """g += F."""
     s, F = evaluation(table).space, opened(record)
-    way = ahead(s, F)
-    if not is_active(s, F, way):
+    way = ahead(s, F.room + len(F.radius))
+    if not is_active(s, F.room, len(F.radius), way):
         return 0
     y, v, out, w, W = make_room(F)
-    read(table, F, y)
+    read(table, F.rows, y)
     within = measure_extents(F, y)
     for k in range(len(F.radius)):
         if s.room[F.room + k] > way:
@@ -121,12 +118,12 @@ def push(table: Any, record: Any) -> int:
 def slopes(table: Any, record: Any) -> int:
     """H += - c (dF/dy + gh dF/dy') by complex steps along d, X,u, X,v and their rates, with one correction of the closest place."""
     s, F = evaluation(table).space, opened(record)
-    way, before = ahead(s, F), s.memory[F.memory : F.memory + len(F.rows)]
-    if not is_active(s, F, way):
+    way, before = ahead(s, F.room + len(F.radius)), s.memory[F.memory : F.memory + len(F.rows)]
+    if not is_active(s, F.room, len(F.radius), way):
         return 0
     y, v, _, w, W = make_room(F)
     out, wc, Wc = np.empty(READ, np.complex128), np.zeros((ROOM, 3), np.complex128), np.empty((6, NINE), np.complex128)
-    read(table, F, y)
+    read(table, F.rows, y)
     within = measure_extents(F, y)
     for k in range(len(F.radius)):
         if s.room[F.room + k] > way:
@@ -203,9 +200,9 @@ def find_ways(table: Any, F: Any, ways: np.ndarray) -> None:
 def accept(table: Any, record: Any) -> int:
     """The memory of rows and points, and the room: points that cannot have come near are not looked at."""
     s, F = evaluation(table).space, opened(record)
-    way, ways = ahead(s, F), F.room + len(F.radius)
+    way, ways = ahead(s, F.room + len(F.radius)), F.room + len(F.radius)
     y, v, out, w, W = make_room(F)
-    read(table, F, y)
+    read(table, F.rows, y)
     if not s.room[ways] > 0.0:
         find_ways(table, F, s.room[ways : ways + WAYS])
     within = measure_extents(F, y)
@@ -235,7 +232,7 @@ def accept(table: Any, record: Any) -> int:
 def judge(table: Any, record: Any) -> int:
     """impulse += as of contact with shapes; infinite where a point passed through the middle of the surface."""
     s, F = evaluation(table).space, opened(record)
-    way = ahead(s, F)
+    way = ahead(s, F.room + len(F.radius))
     y, v, out, w, W = make_room(F)
     read_now, within = False, (0.0, 0.0)
     for k in range(len(F.radius)):
@@ -243,7 +240,7 @@ def judge(table: Any, record: Any) -> int:
         if s.room[F.room + k] > way and last[0] <= 0.0:
             continue
         if not read_now:
-            read(table, F, y)
+            read(table, F.rows, y)
             within, read_now = measure_extents(F, y), True
         gap, f, _, _, held, beyond = meet(s, F, k, y, within, way, w, W)
         if beyond and last[0] <= 0.0:
@@ -260,11 +257,11 @@ def judge(table: Any, record: Any) -> int:
 def store(table: Any, record: Any) -> int:
     """energy += what is stored, and the elastic forces out of g."""
     s, F = evaluation(table).space, opened(record)
-    way = ahead(s, F)
-    if not is_active(s, F, way):
+    way = ahead(s, F.room + len(F.radius))
+    if not is_active(s, F.room, len(F.radius), way):
         return 0
     y, _, out, w, W = make_room(F)
-    read(table, F, y)
+    read(table, F.rows, y)
     within = measure_extents(F, y)
     for k in range(len(F.radius)):
         if s.room[F.room + k] > way:

@@ -92,32 +92,6 @@ opened = opener(FacetsRecord)
 
 
 @jit
-def ahead(s: Any, F: Any) -> float:
-    """By how much a point and the surface may have come nearer since the room was filled."""
-    ways = F.room + len(F.radius)
-    return min(s.room[ways] * s.moved[0], s.room[ways + 1] * s.moved[1]) + min(
-        s.room[ways + 2] * s.moved[0], s.room[ways + 3] * s.moved[1]
-    )
-
-
-@jit
-def is_active(s: Any, F: Any, way: float) -> bool:
-    """Whether a point may have come near."""
-    found = False
-    for k in range(len(F.radius)):
-        found = found or not s.room[F.room + k] > way
-    return found
-
-
-@jit
-def read(table: Any, F: Any, y: np.ndarray) -> None:
-    """y (f,) = all rows."""
-    E = evaluation(table)
-    for j in range(len(y)):
-        y[j] = E.arrays.probes_offset[F.rows[j]] + kernels.row_value(E.arrays.probes, F.rows[j], E.space.x)
-
-
-@jit
 def place_of(F: Any, f: int, k: int, j: int) -> int:
     """The place in y of the row j < READ of the triangle f and the point k."""
     if j < 3 * NINE:

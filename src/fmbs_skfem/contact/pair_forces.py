@@ -16,20 +16,18 @@ from ..systems.forces.on_rows import Force, ForceRoutines, Place
 from ..systems.forces.one_sided import ramp
 from .curves import correction, find_chord, piece, shares, trace
 from .law import STEP, UNKNOWN, E, K, harden, stored
+from .nearness import WAYS, ahead, is_active, read
 from .pairs import (
     NODE,
     ROOM,
     BeamContacts,
-    ahead,
     extents,
     find,
     follow,
-    is_active,
     limits_of,
     opened,
     pieces,
     press,
-    read,
     read_rates,
     record_of,
     row_of,
@@ -38,24 +36,24 @@ from .pairs import (
 )
 
 SAME = 1e-9  #: distance in p and q of places that are one
-WAYS = 4  #: bounds of the ways of A and of B a unit of |dx| and of max |dx_n|
+
+
+@jit
+def make_room(F: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Rows and their rates (f,), forces (8 c,) and work."""
+    return np.empty(len(F.rows)), np.empty(len(F.rows)), np.empty(8 * F.dim), np.empty((ROOM, 3))
 
 
 @routine
 def push(table: Any, record: Any) -> int:
     """g += F."""
     s, F = evaluation(table).space, opened(record)
-    way, many, dim = ahead(s, F), len(F.rows), F.dim
-    if not is_active(s, F, way):
+    way, many, dim = ahead(s, F.room + len(F.spans) + 1), len(F.rows), F.dim
+    if not is_active(s, F.room, len(F.spans) + 1, way):
         return 0
-    y, v, out, w, before = (
-        np.empty(many),
-        np.empty(many),
-        np.empty(8 * dim),
-        np.empty((ROOM, 3)),
-        s.memory[F.memory : F.memory + many],
-    )
-    read(table, F, y)
+    y, v, out, w = make_room(F)
+    before = s.memory[F.memory : F.memory + many]
+    read(table, F.rows, y)
     within = extents(F, y)
     for k in range(len(F.spans) + 1):
         # nodes that cannot have come near: a hoop that may touch itself takes 86 us a step for 335 us, 47 us without contact
@@ -79,12 +77,12 @@ def slopes(table: Any, record: Any) -> int:
     Nodes beside a crossing meet at one place, and share one term of low rank.
     """
     s, F = evaluation(table).space, opened(record)
-    way, many, dim, second = ahead(s, F), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1)
-    if not is_active(s, F, way):
+    way, many, dim, second = ahead(s, F.room + len(F.spans) + 1), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1)
+    if not is_active(s, F.room, len(F.spans) + 1, way):
         return 0
     y, v, w, before = np.empty(many), np.empty(many), np.empty((ROOM, 3)), s.memory[F.memory : F.memory + many]
     out, wc = np.empty(8 * dim, np.complex128), np.empty((ROOM, 3), np.complex128)
-    read(table, F, y)
+    read(table, F.rows, y)
     within, latest = extents(F, y), (-1.0, -1.0)
     for k in range(len(F.spans) + 1):
         if s.room[F.room + k] > way:
@@ -156,15 +154,11 @@ def find_ways(table: Any, F: Any, first: int, spans: np.ndarray) -> tuple[float,
 def accept(table: Any, record: Any) -> int:
     """The memory of rows and nodes, and the room: nodes that cannot have come near are not looked at."""
     s, F = evaluation(table).space, opened(record)
-    way, many, dim, second, ways = ahead(s, F), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1), F.room + len(F.spans) + 1
-    y, v, out, w, before = (
-        np.empty(many),
-        np.empty(many),
-        np.empty(8 * dim),
-        np.empty((ROOM, 3)),
-        s.memory[F.memory : F.memory + many],
-    )
-    read(table, F, y)
+    ways = F.room + len(F.spans) + 1
+    way, many, dim, second = ahead(s, ways), len(F.rows), F.dim, 2 * F.dim * (len(F.spans) + 1)
+    y, v, out, w = make_room(F)
+    before = s.memory[F.memory : F.memory + many]
+    read(table, F.rows, y)
     if not s.room[ways] > 0.0:
         s.room[ways], s.room[ways + 1] = find_ways(table, F, 0, F.spans)
         s.room[ways + 2], s.room[ways + 3] = find_ways(table, F, second, F.others)
@@ -197,14 +191,9 @@ def accept(table: Any, record: Any) -> int:
 def judge(table: Any, record: Any) -> int:
     """impulse += as of contact with shapes; infinite where beams passed through one another."""
     s, F = evaluation(table).space, opened(record)
-    way, many, dim = ahead(s, F), len(F.rows), F.dim
-    y, v, out, w, before = (
-        np.empty(many),
-        np.empty(many),
-        np.empty(8 * dim),
-        np.empty((ROOM, 3)),
-        s.memory[F.memory : F.memory + many],
-    )
+    way, many = ahead(s, F.room + len(F.spans) + 1), len(F.rows)
+    y, v, out, w = make_room(F)
+    before = s.memory[F.memory : F.memory + many]
     read_now, within = False, (0.0, 0.0)
     for k in range(len(F.spans) + 1):
         first, N = F.memory + many + NODE * k, 0.0
@@ -212,7 +201,7 @@ def judge(table: Any, record: Any) -> int:
         if s.room[F.room + k] > way and last[0] <= 0.0:
             continue
         if not read_now:
-            read(table, F, y)
+            read(table, F.rows, y)
             far, reach = extents(F, y)
             within, read_now = (far, reach + way), True
         gap, p, q, held = find(F, k, y, within, w)
@@ -252,11 +241,11 @@ def crossed(F: Any, k: int, w: np.ndarray, before: np.ndarray) -> bool:
 def store(table: Any, record: Any) -> int:
     """energy += W times what is stored, and the elastic forces out of g."""
     s, F = evaluation(table).space, opened(record)
-    way, many, dim = ahead(s, F), len(F.rows), F.dim
-    if not is_active(s, F, way):
+    way, many, dim = ahead(s, F.room + len(F.spans) + 1), len(F.rows), F.dim
+    if not is_active(s, F.room, len(F.spans) + 1, way):
         return 0
     y, out, w = np.empty(many), np.empty(8 * dim), np.empty((ROOM, 3))
-    read(table, F, y)
+    read(table, F.rows, y)
     within = extents(F, y)
     for k in range(len(F.spans) + 1):
         if s.room[F.room + k] > way:

@@ -119,33 +119,6 @@ opened = opener(PairsRecord)
 
 
 @jit
-def ahead(s: Any, F: Any) -> float:
-    """By how much the beams may have come nearer since the room was filled."""
-    ways = F.room + len(F.spans) + 1
-    return min(s.room[ways] * s.moved[0], s.room[ways + 1] * s.moved[1]) + min(
-        s.room[ways + 2] * s.moved[0], s.room[ways + 3] * s.moved[1]
-    )
-
-
-@jit
-def is_active(s: Any, F: Any, way: float) -> bool:
-    """Whether a node may have come near."""
-    found = False
-    for k in range(len(F.spans) + 1):
-        found = found or not s.room[F.room + k] > way
-    return found
-
-
-@jit
-def read(table: Any, F: Any, y: np.ndarray) -> None:
-    """y (f,) = all rows."""
-    E = evaluation(table)
-    A, s = E.arrays, E.space
-    for j in range(len(y)):
-        y[j] = A.probes_offset[F.rows[j]] + kernels.row_value(A.probes, F.rows[j], s.x)
-
-
-@jit
 def read_rates(table: Any, F: Any, places: tuple[int, int], v: np.ndarray) -> None:
     """v (f,) = rates of the rows of two pieces that begin at `places`."""
     E = evaluation(table)

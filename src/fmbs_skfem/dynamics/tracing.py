@@ -36,7 +36,7 @@ CLEAR = 1e3  #: size of accelerations over their noise by round-off, from which 
 class Rise:
     """Finds where the energy balance of a motion rises, part by part as its trace is read."""
 
-    start: float = 0.0  #: the balance then [J]
+    start: float | None = None  #: the balance then [J]
     known: float = 0.0  #: T(0) + U(0) [J]
     potential: float = 0.0  #: max |V| so far [J]
     work: float = 0.0  #: max |W|
@@ -47,18 +47,27 @@ class Rise:
         if self.sound is not None or part.work is None or not np.isfinite(part.work).all():
             return
         stored, _ = survey_of(part)
-        balance = stored.sum(axis=1) - part.work + lost(part)
-        if not first:
-            self.start, self.known = float(balance[0]), float(stored[0, :2].sum())
-        potential = np.maximum(np.maximum.accumulate(np.abs(stored[:, 2])), self.potential)
-        work = np.maximum(np.maximum.accumulate(np.abs(part.work)), self.work)
-        self.potential, self.work = float(potential[-1]), float(work[-1])
-        least = max(rest_of(part.system, end), 1e-300)
-        with np.errstate(all="ignore"):
-            rise = (balance - self.start) / np.maximum(self.known + potential + work, least)
-        wrong = np.flatnonzero(~(rise <= SOUND))
+        rise = self.over_known(stored, part.work, stored.sum(axis=1) - part.work + lost(part), rest_of(part.system, end))
+        wrong = np.flatnonzero(rise > SOUND)
         if len(wrong):
             self.sound = max(first + int(wrong[0]) - 1, 0)
+
+    def over_known(
+        self, stored: np.ndarray, work: np.ndarray, balance: np.ndarray, rest: float, doubt: np.ndarray | float = 0.0
+    ) -> np.ndarray:
+        """Rise of the balance of a part (s,) over the known energy, with that of the parts before, not less than `rest`.
+
+        Of `stored` (s, 3), `work`, `balance` and the `doubt` about them (s,) [J], see `outputs.Balance`; infinite where it is no
+        number.
+        """
+        if self.start is None:
+            self.start, self.known = float(balance[0]), float(stored[0, :2].sum())
+        potential = np.maximum(np.maximum.accumulate(np.abs(stored[:, 2])), self.potential)
+        largest = np.maximum(np.maximum.accumulate(np.abs(work)), self.work)
+        self.potential, self.work = float(potential[-1]), float(largest[-1])
+        with np.errstate(all="ignore"):
+            found = (balance - self.start - doubt) / np.maximum(self.known + potential + largest, max(rest, 1e-300))
+        return np.where(np.isfinite(found), found, np.inf)
 
 
 @dataclass

@@ -43,7 +43,8 @@ def unchecked(system: System) -> System:
     """
     if maker(system.full or system) is None:
         return system
-    held = (isinstance(one.gather, ShapePoints) and one.gather.checked for one in system.elastic)
-    pairs = zip(system.elastic, held, strict=True)
-    elastic = tuple(replace(one, gather=replace(one.gather, checked=False)) if checked else one for one, checked in pairs)
+    elastic = tuple(
+        replace(one, gather=replace(one.gather, checked=False)) if isinstance(one.gather, ShapePoints) else one
+        for one in system.elastic
+    )
     return replace(system, elastic=elastic, full=None if system.full is None else unchecked(system.full))

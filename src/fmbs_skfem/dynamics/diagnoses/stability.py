@@ -14,7 +14,7 @@ import numpy as np
 
 from ...core.errors import Reason, SolverError
 from ..outputs import balance_of
-from ..tracing import SOUND
+from ..tracing import SOUND, Rise
 from ..trajectory import Trajectory
 
 TENFOLD = 9.0  #: rise over the known energy at which the energy is ten times what it can be
@@ -29,10 +29,7 @@ def rises(trajectory: Trajectory) -> np.ndarray:
     if count < 2 or (trajectory.work is None and count <= trajectory.statistics.steps and not passive(trajectory)):
         return np.zeros(count)
     stored, work, doubt, balance, rest = balance_of(trajectory)
-    known = stored[0, :2].sum() + np.maximum.accumulate(np.abs(stored[:, 2])) + np.maximum.accumulate(np.abs(work))
-    with np.errstate(all="ignore"):
-        found = (balance - balance[0] - doubt) / np.maximum(known, max(rest, 1e-300))
-    return np.where(np.isfinite(found), found, np.inf)
+    return Rise().over_known(stored, work, balance, rest, doubt)
 
 
 def passive(trajectory: Trajectory) -> bool:
