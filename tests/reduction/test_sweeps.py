@@ -11,10 +11,12 @@ import subprocess
 import sys
 import warnings
 import weakref
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -255,6 +257,39 @@ def test_an_interrupt_ends_the_sweep_wherever_it_arrives(address: str) -> None:
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
         signal.signal(signal.SIGINT, usual)
+
+
+def test_an_interrupt_ends_a_sweep_on_an_executor() -> None:
+    """As that of processes: the records so far are kept, and what is waiting is not begun."""
+    found: list[Record] = []
+
+    def keep(record: Record) -> None:
+        found.append(record)
+        if len(found) == 3:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    usual = signal.getsignal(signal.SIGTERM)
+    with ThreadPoolExecutor(2) as pool, pytest.raises(sweeps.Stopped) as stopped:
+        sweeps.run(Squares(), ("x",), points(500), keep, SweepOptions(executor=pool, batch=1e-9))
+    assert (stopped.value.number, stopped.value.settled) == (signal.SIGTERM, len(found))
+    assert 3 <= len(found) < 500
+    assert signal.getsignal(signal.SIGTERM) is usual
+
+
+def test_members_travel_together_on_an_executor() -> None:
+    """The first one of a worker by itself, then as many as take the time of a batch."""
+    sent: list[int] = []
+
+    class Counting(ThreadPoolExecutor):
+        def submit(self, function: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
+            sent.append(len(arguments[0]))
+            return super().submit(function, *arguments, **more)
+
+    with Counting(2) as pool:
+        records, outcome = swept(Squares(), 200, SweepOptions(executor=pool))
+    check_squares(records, range(200))
+    assert (sent[:2], sum(sent), outcome.workers) == ([1, 1], 200, 2)
+    assert len(sent) < 50
 
 
 def test_progress_ends_at_one(address: str) -> None:

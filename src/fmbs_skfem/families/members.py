@@ -1,6 +1,6 @@
 """Members of a sweep: what a worker process does with them, and what they leave.
 
-    task -> prepare, once a worker -> work, on one member after the other -> results
+    task -> work: prepare, once a worker, then one member after the other -> results
 
 A member is computed by itself: its numbers do not depend on which others ran in its process. Tasks: members of any family, of a
 reduced model that was saved, and paths of equilibria.
@@ -141,22 +141,14 @@ def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
     return None
 
 
-def prepare_and_work(token: str, task: Task, batch: Sequence[Member]) -> list[Record] | tuple[type[FmbsError], str, Any]:
-    """Run a batch in a worker that knows nothing yet, or has prepared the task before; what `prepare` gives where it fails.
+def work(token: str, task: Task, batch: Sequence[Member], timeout: float | None) -> list[Record] | tuple[type[FmbsError], str, Any]:
+    """Run a batch in this worker, which prepares the task first where it has not yet; what `prepare` gives where that fails.
 
-    Without a time limit: the end of its process would be that of an executor.
+    A member that takes longer than `timeout` [s] ends the process.
     """
     with PREPARING:
         failed = None if token in READY else prepare(token, task)
-    return failed or work(token, batch, None)
-
-
-def work(token: str, batch: Sequence[Member], timeout: float | None) -> list[Record]:
-    """Run a batch in this worker.
-
-    The task with this token has to be prepared there. A member that takes longer than `timeout` [s] ends the process.
-    """
-    return [run_member(READY[token], member, timeout) for member in batch]
+    return failed or [run_member(READY[token], member, timeout) for member in batch]
 
 
 def run_member(function: Work, member: Member, timeout: float | None) -> Record:

@@ -23,15 +23,16 @@ import logging
 import math
 import re
 import signal
-import threading
 import time as clock
 import uuid
 import warnings
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, as_completed
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from dataclasses import field, replace
+from functools import partial
 from multiprocessing import process
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -46,7 +47,7 @@ from . import members
 from .members import Member, Record, Result, Status, Task, Work
 
 if TYPE_CHECKING:
-    from distributed import Client, Future, LocalCluster, Security
+    from distributed import Client, LocalCluster, Security
 
 __all__ = ["Task", "Work", "Member", "Result", "Record", "Status", "SweepOptions", "SweepOutcome", "run"]
 
@@ -124,38 +125,33 @@ class SweepOutcome:
 
 
 @dataclass(frozen=True)
-class Batch:
-    """Members that go to a worker together, and how often they were with one that ended. A batch without members prepares."""
-
-    members: tuple[Member, ...] = ()
-    deaths: int = 0
-
-
-@dataclass(frozen=True)
 class Sent:
-    """A batch at a worker."""
+    """Members that went to a worker together; none where it prepares."""
 
-    batch: Batch
+    members: tuple[Member, ...]
     worker: str
     since: float  #: [s]
+    again: bool  #: whether its only member was with a worker that ended
 
 
 @dataclass
 class Desk:
-    """A sweep on its way."""
+    """A sweep on its way. A worker is an executor of one process, and an executor that is given stands for any number of them."""
 
-    client: Client
-    task: Task
+    workers: Callable[[], Mapping[str, Executor]]  #: those that are there, by their names
+    loss: type[Exception]  #: of a batch whose worker ended
+    work: Callable[..., Any]  #: `members.work` of the task
     options: SweepOptions
     queue: deque[Member]
     keep: Keep
-    alone: deque[Batch] = field(default_factory=deque)  #: members of lost batches, one by one
-    token: str = field(default_factory=lambda: uuid.uuid4().hex)
-    busy: dict[Future, Sent] = field(default_factory=dict)
+    alone: deque[Member] = field(default_factory=deque)  #: members of lost batches, one by one
+    busy: dict[Future[Any], Sent] = field(default_factory=dict)
+    done: SimpleQueue[Future[Any]] = field(default_factory=SimpleQueue)
     met: dict[str, float] = field(default_factory=dict)  #: when workers were first seen [s]
     ready: set[str] = field(default_factory=set)  #: workers that have prepared the task
     counts: Counter[Status] = field(default_factory=Counter)
     heard: Heard = field(default_factory=dict)  #: notices of members
+    late: list[Record] = field(default_factory=list)  #: whose notices are given when all are settled
     most: int = 0  #: workers at a time
     deaths: int = 0
     unprepared: int = 0  #: workers in a row that ended while they prepared
@@ -183,53 +179,24 @@ def run(
     if table.ndim != 2 or table.shape[1] != len(names):
         raise InputError(say("sweep: points", f"an array (k, {len(names)})", f"shape {table.shape}"))
     todo = [Member(k, dict(zip(names, row.tolist(), strict=True))) for k, row in enumerate(table) if k not in set(skip)]
-    start = clock.monotonic()
+    start, asked = clock.monotonic(), list[int]()
     if not todo:
         return SweepOutcome({}, 0, 0.0, 0.0, 0.0, 0.0, 0)
-    if options.executor is not None:
-        return run_by_executor(options.executor, task, todo, keep, progress)
-    with interrupts() as asked, cluster(options, len(todo)) as client:
-        desk = Desk(client, task, options, deque(todo), keep)
+    # raised inside of a callback, as dask has many, an interrupt would be lost; threads leave filters of warnings as theirs were
+    with endings.noted(asked.append), warnings.catch_warnings(), crew(options, len(todo)) as (workers, loss):
+        desk = Desk(workers, loss, partial(members.work, uuid.uuid4().hex, task), options, deque(todo), keep)
         try:
             serve(desk, len(todo), asked, progress)
         finally:
-            client.cancel(list(desk.busy))
+            for future in desk.busy:
+                future.cancel()
+            for record in desk.late:
+                hear(desk.heard, record)
             show_others(desk.heard)
     end = clock.monotonic()
     begun = (desk.began or end) - start
-    return SweepOutcome(dict(desk.counts), desk.most, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
-
-
-def run_by_executor(executor: Executor, task: Task, todo: Sequence[Member], keep: Keep, progress: Progress | None) -> SweepOutcome:
-    """Members one by one on any executor; an executor that loses a worker ends the sweep, and the records so far are kept.
-
-    Notices of members are given when all are settled: threads of this process that catch theirs would catch these as well.
-    """
-    token, start, counts, told = uuid.uuid4().hex, clock.monotonic(), Counter[Status](), list[Record]()
-    busy = cpu = 0.0
-    waiting = [executor.submit(members.prepare_and_work, token, task, (member,)) for member in todo]
-    try:
-        with warnings.catch_warnings():  # as they were, whatever threads leave of theirs
-            for future in as_completed(waiting):
-                found = future.result()
-                if isinstance(found, tuple):
-                    kind, message, reason = found
-                    raise kind(message) if reason is None else SolverError(message, reason)
-                for record in found:
-                    keep(record)
-                    told.append(replace(record, result=None))
-                    counts[record.status] += 1
-                    busy, cpu = busy + record.wall_s, cpu + record.cpu_s
-                if progress:
-                    progress(sum(counts.values()) / len(todo))
-    except BrokenExecutor as error:
-        got, remedy = f"one that lost its workers ({error})", "the records so far are kept: go on with resume"
-        raise InputError(say("sweep: executor", "an executor that runs", got, remedy)) from error
-    finally:
-        for future in waiting:
-            future.cancel()
-        show(told)
-    return SweepOutcome(dict(counts), getattr(executor, "_max_workers", 1), 0.0, clock.monotonic() - start, busy, cpu, 0)
+    count = desk.most if options.executor is None else width(options.executor) or 1
+    return SweepOutcome(dict(desk.counts), count, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
 
 
 class Stopped(KeyboardInterrupt):
@@ -243,39 +210,37 @@ class Stopped(KeyboardInterrupt):
         self.number, self.settled = number, settled
 
 
-@contextlib.contextmanager
-def interrupts() -> Iterator[list[int]]:
-    """SIGINT, SIGTERM and SIGHUP go into a list for `serve`: raised inside of a callback, as dask has many, they would be lost."""
-    asked: list[int] = []
-    before: dict[int, Any] = {}
-    if threading.current_thread() is threading.main_thread():
-        before = {number: signal.getsignal(number) for number in endings.STOPS}
-    for number, handler in before.items():
-        if handler not in (signal.SIG_IGN, None):
-            signal.signal(number, lambda number, frame: asked.append(number))
-    try:
-        yield asked
-    finally:
-        for number, handler in before.items():
-            if handler is not None:
-                signal.signal(number, handler)
-
-
 def serve(desk: Desk, total: int, asked: Sequence[int], progress: Progress | None) -> None:
     """Send batches and take their records until all members are settled, or until someone asks for an end."""
-    from distributed import wait
-
     while sum(desk.counts.values()) < total and not asked:
-        look(desk)
         send(desk)
-        with contextlib.suppress(TimeoutError):
-            wait(list(desk.busy), timeout=TICK, return_when="FIRST_COMPLETED") if desk.busy else clock.sleep(0.05)
-        for future in [future for future in desk.busy if future.done()]:
-            settle(desk, future, desk.busy.pop(future))
+        with contextlib.suppress(Empty):
+            future = desk.done.get(timeout=TICK)
+            if future in desk.busy:
+                settle(desk, future, desk.busy.pop(future))
         if progress:
             progress(sum(desk.counts.values()) / total)
     if asked:
         raise Stopped(asked[0], sum(desk.counts.values()))
+
+
+@contextlib.contextmanager
+def crew(options: SweepOptions, count: int) -> Iterator[tuple[Callable[[], Mapping[str, Executor]], type[Exception]]]:
+    """What gives the workers for so many members, and the error of one that ended: workers of a cluster, or a given executor."""
+    if options.executor is not None:
+        given = dict.fromkeys(map(str, range(width(options.executor) or count)), options.executor)
+        yield lambda: given, CancelledError
+        return
+    with cluster(options, count) as client:
+        from distributed import KilledWorker
+
+        own = {"allow_other_workers": False, "pure": False}
+        yield lambda: {name: client.get_executor(workers=[name], **own) for name in client.nthreads()}, KilledWorker
+
+
+def width(executor: Executor) -> int:
+    """How many members an executor runs at a time; 0 where it does not say."""
+    return getattr(executor, "_max_workers", None) or 0
 
 
 @contextlib.contextmanager
@@ -333,74 +298,68 @@ def start_processes(count: int, secret: Security) -> LocalCluster:
         raise unguarded from error
 
 
-def look(desk: Desk) -> None:
-    """Workers that came prepare the task; batches of workers that went are given up."""
-    now, there = clock.monotonic(), set(desk.client.nthreads())
-    desk.ready &= there
-    desk.met = {worker: desk.met.get(worker, now) for worker in there}
+def send(desk: Desk) -> None:
+    """A batch for every worker that is free; those that came prepare the task, batches of those that went are given up."""
+    now, there = clock.monotonic(), desk.workers()
     for future, sent in list(desk.busy.items()):
         if sent.worker not in there and now - sent.since > GRACE and not future.done():
             del desk.busy[future]
             future.cancel()
             bury(desk, sent)
+    desk.ready &= there.keys()
+    desk.met = {worker: desk.met.get(worker, now) for worker in there}
     occupied = {sent.worker for sent in desk.busy.values()}
-    settled = {worker for worker, met in desk.met.items() if now - met >= SETTLED}
-    new = sorted(settled - desk.ready - occupied)
-    if desk.options.first_alone and not desk.most:
-        new = new[: 0 if occupied else 1]
-    for worker in new:
-        post(desk, Batch(), worker)
+    for worker in [worker for worker in there if worker not in occupied]:
+        prepared = worker in desk.ready or desk.options.executor is not None
+        if not prepared:
+            if now - desk.met[worker] >= SETTLED and not (desk.options.first_alone and not desk.most and desk.busy):
+                post(desk, there[worker], Sent((), worker, now, False))
+        elif desk.alone:
+            post(desk, there[worker], Sent((desk.alone.popleft(),), worker, now, True))
+        elif desk.queue:
+            batch = tuple(desk.queue.popleft() for _ in range(choose_length(desk)))
+            post(desk, there[worker], Sent(batch, worker, now, False))
+    desk.most = max(desk.most, len(desk.ready))
     desk.seen = now if there else desk.seen
     if now - desk.seen > PATIENCE:
         raise InputError(say("sweep", "a worker", f"none for {PATIENCE:g} s", "start workers; the records so far are kept"))
 
 
-def send(desk: Desk) -> None:
-    """A batch for every worker that is free."""
-    for worker in desk.ready - {sent.worker for sent in desk.busy.values()}:
-        if desk.alone:
-            post(desk, desk.alone.popleft(), worker)
-        elif desk.queue:
-            post(desk, Batch(tuple(desk.queue.popleft() for _ in range(choose_length(desk)))), worker)
-    desk.most = max(desk.most, len(desk.ready))
-
-
 def choose_length(desk: Desk) -> int:
     """Members of the next batch: one at first, then as many as take the wanted time, fewer towards the end."""
     settled = desk.counts[Status.OK] + desk.counts[Status.FAILED]
-    mean = max(desk.busy_s / settled, SHORTEST) if settled else math.inf
-    wanted = max(1, round(desk.options.batch / mean)) if settled else 1
-    return max(1, min(wanted, math.ceil(len(desk.queue) / (2 * len(desk.ready)))))
+    if not settled:
+        return 1
+    mean = max(desk.busy_s / settled, SHORTEST)
+    return max(1, min(round(desk.options.batch / mean), math.ceil(len(desk.queue) / (2 * max(1, len(desk.ready))))))
 
 
-def post(desk: Desk, batch: Batch, worker: str) -> None:
-    """Send a batch to a worker, and nowhere else."""
-    call: tuple[Any, ...] = (members.prepare, desk.token, desk.task)
-    if batch.members:
-        desk.began = desk.began or clock.monotonic()
-        call = (members.work, desk.token, batch.members, desk.options.timeout)
-    future = desk.client.submit(*call, workers=[worker], allow_other_workers=False, pure=False)
-    desk.busy[future] = Sent(batch, worker, clock.monotonic())
+def post(desk: Desk, worker: Executor, sent: Sent) -> None:
+    """Send members to a worker, and nowhere else."""
+    if sent.members:
+        desk.began = desk.began or sent.since
+    future = worker.submit(desk.work, sent.members, desk.options.timeout)
+    desk.busy[future] = sent
+    future.add_done_callback(desk.done.put)
 
 
-def settle(desk: Desk, future: Future, sent: Sent) -> None:
+def settle(desk: Desk, future: Future[Any], sent: Sent) -> None:
     """Take what a worker gives back."""
-    from distributed import CancelledError, KilledWorker
-
     try:
         found = future.result()
-    except (KilledWorker, CancelledError):
+    except BrokenExecutor as error:
+        got, remedy = f"one that lost its workers ({error})", "the records so far are kept: go on with resume"
+        raise InputError(say("sweep: executor", "an executor that runs", got, remedy)) from error
+    except (desk.loss, CancelledError):
         bury(desk, sent)
         return
-    if sent.batch.members:
-        for record in found:
-            enter(desk, record)
-    elif found is None:
-        desk.ready.add(sent.worker)
-        desk.unprepared = 0
-    else:
-        kind, message, reason = found  # of a task that cannot be prepared
+    if isinstance(found, tuple):  # of a task that cannot be prepared
+        kind, message, reason = found
         raise kind(message) if reason is None else SolverError(message, reason)
+    desk.ready.add(sent.worker)
+    desk.unprepared = 0
+    for record in found:
+        enter(desk, record)
 
 
 def show(records: Iterable[Record]) -> None:
@@ -431,8 +390,11 @@ def show_others(heard: Heard) -> None:
 
 
 def enter(desk: Desk, record: Record) -> None:
-    """A member is settled."""
-    hear(desk.heard, record)
+    """A member is settled; threads of this process, which catch the notices of their own, would catch its notices as well."""
+    if desk.options.executor is None:
+        hear(desk.heard, record)
+    else:
+        desk.late.append(replace(record, result=None))
     desk.keep(record)
     desk.counts[record.status] += 1
     desk.busy_s += record.wall_s
@@ -441,27 +403,21 @@ def enter(desk: Desk, record: Record) -> None:
 
 def bury(desk: Desk, sent: Sent) -> None:
     """A worker ended: its members are tried alone; one that was alone and has ended a worker before is listed."""
-    batch, took = sent.batch, clock.monotonic() - sent.since
+    took, limit = clock.monotonic() - sent.since, desk.options.timeout
     desk.ready.discard(sent.worker)
-    if not batch.members:
+    if not sent.members:
         desk.unprepared += 1
         if desk.unprepared >= ATTEMPTS:
             got = f"{ATTEMPTS} that ended while they prepared it"
             raise InputError(say("sweep", "workers that can run the task", got, "run one sample with fmbs run to see why"))
         return
     desk.deaths += 1
-    single, limit = len(batch.members) == 1, desk.options.timeout
-    if single and limit is not None and took >= limit:
-        enter(desk, record_loss(batch.members[0], Status.TIMEOUT, f"took longer than {limit:g} s", took))
-    elif single and batch.deaths:
-        enter(
-            desk,
-            record_loss(batch.members[0], Status.KILLED, "its worker process ended twice: crash, kill or lack of memory", took),
-        )
-    else:
-        desk.alone.extend(Batch((member,), batch.deaths + 1) for member in batch.members)
-
-
-def record_loss(member: Member, status: Status, message: str, wall_s: float) -> Record:
-    """The record of a member whose worker ended."""
-    return Record(member.number, member.values, status, status.value, message, wall_s=wall_s)
+    late = len(sent.members) == 1 and limit is not None and took >= limit
+    if not late and not sent.again:
+        desk.alone.extend(sent.members)
+        return
+    status, text = Status.KILLED, "its worker process ended twice: crash, kill or lack of memory"
+    if late:
+        status, text = Status.TIMEOUT, f"took longer than {limit:g} s"
+    member = sent.members[0]
+    enter(desk, Record(member.number, member.values, status, status.value, text, wall_s=took))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 #: those of this system: Windows has no SIGHUP
@@ -40,3 +40,21 @@ def raised() -> Iterator[None]:
     finally:
         for number in taken:
             signal.signal(number, signal.SIG_DFL)
+
+
+@contextlib.contextmanager
+def noted(note: Callable[[int], object]) -> Iterator[Callable[[], None]]:
+    """SIGINT, SIGTERM and SIGHUP inside call `note` with their number, but for those that are ignored; what is given ends that."""
+    before: dict[int, Any] = {}
+
+    def restore() -> None:
+        for number, handler in before.items():
+            signal.signal(number, handler or signal.SIG_DFL)
+
+    if threading.current_thread() is threading.main_thread():
+        heard = [number for number in STOPS if signal.getsignal(number) is not signal.SIG_IGN]
+        before |= {number: signal.signal(number, lambda number, frame: note(number)) for number in heard}
+    try:
+        yield restore
+    finally:
+        restore()

@@ -5,11 +5,9 @@ from __future__ import annotations
 import contextlib
 import shutil
 import signal
-import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
 from ...core.errors import FmbsError, InputError, say
 from ...core.storage import endings
@@ -78,16 +76,14 @@ def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
 
     A second signal acts as usual, and so does one that comes before the run has shown any state: there is nothing to keep.
     """
+    if record is None:
+        yield None
+        return
     end = time.perf_counter() + limit
     arrived: list[int] = []
     shown = False
-    before: dict[int, Any] = {}
 
-    def restore() -> None:
-        for number, handler in before.items():
-            signal.signal(number, handler or signal.SIG_DFL)
-
-    def note(number: int, frame: Any) -> None:
+    def note(number: int) -> None:
         arrived.append(number)
         restore()
         if not shown:
@@ -95,7 +91,6 @@ def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
 
     def watch(moment: RunState) -> None:
         nonlocal shown
-        assert record is not None
         shown = True
         over = time.perf_counter() >= end and moment.done < moment.steps
         if not arrived and not over:
@@ -107,13 +102,5 @@ def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
             raise Interrupted(arrived[0], f"stopped by {signal.Signals(arrived[0]).name} {at}; {remedy}")
         raise TimeOver(f"stopped by --time-limit {limit:g} {at}; {remedy}")
 
-    if record is None:
-        yield None
-        return
-    if threading.current_thread() is threading.main_thread():
-        heard = [number for number in endings.STOPS if signal.getsignal(number) is not signal.SIG_IGN]
-        before |= {number: signal.signal(number, note) for number in heard}
-    try:
+    with endings.noted(note) as restore:
         yield watch
-    finally:
-        restore()
