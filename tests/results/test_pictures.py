@@ -6,7 +6,7 @@ import ctypes.util
 import itertools
 import subprocess
 import sys
-import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,19 +19,15 @@ from fmbs_skfem.results import frames, pictures, video
 from fmbs_skfem.results.frames import Frames, line
 from fmbs_skfem.results.pictures import Arrangement, Look
 from fmbs_skfem.results.rendering import camera, decor, drawing, painter, render_child
+from fmbs_skfem.results.rendering.job import PictureJob
 
 from . import rollup
 
 SIZE = (480, 360)
 
 
-@pytest.fixture
-def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A temporary folder of our own, to see what is left in it."""
-    folder = tmp_path / "temporary"
-    folder.mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(folder))
-    return folder
+def order(shown: Frames, look: Look | None = None) -> PictureJob:
+    return pictures.make_job(shown, look or Look(), "overlay", 1.0, Path("a.png.part"))
 
 
 def pixels(path: Path) -> np.ndarray:
@@ -45,15 +41,15 @@ def saturated(image: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.usefixtures("opengl")
-def test_the_beam_is_drawn_where_it_is(tmp_path: Path, temporary: Path) -> None:
+def test_the_beam_is_drawn_where_it_is(tmp_path: Path) -> None:
     """Coloured pixels cover the projected half circle, and nothing but it, to the radius of the tube."""
     alone = replace(rollup.planar(), joints={})
-    path = pictures.render(alone, tmp_path / "out" / "arc.png", times=[1.0], look=Look(size=SIZE), command=OWN)
+    path = pictures.render(alone, tmp_path / "out" / "arc.png", times=[1.0], look=Look(size=SIZE))
     image = pixels(path)
     assert image.shape == (360, 480, 3)
     chosen = frames.select(alone, np.array([6]))
-    job, arrays = pictures._order(chosen, Look(size=SIZE), "overlay", 1.0, "picture.png")
-    view, _ = render_child.view(job, arrays, SIZE, render_child.letters(job))
+    job = order(chosen, Look(size=SIZE))
+    view = render_child.view(job, SIZE, render_child.letters(job))
     places = camera.project(view, chosen.bodies["beam"].points[0])
     drawn = saturated(image)
     assert all(drawn[round(y), round(x)] for x, y in places[2:-2])
@@ -61,7 +57,6 @@ def test_the_beam_is_drawn_where_it_is(tmp_path: Path, temporary: Path) -> None:
     np.testing.assert_allclose(
         [columns.min(), columns.max(), rows.min(), rows.max()], [*_range(places[:, 0]), *_range(places[:, 1])], atol=5
     )
-    assert list(temporary.iterdir()) == []
     assert [file.name for file in path.parent.iterdir()] == ["arc.png"]
 
 
@@ -115,68 +110,65 @@ def test_the_sheet_of_small_scenes_ends_where_they_end(tmp_path: Path) -> None:
 
 def test_instants_of_equilibria_are_load_factors() -> None:
     times = np.array([0.0, 0.25, 0.5])
-    job, _ = pictures._order(rollup.planar(), Look(clock="load factor"), "multiples", 1.0, "a.png")
+    job = order(rollup.planar(), Look(clock="load factor"))
     assert render_child.stamps(job, times)[1] == "load factor 0.25"
     assert render_child.marks(job, times)[1] == "load x 0.25"
-    job, _ = pictures._order(rollup.planar(), Look(), "multiples", 1.0, "a.png")
+    job = order(rollup.planar())
     assert render_child.stamps(job, times)[1] == "t = 0.25 s"
     assert render_child.marks(job, times)[1] == "0.25 s"
 
 
-def test_times_stand_at_an_end_that_moves() -> None:
-    """The last body ends at a fixed hinge, where six times have no room beside each other."""
+def lines(*bodies: np.ndarray) -> Frames:
+    """Lines (s,x,3) as frames."""
+    return Frames(np.arange(len(bodies[0]), dtype=float), {f"{i}": line(body, {}, 0.01, body[0]) for i, body in enumerate(bodies)})
+
+
+def test_times_stand_at_the_point_that_moves_farthest() -> None:
+    """The second body ends at a fixed hinge, where six times have no room beside each other; an arch is held at both ends."""
     turn = np.exp(0.25j * np.pi * np.arange(6))
     tip = np.column_stack([turn.real, turn.imag, 0 * turn.real])
     hinge = np.tile([3.0, 0.0, 0.0], (6, 1))
-    arrays = {
-        "points_0": np.stack([0 * tip, 0.5 * tip, tip], axis=1),
-        "points_1": np.stack([tip, 0.5 * (tip + hinge), hinge], axis=1),
-    }
-    eye = camera.fit(np.array([[-1.0, -1.0, 0.0], [3.0, 1.0, 0.0]]), True, (800, 600), (50.0, 50.0, 50.0, 50.0))
-    texts = render_child._marks(eye, arrays, 2, [f"{k} s" for k in range(6)], 15)
-    places = np.array([text.place for text in texts])
-    assert np.linalg.norm(np.diff(places, axis=0), axis=1).min() > 45
-
-
-def test_times_cover_no_body_and_no_joint() -> None:
-    """Beyond the end of the first instant another body passes, at the second a joint stands: both times give way, the third not."""
-    ends = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [4.0, 0.0, 0.0]])
-    along, height = np.linspace(-0.5, 0.0, 21)[:, None], 15
-    arrays = {
-        "points_0": ends[:, None] + along * np.array([1.0, 0.0, 0.0]),
-        "points_1": np.tile(np.array([0.2, 0.0, 0.0]) + (along + 0.25) * np.array([0.0, 2.0, 0.0]), (3, 1, 1)),
-        "joint_0": np.tile([2.2, 0.0, 0.0], (3, 1)),
-    }
-    eye = camera.fit(np.array([[-1.0, -1.0, 0.0], [5.0, 1.0, 0.0]]), True, (1000, 600), (50.0, 50.0, 50.0, 50.0))
-    texts = render_child._marks(eye, arrays, 1, ["0 s", "1 s", "2 s"], height)
-    drawn = camera.project(eye, np.concatenate([points.reshape(-1, 3) for points in arrays.values()]))
-    assert [render_child._covered(text, drawn, ()) for text in texts] == [0, 0, 0]
-    places = np.array([text.place for text in texts[::-1]]) - camera.project(eye, ends)
-    np.testing.assert_allclose(places[2], (2.4 * height, 0.0), atol=1e-9)
-    assert (np.abs(places[:2, 1]) > height).all()
-
-
-def test_times_stand_beside_masses_and_inside_of_the_picture() -> None:
-    """A mass of 12 pixels hides no digit, and where the picture ends beyond it the time gives way."""
-    along, height, radius = np.linspace(-0.5, 0.0, 21)[:, None], 15, 12.0
-    tips = np.array([[2.0, 0.0, 0.0], [4.9, 0.0, 0.0]])
-    arrays = {"points_0": tips[:, None] + along * np.array([1.0, 0.0, 0.0]), "joint_0": tips}
-    eye = camera.fit(np.array([[-1.0, -1.0, 0.0], [5.0, 1.0, 0.0]]), True, (1000, 600), (0.0, 0.0, 50.0, 50.0))
-    texts = render_child._marks(eye, arrays, 1, ["0.00 s", "1.00 s"], height, radius)[::-1]
-    left, top, right, bottom = np.array([render_child.decor.extent(text) for text in texts]).T
-    masses = camera.project(eye, tips)
-    assert left[0] > masses[0, 0] + radius
-    assert right.max() <= 1000
-    assert not top[1] - radius < masses[1, 1] < bottom[1] + radius
-
-
-def test_times_stand_at_the_middle_of_an_arch_that_is_held_at_both_ends() -> None:
+    crank, rod = np.stack([0 * tip, 0.5 * tip, tip], axis=1), np.stack([tip, 0.5 * (tip + hinge), hinge], axis=1)
+    eye = camera.fit(camera.box(np.array([[-1.0, -1.0, 0.0], [3.0, 1.0, 0.0]]), True), True, (800, 600), (50.0, 50.0, 50.0, 50.0))
+    np.testing.assert_allclose(render_child._farthest(eye, lines(crank, rod))[0], camera.project(eye, tip), atol=1e-9)
     x = np.linspace(-1.0, 1.0, 21)
-    arrays = {"points_0": np.stack([np.column_stack([x, height * (1 - x**2), 0 * x]) for height in (1.0, -1.0)])}
-    eye = camera.fit(np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]), True, (800, 600), (80.0, 80.0, 80.0, 80.0))
-    texts = render_child._marks(eye, arrays, 1, ["load x 0", "load x 1"], 15)[::-1]
+    arch = np.stack([np.column_stack([x, height * (1 - x**2), 0 * x]) for height in (1.0, -1.0)])
     crowns = camera.project(eye, np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]))
-    assert np.linalg.norm(np.array([text.place for text in texts]) - crowns, axis=1).max() < 80
+    np.testing.assert_allclose(render_child._farthest(eye, lines(arch))[0], crowns, atol=1e-9)
+
+
+def test_times_cover_nothing_that_is_drawn() -> None:
+    """Right of the first end stands a bar, right of the second a ball, the third is free, the fourth at the edge of the picture."""
+    ink, height = np.zeros((600, 1000), dtype=np.int64), 15
+    tips = np.array([[200.0, 300.0], [400.0, 300.0], [600.0, 300.0], [990.0, 300.0]])
+    ink[250:350, 220:230] = ink[285:315, 402:430] = 1
+    words = [f"{k}.00 s" for k in range(4)]
+    texts = render_child.place_marks(words, tips, tips - (10.0, 0.0), ink, height)
+    assert [text.words for text in texts] == words[::-1]
+    assert [render_child.covered(ink, text) for text in texts] == [0.0] * 4
+    places = np.array([text.place for text in texts[::-1]]) - tips
+    np.testing.assert_allclose(places[2], (2.4 * height, 0.0), atol=1e-9)
+    assert all(tuple(place) != (2.4 * height, 0.0) for place in places[[0, 1, 3]])
+    together = render_child.place_marks(words, np.tile([500.0, 300.0], (4, 1)), np.tile([490.0, 300.0], (4, 1)), 0 * ink, height)
+    boxes = [np.reshape(decor.extent(text), (2, 2)) for text in together]
+    assert not any((a[0] < b[1]).all() and (a[1] > b[0]).all() for a, b in itertools.combinations(boxes, 2))
+
+
+def test_names_of_axes_keep_away_from_their_numbers() -> None:
+    """Every text has half a line around it, in the plane and in space, also where letters are large for the scene."""
+    for planar, size in itertools.product((True, False), ((860, 800), (240, 200))):
+        box = camera.box(np.array([[-1.2, 0.0, 0.0], [0.4, 0.8, 0.6]]), planar)
+        eye = camera.fit(box, planar, size, (60.0, 50.0, 60.0, 60.0))
+        texts = decor.axis_texts(eye, planar, 12)
+        for name in (text for text in texts if text.words.endswith("[m]")):
+            gaps = [gap(name, other) for other in texts if other is not name]
+            assert min(gaps) > 4.0, (planar, size, name.words)
+
+
+def gap(one: decor.Text, other: decor.Text) -> float:
+    """Distance of two texts, along the axis along which it is larger [pixel]."""
+    a, b = (np.reshape(decor.extent(text), (2, 2)) for text in (one, other))
+    return float(np.maximum(a[0] - b[1], b[0] - a[1]).max())
 
 
 @pytest.mark.usefixtures("opengl")
@@ -224,64 +216,86 @@ def test_films_go_through_ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         video.write(images, tmp_path / "b.mp4", 12.5)
 
 
-OWN = (*painter.usual_command(), "own")  #: not that of the process at hand
 KILLED = (sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
 
 
+@pytest.fixture
+def hire(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Every picture is drawn by a process of its own, of this command or the usual one."""
+
+    def choose(*command: str) -> None:
+        monkeypatch.setattr(painter, "AT_HAND", [])
+        monkeypatch.setattr(painter, "COMMAND", command or painter.COMMAND)
+
+    return choose
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no signals")
-def test_a_killed_child_is_a_missing_feature(tmp_path: Path, temporary: Path) -> None:
+def test_a_killed_child_is_a_missing_feature(tmp_path: Path, hire: Callable[..., None]) -> None:
+    hire(*KILLED)
     for draw in (
-        lambda: pictures.probe(KILLED),
-        lambda: pictures.render(rollup.planar(), tmp_path / "a.png", command=KILLED),
-        lambda: pictures.animate(rollup.planar(), tmp_path / "a.gif", command=KILLED),
+        lambda: pictures.probe(),
+        lambda: pictures.render(rollup.planar(), tmp_path / "a.png"),
+        lambda: pictures.animate(rollup.planar(), tmp_path / "a.gif"),
     ):
         with pytest.raises(MissingFeature, match=r"died with code -11.*libegl1.*libosmesa6.*DISPLAY") as caught:
             draw()
         assert caught.value.exit_code == 7
-    assert list(temporary.iterdir()) == []
-    assert [path.name for path in tmp_path.iterdir()] == ["temporary"]
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.skipif(sys.platform != "linux" or ctypes.util.find_library("OSMesa") is not None, reason="VTK falls back to OSMesa")
-def test_vtk_without_any_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_vtk_without_any_opengl(monkeypatch: pytest.MonkeyPatch, hire: Callable[..., None]) -> None:
     """VTK told to use X where no X server runs: whatever it does then, this process lives and says what is missing."""
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkXOpenGLRenderWindow")
     monkeypatch.setenv("DISPLAY", "")
+    hire()
     with pytest.raises(MissingFeature, match="libegl1"):
-        pictures.probe(OWN)
+        pictures.probe()
 
 
 @pytest.mark.usefixtures("opengl")
-def test_a_process_at_hand_draws_all_that_is_ordered_and_ends(
-    tmp_path: Path, temporary: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_process_at_hand_draws_all_that_is_ordered_and_ends(tmp_path: Path, hire: Callable[..., None]) -> None:
     """Two pictures by one process; one that has died, as by the signal that stops a run, is replaced; in the end it is gone."""
-    monkeypatch.setattr(painter, "_AT_HAND", [])
+    hire()
     with painter.at_hand():
-        (one,) = painter._AT_HAND
+        (one,) = painter.AT_HAND
         first = one.begin()
         for name in ("a.png", "b.png"):
             pictures.render(rollup.planar(), tmp_path / name, look=Look(size=SIZE))
             assert one.begin() is first
         np.testing.assert_array_equal(pixels(tmp_path / "a.png"), pixels(tmp_path / "b.png"))
+        with pytest.raises(FmbsError, match="KeyError: 'mosaic'"):
+            pictures._order(replace(order(rollup.planar()), layout="mosaic"))
+        pictures.render(rollup.planar(), tmp_path / "c.png", look=Look(size=SIZE))
+        assert one.begin() is first
         first.kill()
         first.wait()
         pictures.probe()
         last = one.begin()
         assert last is not first
     assert last.poll() is not None
-    assert painter._AT_HAND == []
-    assert list(temporary.iterdir()) == []
+    assert painter.AT_HAND == []
 
 
-def test_other_failures_keep_their_words() -> None:
+def test_other_failures_keep_their_words(hire: Callable[..., None]) -> None:
+    hire("no-such-interpreter")
     with pytest.raises(MissingFeature, match="a program to draw with"):
-        pictures.probe(("no-such-interpreter",))
+        pictures.probe()
+    hire(sys.executable, "-c", "print('7 ImportError: no pyvista here')")
     with pytest.raises(MissingFeature, match="no pyvista here"):
-        pictures.probe((sys.executable, "-c", "import sys; sys.stderr.write('no pyvista here'); sys.exit(7)"))
+        pictures.probe()
+    hire(sys.executable, "-c", "print('1 ValueError: bad picture')")
     with pytest.raises(FmbsError, match="ValueError: bad picture") as caught:
-        pictures.probe((sys.executable, "-c", "raise ValueError('bad picture')"))
+        pictures.probe()
     assert caught.value.exit_code == 1
+
+
+def test_a_picture_that_takes_too_long_ends(hire: Callable[..., None], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(painter, "TIME_LIMIT", 0.5)
+    hire(sys.executable, "-c", "import time; time.sleep(60)")
+    with pytest.raises(FmbsError, match=r"a picture within 0\.5 s"):
+        pictures.probe()
 
 
 def test_limits_of_the_scale() -> None:
@@ -306,9 +320,9 @@ def test_round_off_of_straight_bodies_is_zero_and_says_so(size: float) -> None:
         still = replace(beam, **lengths, fields={"curvature": factor * noise / size, "strain": factor * noise})
         frames = replace(planar, bodies={"beam": still})
         for name, label in (("curvature", "curvature [1/m]"), ("strain", "axial strain [-]")):
-            job, arrays = pictures._order(frames, Look(name), "overlay", 1.0, "a.png")
+            job = order(frames, Look(name))
             assert job.look.label == label + (", round-off" if silent else "")
-            assert arrays["values_0"].any() != silent
+            assert job.frames.bodies["beam"].fields[name].any() != silent
             assert not silent or job.limits == (0.0, 1.0)
 
 
@@ -334,35 +348,17 @@ def test_nothing_heavy_is_imported_before_it_is_used() -> None:
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("planar, begin, end", [(True, -0.22, 0.0), (False, 0.0, 0.22)])
-def test_arrows_of_forces_in_space_are_before_what_they_push(planar: bool, begin: float, end: float) -> None:
+@pytest.mark.parametrize("planar, aim, begin", [(True, 1.0, -1.0), (True, -1.0, -1.0), (False, 1.0, 0.0), (False, -1.0, -1.0)])
+def test_arrows_of_forces_in_space_are_before_what_they_push(planar: bool, aim: float, begin: float) -> None:
     """One that points to the eye begins at its place; all others end there."""
-    order, _ = pictures._order(rollup.planar(), Look(), "overlay", 1.0, "a.png")
-    places = {f"place_of_{j}": np.array([[1.0, 2.0, 0.0]]) for j in range(2)}
-    arrays = places | {"aim_0": np.array([[0.0, 0.0, 5.0]]), "aim_1": np.array([[0.0, 0.0, -5.0]])}
-    towards, away = drawing.shafts(replace(order, arrows=("force", "force"), planar=planar), arrays, 0.01)
-    np.testing.assert_allclose(towards[0, [0, -1]], [[1.0, 2.0, begin], [1.0, 2.0, end]], atol=1e-15)
-    np.testing.assert_allclose(away[0, [0, -1]], [[1.0, 2.0, 0.22], [1.0, 2.0, 0.0]], atol=1e-15)
+    assert drawing.begins(np.array([0.0, 0.0, aim]), planar) == begin
 
 
-@pytest.mark.parametrize("crowded, free", [((1, 1), (0, 1)), ((0, 1), (1, 1)), ((0, 0), (1, 1))])
-@pytest.mark.parametrize("aim", [(0.0, -1.0, 0.0), (0.6, 0.8, 0.0)])
-def test_gravity_stands_where_no_text_and_no_body_is(
-    crowded: tuple[int, int], free: tuple[int, int], aim: tuple[float, float, float]
-) -> None:
-    """A time beside the end of a beam, or the beam itself, in the corner of the arrow drives it into the next one."""
-    box = camera.box(np.array([[0.0, 0.0, 0.0], [2.0, 1.0, 0.0]]), True, cells=4)
-    eye = camera.fit(box.corners, True, (800, 600), (50.0, 50.0, 50.0, 50.0))
-    order, _ = pictures._order(rollup.planar(), Look(), "overlay", 1.0, "a.png")
-    job = replace(order, arrows=("gravity",), bodies=("beam",))
-    middle = np.tile([1.0, 0.5, 0.0], (1, 2, 1))
-    arrow = drawing.gravity_at(np.array(aim), box, crowded)
-    place = camera.project(eye, arrow.mean(axis=0, keepdims=True))[0]
-    label = decor.Text("0.25 s", (float(place[0]), float(place[1])), "mm", 15)
-    arrays = {"aim_0": np.array([aim]), "points_0": middle}
-    assert render_child._free_corner(job, arrays, eye, box, [label]) == free
-    assert render_child._free_corner(job, arrays | {"points_0": arrow[None]}, eye, box, []) == free
-    assert render_child._free_corner(job, arrays, eye, box, []) == (1, 1)
-    ends = np.concatenate([drawing.gravity_at(np.array(aim), box, (a, b)) for a in (0, 1) for b in (0, 1)])
-    assert (ends >= box.lower - 1e-12).all()
-    assert (ends <= box.upper + 1e-12).all()
+@pytest.mark.parametrize("aim, planar, turn", [((0, -9.81, 0), True, -90), ((0, 0, -9.81), False, -90), ((9.81, 0, 0), False, -30)])
+def test_the_key_shows_where_gravity_points_in_the_picture(aim: tuple[float, float, float], planar: bool, turn: float) -> None:
+    """Down in the plane and in space, along the falling x axis of the isometric view; a gravity that begins later as well."""
+    arrow = frames.Arrow("gravity", np.empty((7, 0)), np.linspace(0.0, 1.0, 7)[:, None] * aim)
+    job = replace(order(replace(rollup.planar(), arrows={"g": arrow})), planar=planar)
+    (marker,) = decor._falling(job)
+    across, along = marker.get_user_transform().transform((1.0, 0.0))
+    assert np.degrees(np.arctan2(along, across)) == pytest.approx(turn)

@@ -6,8 +6,6 @@ VTK may kill the process that asks it for OpenGL where there is none. Therefore 
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
@@ -17,12 +15,13 @@ import numpy as np
 
 from ..core import extras
 from ..core.errors import FmbsError, InputError, MissingFeature, closest, say
+from ..core.storage import durable
 from . import frames as frames_
-from . import surfaces, video
+from . import video
 from .frames import SILENT, Frames, Shown
-from .rendering.job import Arrays, PictureJob, save
+from .rendering import painter
 from .rendering.job import Look as Look
-from .rendering.painter import TIME_LIMIT, Painter, hired
+from .rendering.job import PictureJob
 
 #: text beside the colour scale of well-known fields
 LABELS = {
@@ -56,11 +55,9 @@ class Arrangement(StrEnum):
     MULTIPLES = "multiples"  #: one small scene an instant
 
 
-def probe(command: Sequence[str] | None = None) -> None:
-    """Raise `MissingFeature` where no picture can be drawn; `command` replaces the interpreter and module that draw."""
-    extras.need("viz", "pictures")
-    with hired(command) as painter:
-        _run(painter, None)
+def probe() -> None:
+    """Raise `MissingFeature` where no picture can be drawn."""
+    _order(None)
 
 
 def render(
@@ -69,7 +66,6 @@ def render(
     times: Sequence[float] | None = None,
     look: Look | None = None,
     layout: Arrangement | None = None,
-    command: Sequence[str] | None = None,
 ) -> Path:
     """Draw the configurations nearest to `times` [s] (six evenly spread ones by default) into the PNG file `path`.
 
@@ -78,9 +74,7 @@ def render(
     flat = any(body.is_surface for body in frames.bodies.values())
     layout = layout or (Arrangement.MULTIPLES if flat else Arrangement.OVERLAY)
     indices = frames_.spread(frames.times, 6) if times is None else frames_.choose(frames.times, times)
-    return _draw(
-        frames_.select(frames, indices), _check_suffix(path, ".png"), look or Look(), Arrangement(layout).value, 1.0, command
-    )
+    return _draw(frames_.select(frames, indices), _check_suffix(path, ".png"), look or Look(), Arrangement(layout).value)
 
 
 def animate(
@@ -89,7 +83,6 @@ def animate(
     count: int = 60,
     rate: float = 15.0,
     look: Look | None = None,
-    command: Sequence[str] | None = None,
 ) -> Path:
     """Draw `count` instants evenly spread in time into the GIF or MP4 file `path`, `rate` of them a second.
 
@@ -101,7 +94,7 @@ def animate(
     target = _check_suffix(path, ".gif", video.SUFFIX)
     if target.suffix.lower() == video.SUFFIX:
         video.find_program(str(target))
-    return _draw(chosen, target, look or Look(size=(800, 600)), "animation", rate, command)
+    return _draw(chosen, target, look or Look(size=(800, 600)), "animation", rate)
 
 
 def is_round_off(frames: Frames, name: str) -> bool:
@@ -158,65 +151,49 @@ def _check_suffix(path: Path | str, *suffixes: str) -> Path:
     return target
 
 
-def _draw(frames: Frames, path: Path, look: Look, layout: str, rate: float, command: Sequence[str] | None) -> Path:
-    if look.field is not None and look.field not in frames_.names(frames):
-        known = frames_.names(frames)
+def _draw(frames: Frames, path: Path, look: Look, layout: str, rate: float = 1.0) -> Path:
+    known = frames_.names(frames)
+    if look.field is not None and look.field not in known:
         got = f"'{look.field}'{closest(look.field, known)}"
         raise InputError(say("pictures: field", "one of " + ", ".join(known), got))
-    extras.need("viz", "pictures")
-    with hired(command) as painter, tempfile.TemporaryDirectory(dir=painter.folder.name) as folder:
-        job, arrays = _order(frames, look, layout, rate, "picture" + path.suffix.lower())
-        save(Path(folder), job, arrays)
-        _run(painter, Path(folder))
-        path.parent.mkdir(parents=True, exist_ok=True)
-        shutil.move(Path(folder) / job.target, path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with durable.place(path) as part:
+        _order(make_job(frames, look, layout, rate, part.absolute()))
     return path
 
 
-def _order(frames: Frames, look: Look, layout: str, rate: float, target: str) -> tuple[PictureJob, Arrays]:
-    unit = UNITS.get(look.field or "", 1.0)
-    low, high = (0.0, unit) if look.field is None else look.limits or limits(frames, look.field, look.logarithmic)
-    silent = look.field is not None and is_round_off(frames, look.field)
-    label = "" if look.field is None else (look.label or LABELS.get(look.field, look.field)) + SILENT * silent
-    logarithmic = look.logarithmic and look.field is not None
-    job = PictureJob(
-        layout,
-        frames_.planar(frames),
-        tuple(frames.bodies),
-        tuple(float(np.mean(body.size)) * (0.5 if body.is_surface else 1.0) for body in frames.bodies.values()),
-        tuple(str(frames_.MarkKind(kind)) for kind, _ in frames.joints.values()),
-        tuple(arrow.kind for arrow in frames.arrows.values()),
-        replace(look, label=label, limits=(low / unit, high / unit), logarithmic=logarithmic),
-        STRESS if look.field in UNITS else "",
-        rate,
-        target,
-    )
-    arrays: Arrays = {"times": frames.times}
-    for i, body in enumerate(frames.bodies.values()):
-        arrays[f"points_{i}"] = body.points
-        blank = silent or not look.field
-        arrays[f"values_{i}"] = np.zeros(body.points.shape[:2]) if blank else frames_.magnitude(body, look.field or "") / unit
-        if body.is_surface:
-            place = surfaces.places(body.reference)
-            edges = surfaces.outline(body.reference, body.cells, place)
-            arrays |= {f"quads_{i}": body.cells, f"edges_{i}": edges, f"place_{i}": place}
-    for j, arrow in enumerate(frames.arrows.values()):
-        arrays |= {f"place_of_{j}": arrow.points, f"aim_{j}": arrow.directions}
-    arrays |= {f"joint_{j}": points for j, (_, points) in enumerate(frames.joints.values())}
-    return job, arrays
+def make_job(frames: Frames, look: Look, layout: str, rate: float, target: Path) -> PictureJob:
+    """The order for a picture: of the fields that which is drawn, in the unit of the colour scale."""
+    bodies, name = dict(frames.bodies), look.field
+    if name is None:
+        look = replace(look, label="", limits=(0.0, 1.0), logarithmic=False)
+        bodies = {key: replace(body, fields={}) for key, body in bodies.items()}
+    else:
+        unit, silent = UNITS.get(name, 1.0), is_round_off(frames, name)
+        low, high = look.limits or limits(frames, name, look.logarithmic)
+        label = (look.label or LABELS.get(name, name)) + SILENT * silent
+        look = replace(look, label=label, limits=(low / unit, high / unit))
+        bodies = {
+            key: replace(body, fields={name: frames_.magnitude(body, name) / unit * (not silent)}) for key, body in bodies.items()
+        }
+    colours = STRESS if name in UNITS else ""
+    drawn = replace(frames, bodies=bodies)
+    return PictureJob(layout, drawn, frames_.planar(frames), look, colours, rate, target.suffixes[-2].lower(), target)
 
 
-def _run(painter: Painter, folder: Path | None) -> None:
-    """Draw an order; the end of the process by a signal or by exit code 7 means that there is no usable OpenGL."""
-    try:
-        code, last = painter.draw(folder)
-    except OSError as error:
-        if isinstance(error, TimeoutError):
-            text = say("pictures", f"a picture within {TIME_LIMIT:g} s", "none", "draw fewer instants or a smaller picture")
+def _order(job: PictureJob | None) -> None:
+    """Let a job be drawn, or only probe; the end of the process by a signal or code 7 means that there is no usable OpenGL."""
+    extras.need("viz", "pictures")
+    with painter.hired() as one:
+        try:
+            code, reason = one.draw(job)
+        except TimeoutError as error:
+            text = say("pictures", f"a picture within {painter.TIME_LIMIT:g} s", "none", "draw fewer instants or a smaller picture")
             raise FmbsError(text) from error
-        raise MissingFeature(say("pictures", f"a program to draw with ({painter.command[0]})", error, ADVICE)) from error
-    if code == 1:
-        raise FmbsError(say("pictures", "a picture", last))
-    if code != 0:
-        got = last if code == 7 else f"a drawing process that died with code {code}"
+        except OSError as error:
+            raise MissingFeature(say("pictures", f"a program to draw with ({one.command[0]})", error, ADVICE)) from error
+    if code and reason and code != 7:
+        raise FmbsError(say("pictures", "a picture", reason))
+    if code:
+        got = reason or f"a drawing process that died with code {code}"
         raise MissingFeature(say("pictures", "OpenGL that draws without a display", got, ADVICE))

@@ -43,6 +43,8 @@ def write(images: Sequence[np.ndarray], path: Path, rate: float) -> None:
         "yuv420p",
         "-movflags",
         "+faststart",
+        "-f",
+        "mp4",
     ]
     done = subprocess.run([*call, str(path)], input=b"".join(image.tobytes() for image in images), capture_output=True)
     if done.returncode or not path.is_file():

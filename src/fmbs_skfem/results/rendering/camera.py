@@ -30,11 +30,22 @@ class Box:
         """The eight corners, (8,3)."""
         return np.stack(np.meshgrid(*zip(self.lower, self.upper, strict=True)), axis=-1).reshape(8, 3)
 
+    @property
+    def size(self) -> float:
+        """The longest side [m]."""
+        return float((self.upper - self.lower).max())
+
+    @property
+    def cells(self) -> np.ndarray:
+        """Steps along x, y and z, (3,)."""
+        return np.rint((self.upper - self.lower) / self.step).astype(int)
+
 
 @dataclass(frozen=True)
 class Camera:
     """Where the scene is seen from, in metres and pixels."""
 
+    box: Box  #: what it shows
     right: Array  #: (3,) unit vector
     up: Array  #: (3,) unit vector
     focus: Array  #: (3,) point in the middle of the picture [m]
@@ -45,6 +56,11 @@ class Camera:
     def towards(self) -> Array:
         """Unit vector from the scene to the eye, (3,)."""
         return np.cross(self.right, self.up)
+
+    @property
+    def thinnest(self) -> float:
+        """Smallest radius of a tube that is still seen well [m]."""
+        return max(0.0045 * self.box.size, 1.7 * self.metres_per_pixel)
 
 
 def nice_step(extent: float, cells: int) -> float:
@@ -67,28 +83,24 @@ def box(points: Array, planar: bool, cells: int = 4) -> Box:
     return Box(low, high, step)
 
 
-def ticks(box: Box, axis: int) -> Array:
-    """Grid values along an axis [m]."""
-    count = round(float((box.upper[axis] - box.lower[axis]) / box.step)) + 1
-    return np.linspace(box.lower[axis], box.upper[axis], count)
-
-
-def fit(points: Array, planar: bool, size: tuple[int, int], margins: Margins) -> Camera:
-    """The camera that shows `points` (n,3) as large as they fit inside the margins (left, right, top, bottom) [pixel]."""
+def axes(planar: bool) -> tuple[Array, Array]:
+    """Unit vectors (3,) to the right and up in the picture."""
     if planar:
-        right, up = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
-    else:
-        right, up = np.array([1.0, 1.0, 0.0]) / math.sqrt(2), np.array([-1.0, 1.0, 2.0]) / math.sqrt(6)
+        return np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    return np.array([1.0, 1.0, 0.0]) / math.sqrt(2), np.array([-1.0, 1.0, 2.0]) / math.sqrt(6)
+
+
+def fit(box: Box, planar: bool, size: tuple[int, int], margins: Margins) -> Camera:
+    """The camera that shows a box as large as it fits inside the margins (left, right, top, bottom) [pixel]."""
+    right, up = axes(planar)
     left, rest, top, bottom = margins
-    across, along = points @ right, points @ up
+    across, along = box.corners @ right, box.corners @ up
     scale = max(np.ptp(across) / (size[0] - left - rest), np.ptp(along) / (size[1] - top - bottom))
-    towards = np.cross(right, up)
-    middle = [(values.max() + values.min()) / 2 for values in (across, along, points @ towards)]
-    focus = (middle[0] + (rest - left) / 2 * scale) * right + (middle[1] + (top - bottom) / 2 * scale) * up + middle[2] * towards
-    return Camera(right, up, focus, float(scale), size)
+    sideways, upwards = (rest - left) / 2 * scale, (top - bottom) / 2 * scale
+    return Camera(box, right, up, (box.lower + box.upper) / 2 + sideways * right + upwards * up, float(scale), size)
 
 
 def project(camera: Camera, points: Array) -> Array:
-    """Pixels (n,2) of `points` (n,3), counted from the upper left corner."""
+    """Pixels (..., 2) of `points` (..., 3), counted from the upper left corner."""
     offset = (points - camera.focus) / camera.metres_per_pixel
-    return np.column_stack([camera.size[0] / 2 + offset @ camera.right, camera.size[1] / 2 - offset @ camera.up])
+    return np.stack([camera.size[0] / 2 + offset @ camera.right, camera.size[1] / 2 - offset @ camera.up], axis=-1)

@@ -5,6 +5,8 @@ All of it is laid over the pixels afterwards, at places that `camera.project` gi
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,13 +15,14 @@ import numpy as np
 
 from ...core.storage.records import dataclass
 from .. import palette
-from ..frames import Array
 from . import camera as camera_
-from .camera import Box, Camera
+from .camera import Camera
 from .job import PictureJob
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+    from matplotlib.markers import MarkerStyle
     from PIL.ImageFont import FreeTypeFont
 
 Pixels = np.ndarray[Any, np.dtype[np.uint8]]
@@ -49,9 +52,9 @@ GLYPHS = {
 ARROWS = {
     "force": (r"$\rightarrow$", "#B00058"),
     "moment": (r"$\circlearrowleft$", "#B00058"),
-    "gravity": (r"$\downarrow$", "#1F6FA8"),
     "axis": ("_", "#5A5A5A"),
 }
+GRAVITY = "#1F6FA8"
 WORDS = {"axis": "joint axis"}  #: kinds of arrows that have another name in the key
 
 
@@ -110,41 +113,29 @@ def letter(image: Pixels, texts: list[Text]) -> Pixels:
     return np.asarray(picture)
 
 
-def axis_texts(camera: Camera, box: Box, planar: bool, height: int) -> list[Text]:
-    """Numbers along the axes and their names with the unit."""
-    lower, upper = box.lower, box.upper
-    gap = 0.6 * height
+def axis_texts(camera: Camera, planar: bool, height: int) -> list[Text]:
+    """Numbers along the axes and their names with the unit, those a line below the numbers in the middle, above upright axes."""
+    lower, upper, gap = camera.box.lower, camera.box.upper, 0.6 * height
     if planar:
         edges = [(0, lower, (0.0, gap), "ma"), (1, lower, (-gap, 0.0), "rm")]
     else:
         front = np.array([upper[0], lower[1], lower[2]])
         edges = [(0, front, (-gap, gap), "ra"), (1, front, (gap, gap), "la"), (2, lower, (-gap, 0.0), "rm")]
     texts: list[Text] = []
-    for axis, corner, (dx, dy), anchor in edges:
-        values = camera_.ticks(box, axis)
+    for axis, corner, shift, anchor in edges:
+        values = np.linspace(lower[axis], upper[axis], camera.box.cells[axis] + 1)
         places = np.repeat(corner[None], values.size, axis=0)
         places[:, axis] = values
-        pixels = camera_.project(camera, places)
-        texts.append(_axis_name(axis, pixels, (dx, dy), height))
-        texts += [
-            Text(f"{round(value / box.step) * box.step:g}", (x + dx, y + dy), anchor, height)
-            for value, (x, y) in zip(values, pixels, strict=True)
-        ]
+        pixels = camera_.project(camera, places) + shift
+        (x, y), place = (pixels[-1], "rd") if anchor == "rm" else (pixels[[0, -1]].mean(axis=0), anchor)
+        texts.append(Text(f"{'xyz'[axis]} [m]", (float(x), float(y + (-1.1 if place == "rd" else 1.6) * height)), place, height))
+        numbers = np.round(values / camera.box.step) * camera.box.step + 0.0  # without the sign of -0
+        texts += [Text(f"{number:g}", (float(x), float(y)), anchor, height) for number, (x, y) in zip(numbers, pixels, strict=True)]
     return texts
 
 
-def _axis_name(axis: int, pixels: Array, gap: tuple[float, float], height: int) -> Text:
-    """The name of an axis, outside its numbers: beside the middle of slanting and level axes, above upright ones."""
-    name = f"{'xyz'[axis]} [m]"
-    (x0, y0), (x1, y1) = pixels[0], pixels[-1]
-    if abs(x1 - x0) < 1e-6 * abs(y1 - y0):
-        return Text(name, (x1 + gap[0], min(y0, y1) - 1.1 * height), "rd", height)
-    centre, sideways = ((x0 + x1) / 2, (y0 + y1) / 2), np.sign(gap[0])
-    return Text(name, (centre[0] + 2.6 * height * sideways, centre[1] + 2.1 * height), "ma" if sideways == 0 else "mm", height)
-
-
 def strip(job: PictureJob, width: int, height: int) -> Pixels:
-    """The key beside the scene, (height, width, 3): colour scale or names of bodies, then the kinds of joints."""
+    """The key beside the scene, (height, width, 3): colour scale or names of bodies, then the kinds of joints and arrows."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -154,7 +145,10 @@ def strip(job: PictureJob, width: int, height: int) -> Pixels:
     if job.look.label:
         below = 0.36 * job.look.size[1] / height  # the key has its room below the scale, however low the picture is
         _scale(figure.add_axes((0.10, below, 0.16, 0.92 - below)), job)
-    _key(figure.add_axes((0.0, 0.04, 1.0, 0.26 * job.look.size[1] / height if job.look.label else 0.9)), job)
+    top = 0.04 + (0.26 * job.look.size[1] / height if job.look.label else 0.9)
+    if handles := _handles(job):
+        style: dict[str, Any] = {"frameon": False, "fontsize": 9, "handlelength": 1.2, "borderaxespad": 0.2}
+        figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, top), **style)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
 
@@ -170,20 +164,34 @@ def _scale(axes: Axes, job: PictureJob) -> None:
         bar.ax.yaxis.get_offset_text().set(fontsize=9, horizontalalignment="left")
 
 
-def _key(axes: Axes, job: PictureJob) -> None:
+def _handles(job: PictureJob) -> list[Line2D]:
+    """Bodies that have colours of their own, joints, arrows, and gravity as it points in the picture."""
     from matplotlib.lines import Line2D
 
-    axes.set_axis_off()
-    names = () if job.look.label else job.bodies
-    handles = [Line2D([], [], color=palette.colour(i), lw=4, label=plain(name)) for i, name in enumerate(names)]
-    for kind in dict.fromkeys(job.kinds):
-        marker, tint = GLYPHS[kind]
-        handles.append(Line2D([], [], color=tint, marker=marker, ls="", ms=8, label=kind))
-    for kind in dict.fromkeys(job.arrows):
-        marker, tint = ARROWS[kind]
-        handles.append(Line2D([], [], color=tint, marker=marker, ls="", ms=10, label=WORDS.get(kind, kind)))
-    if handles:
-        axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=9, handlelength=1.2, borderaxespad=0.2)
+    names = () if job.look.label else job.frames.bodies
+    found = [Line2D([], [], color=palette.colour(i), lw=4, label=plain(name)) for i, name in enumerate(names)]
+    joints, arrows = (kind for kind, _ in job.frames.joints.values()), (arrow.kind for arrow in job.frames.arrows.values())
+    for kind in dict.fromkeys([*joints, *arrows]):
+        if kind != "gravity":
+            symbol, tint = (GLYPHS | ARROWS)[kind]
+            size = 8 if kind in GLYPHS else 10
+            found.append(Line2D([], [], color=tint, marker=symbol, ls="", ms=size, label=WORDS.get(kind, kind)))
+    shown: dict[str, Any] = {"color": GRAVITY, "ls": "", "ms": 13, "label": "gravity"}
+    found += [Line2D([], [], marker=marker, **shown) for marker in _falling(job)]
+    return found
+
+
+def _falling(job: PictureJob) -> Iterator[MarkerStyle]:
+    """Markers of the gravities that act: arrows along their directions in the picture, a dot along the line of sight."""
+    from matplotlib.markers import MarkerStyle
+    from matplotlib.transforms import Affine2D
+
+    for arrow in job.frames.arrows.values():
+        size = np.linalg.norm(arrow.directions, axis=1)
+        if arrow.kind == "gravity" and size.any():
+            across, along = (float(arrow.directions[size.argmax()] @ axis / size.max()) for axis in camera_.axes(job.planar))
+            seen = math.hypot(across, along) > 0.1
+            yield MarkerStyle(r"$\rightarrow$" if seen else r"$\odot$", transform=Affine2D().rotate(math.atan2(along, across)))
 
 
 def norm(job: PictureJob) -> Any:

@@ -1,26 +1,12 @@
-"""The order for a picture: a folder with a file of a `PictureJob` and of arrays, written by `pictures`, read by `render_child`.
-
-Arrays: times (s,); points_i (s,x,3) and values_i (s,x) of body i; joint_j (s,3) of joint j; place_of_j (s,3), (s,0) of gravity, and
-aim_j (s,3) of arrow j. A body that is a surface also has
-quads_i (f,4), edges_i (i,2), the pairs of points between which its outline is drawn, and place_i (x,), see `surfaces`.
-"""
+"""The order for a picture, which `pictures` makes and the process that draws gets whole."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
-from typing import TypeAlias
-
-import numpy as np
 
 from ...core.errors import InputError, say
-from ...core.storage import container, validation
 from ...core.storage.records import dataclass
-
-Arrays: TypeAlias = dict[str, np.ndarray]
-
-ORDER = "order.h5"
-KIND = container.FileKind("fmbs_skfem picture", "the order of a picture", 1, "draw it again")
+from ..frames import Frames
 
 
 @dataclass(frozen=True)
@@ -48,18 +34,16 @@ class Look:
 
 @dataclass(frozen=True)
 class PictureJob:
-    """Everything about a picture that is not an array."""
+    """Everything about a picture."""
 
     layout: str  #: "overlay", "multiples" or "animation"
+    frames: Frames  #: the drawn instants; bodies have at most the field that is drawn, (s,x) in the unit of its label
     planar: bool
-    bodies: tuple[str, ...]
-    radii: tuple[float, ...]  #: of lines; half the thickness of surfaces [m]
-    kinds: tuple[str, ...]  #: of the joints
-    arrows: tuple[str, ...]  #: kinds of the arrows
     look: Look  #: with the label of its field, empty where every body has its own colour, and limits in the unit of that
     colours: str  #: colour map of matplotlib for fields of one sign; empty: viridis without its palest end
     rate: float  #: frames a second
-    target: str  #: file name of the picture in the folder
+    suffix: str  #: of the format, such as .png
+    target: Path  #: the file to write
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -70,14 +54,3 @@ class PictureJob:
     def diverging(self) -> bool:
         """True where the scale runs to both sides of zero."""
         return not self.look.logarithmic and self.limits[0] < 0 < self.limits[1]
-
-
-def save(folder: Path, job: PictureJob, arrays: Arrays) -> None:
-    """Write the order into `folder`."""
-    container.write(folder / ORDER, KIND, job=asdict(job), arrays=arrays)
-
-
-def load(folder: Path) -> tuple[PictureJob, Arrays]:
-    """Read the order from `folder`."""
-    found = container.read(folder / ORDER, KIND, job=dict, arrays=dict)
-    return validation.build(PictureJob, found["job"], "job"), found["arrays"]
