@@ -182,11 +182,12 @@ def run(
     start, asked = clock.monotonic(), list[int]()
     if not todo:
         return SweepOutcome({}, 0, 0.0, 0.0, 0.0, 0.0, 0)
-    # raised inside of a callback, as dask has many, an interrupt would be lost; threads leave filters of warnings as theirs were
-    with endings.noted(asked.append), warnings.catch_warnings(), crew(options, len(todo)) as (workers, loss):
+    # an interrupt that is raised inside of a callback, as dask has many, would be lost
+    with endings.noted(asked.append), crew(options, len(todo)) as (workers, loss):
         desk = Desk(workers, loss, partial(members.work, uuid.uuid4().hex, task), options, deque(todo), keep)
         try:
-            serve(desk, len(todo), asked, progress)
+            with warnings.catch_warnings():  # as they were, whatever threads leave of theirs
+                serve(desk, len(todo), asked, progress)
         finally:
             for future in desk.busy:
                 future.cancel()
