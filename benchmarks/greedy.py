@@ -39,7 +39,7 @@ from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction.full_runs import TrainingTask
 from fmbs_skfem.reduction.parameters import Parameter
 from fmbs_skfem.reduction.plan import Plan
-from fmbs_skfem.results import plots, training_plots
+from fmbs_skfem.results import plots
 from fmbs_skfem.scenes import build
 from fmbs_skfem.studies import holdouts, plans
 
@@ -196,7 +196,7 @@ def drawn(path: Path, found: FinishedTraining, full: Full, truth: Full, points: 
     rows = comparators.compare(found.task, others, truth, points)
     errors = {row.name: np.array([trial.error for trial in row.trials]) for row in rows}
     label = "error of the displacements over their size"
-    plots.save(training_plots.errors_over(points[:, 0], errors, f"{own.name} [{own.unit}]", label), path)
+    plots.save(plots.errors(points[:, 0], errors, label, f"{own.name} [{own.unit}]"), path)
     return rows
 
 

@@ -7,6 +7,7 @@ import itertools
 import math
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,10 @@ def count(path: Path, tint: str) -> int:
     return int((np.abs(pixels - [int(tint[i : i + 2], 16) for i in (1, 3, 5)]).max(axis=2) <= 12).sum())
 
 
+def histories(outputs: Mapping[str, Mapping[str, np.ndarray]], title: str = "") -> Figure:
+    return plots.history_grid(TIMES, [plots.Panel(label, models) for label, models in outputs.items()], title)
+
+
 def overprinted(figure: Figure) -> list[tuple[str, str]]:
     """Pairs of numbers and offsets along level axes that lie over each other; an axis has two numbers at least, or none."""
     figure.canvas.draw()
@@ -59,7 +64,7 @@ def overprinted(figure: Figure) -> list[tuple[str, str]]:
 
 def test_histories_show_every_model(tmp_path: Path) -> None:
     models = {"full": SWING, "component": SWING + 0.1, "ffrf": 2 * SWING}
-    path = plots.save(plots.histories(TIMES, models, "tip deflection [m]", title="Spin-up"), tmp_path / "new" / "h.png")
+    path = plots.save(histories({"tip deflection [m]": models}, "Spin-up"), tmp_path / "new" / "h.png")
     assert path == tmp_path / "new" / "h.png"
     assert count(path, palette.BLUE) > 500
     assert count(path, palette.VERMILLION) > 500
@@ -68,8 +73,8 @@ def test_histories_show_every_model(tmp_path: Path) -> None:
 
 def test_a_saved_figure_has_the_pixels_of_savefig(tmp_path: Path) -> None:
     outputs = {"x [m]": {"full": SWING}, "y [m]": {"full": 2 * SWING}}
-    path = plots.save(plots.history_grid(TIMES, outputs), tmp_path / "a.png")
-    plots.history_grid(TIMES, outputs).savefig(tmp_path / "b.png")
+    path = plots.save(histories(outputs), tmp_path / "a.png")
+    histories(outputs).savefig(tmp_path / "b.png")
     with Image.open(path) as one, Image.open(tmp_path / "b.png") as other:
         assert one.info["dpi"] == other.info["dpi"]
         np.testing.assert_array_equal(np.asarray(one), np.asarray(other))
@@ -77,8 +82,8 @@ def test_a_saved_figure_has_the_pixels_of_savefig(tmp_path: Path) -> None:
 
 def test_slider_from_rest_and_turns_a_minute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """x - x(0) starts at zero, and 200 pi rad/s are 6000 turns a minute."""
-    drawn: dict[str, dict[str, np.ndarray]] = {}
-    monkeypatch.setattr(plots, "history_grid", lambda times, outputs, **_: drawn.update(outputs))
+    drawn: dict[str, Mapping[str, np.ndarray]] = {}
+    monkeypatch.setattr(plots, "history_grid", lambda _, shown, __: drawn.update({one.label: one.curves for one in shown}))
     plots.slider(TIMES, {"full": 0.3 + 0.1 * TIMES}, {"full": 200 * np.pi / 3 * TIMES})
     (displacement, speed_) = drawn.values()
     np.testing.assert_allclose(displacement["full"][[0, -1]], [0.0, 0.3], atol=1e-15)
@@ -89,16 +94,18 @@ def test_slider_from_rest_and_turns_a_minute(tmp_path: Path, monkeypatch: pytest
     assert count(path, palette.BLUE) > 500
 
 
-@pytest.mark.parametrize("columns", [1, 2])
-def test_small_multiples(columns: int, tmp_path: Path) -> None:
-    outputs = {f"C_{axis} [m]": {"full": SWING, "system": SWING * (1 + i)} for i, axis in enumerate("xyz")}
-    assert count(plots.save(plots.history_grid(TIMES, outputs, columns), tmp_path / "g.png"), palette.BLUE) > 1000
+@pytest.mark.parametrize("count_", [1, 3, 5])
+def test_small_multiples(count_: int, tmp_path: Path) -> None:
+    """Up to three panels below each other, more of them in two columns; the lowest of each has the label of the axis."""
+    figure = histories({f"C_{i} [m]": {"full": SWING, "system": SWING * (1 + i)} for i in range(count_)})
+    assert count(plots.save(figure, tmp_path / "g.png"), palette.BLUE) > 300
+    assert [axes.get_xlabel() for axes in figure.axes].count("time [s]") == (2 if count_ > 3 else 1)
 
 
 def test_errors_leave_gaps_where_there_is_no_logarithm(tmp_path: Path) -> None:
     error = 1e-5 * (1 + TIMES)
     broken = np.where(TIMES < 1, 10 * error, np.nan)
-    path = plots.save(plots.errors(TIMES, {"component": error, "diverged": broken}, floor=3.5e-4), tmp_path / "e.png")
+    path = plots.save(plots.errors(TIMES, {"component": error, "diverged": broken}, level=3.5e-4), tmp_path / "e.png")
     assert count(path, palette.BLUE) > 2 * count(path, palette.VERMILLION) > 300
     with_floor = count(path, palette.BLACK)
     assert (
@@ -110,7 +117,7 @@ def test_errors_leave_gaps_where_there_is_no_logarithm(tmp_path: Path) -> None:
 
 def test_norms_and_singular_values(tmp_path: Path) -> None:
     curves = {"two-norm": 1.63e-7 + 0 * TIMES, "constraint force": 1.62e-7 + 0 * TIMES, "gappy norm": 5.1e-9 + 0 * TIMES}
-    assert count(plots.save(plots.norms(TIMES, curves), tmp_path / "n.png"), palette.GREEN) > 500
+    assert count(plots.save(plots.errors(TIMES, curves), tmp_path / "n.png"), palette.GREEN) > 500
     spectra = {"I": 10.0 ** -np.arange(20), "II": np.r_[10.0 ** -np.arange(10), 0.0]}
     marked = count(plots.save(plots.singular_values(spectra, {"I": 6, "II": 7}, 1e-12), tmp_path / "s.png"), palette.BLUE)
     assert marked > count(plots.save(plots.singular_values(spectra), tmp_path / "t.png"), palette.BLUE) + 300
@@ -178,7 +185,7 @@ def test_long_keys_leave_panels_their_width(tmp_path: Path) -> None:
 
 def test_notebooks_show_figures() -> None:
     """IPython takes the PNG that a figure gives; one without pyplot had been a line of text."""
-    figure = plots.histories(TIMES, {"full": SWING}, "y [m]")
+    figure = histories({"y [m]": {"full": SWING}})
     image = Image.open(io.BytesIO(figure._repr_png_()))
     assert image.size == tuple(round(90 * side) for side in figure.get_size_inches())
 
@@ -186,9 +193,23 @@ def test_notebooks_show_figures() -> None:
 def test_a_grid_has_no_more_panels_than_can_be_read() -> None:
     outputs = {f"force {k}": {"full": SWING} for k in range(plots.PANELS + 1)}
     with pytest.raises(InputError, match="1 to 24, got 25"):
-        plots.history_grid(TIMES, outputs, 2)
-    figure = plots.history_grid(TIMES, dict(list(outputs.items())[1:]), 2, across="load factor")
+        histories(outputs)
+    shown = [plots.Panel(label, models) for label, models in list(outputs.items())[1:]]
+    figure = plots.panel_grid(TIMES, shown, across="load factor")
     assert figure.axes[-1].get_xlabel() == "load factor"
+
+
+def test_the_key_names_the_models_of_the_front() -> None:
+    """Fastest first, by the numbers beside them, long names cut; what failed is counted."""
+    figure = plots.speed_error((*POINTS, Point("a name of " + 9 * "many words ", "system", 0.05, 1e-2)))
+    shown = [text.get_text() for text in figure.legends[0].get_texts()]
+    start = shown.index("Pareto front, fastest first:")
+    assert shown[start + 1].startswith("a name of many words")
+    assert len(shown[start + 1].split(":")[0]) <= plots.LONGEST
+    assert shown[start + 2] == "points, 23 + 23: 0.14 s, error 1.1e-04"
+    assert shown[-1] == "(1 failed, not shown)"
+    marks = [handle.get_marker() for handle in figure.axes[0].lines if str(handle.get_label()) in shown[start + 1 : start + 5]]
+    assert marks == ["$1$", "$2$", "$3$", "$4$"]
 
 
 def test_front_exactly() -> None:
@@ -224,11 +245,11 @@ def test_nobody_beats_the_front_and_it_beats_everybody_else(rows: list[tuple[flo
 
 def test_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"'short': expected values at the 301 instants, got shape \(3,\)"):
-        plots.save(plots.histories(TIMES, {"short": np.zeros(3)}, "x [m]"), tmp_path / "h.png")
+        plots.save(histories({"x [m]": {"short": np.zeros(3)}}), tmp_path / "h.png")
     with pytest.raises(InputError, match="at least one curve"):
-        plots.save(plots.norms(TIMES, {}), tmp_path / "n.png")
+        plots.save(plots.errors(TIMES, {}), tmp_path / "n.png")
     with pytest.raises(InputError, match=r"\.png, \.pdf, \.svg"):
-        plots.save(plots.histories(TIMES, {"full": SWING}, "x [m]"), tmp_path / "h.txt")
+        plots.save(histories({"x [m]": {"full": SWING}}), tmp_path / "h.txt")
     with pytest.raises(InputError, match="CPU time above 0"):
         Point("free", "full", 0.0, 0.0)
     assert list(tmp_path.iterdir()) == []
@@ -237,7 +258,7 @@ def test_refused(tmp_path: Path) -> None:
 def test_no_global_state(tmp_path: Path) -> None:
     code = (
         "import sys, numpy as np; from fmbs_skfem.results import plots; "
-        f"plots.save(plots.norms(np.arange(3.0), {{'a': np.ones(3)}}), {str(tmp_path / 'n.png')!r}); "
+        f"plots.save(plots.errors(np.arange(3.0), {{'a': np.ones(3)}}), {str(tmp_path / 'n.png')!r}); "
         "print('matplotlib.pyplot' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"

@@ -81,10 +81,10 @@ def test_errors_over_a_parameter_are_sorted_by_it(tmp_path: Path) -> None:
     """Values in any order give the same picture."""
     errors = 1e-6 * (1 + ((X - 55) / 5) ** 2)
     models = {"2 full runs": errors, "fast to slow": 30 * errors}
-    path = plots.save(training_plots.errors_over(X, models, "E [GPa]", goal=1e-5), tmp_path / "a.png")
+    path = plots.save(plots.errors(X, models, across="E [GPa]", level=1e-5, named="tolerance"), tmp_path / "a.png")
     mixed = np.random.default_rng(0).permutation(101)
     shuffled = {name: values[mixed] for name, values in models.items()}
-    other = plots.save(training_plots.errors_over(X[mixed], shuffled, "E [GPa]", goal=1e-5), tmp_path / "b.png")
+    other = plots.save(plots.errors(X[mixed], shuffled, across="E [GPa]", level=1e-5, named="tolerance"), tmp_path / "b.png")
     assert path.read_bytes() == other.read_bytes()
     assert count(path, palette.BLUE) > 300
     assert count(path, palette.VERMILLION) > 300
@@ -104,10 +104,6 @@ def test_refused(tmp_path: Path) -> None:
     path = tmp_path / "no.png"
     with pytest.raises(InputError, match="candidates and at least one iteration"):
         plots.save(training_plots.surrogate(panel(1)[0], []), path)
-    with pytest.raises(InputError, match="at least one model"):
-        plots.save(training_plots.errors_over(X, {}, "E"), path)
-    with pytest.raises(InputError, match="errors of 'a': expected 101 values"):
-        plots.save(training_plots.errors_over(X, {"a": np.ones(3)}, "E"), path)
     with pytest.raises(InputError, match="at least one point with errors above zero"):
         plots.save(training_plots.predicted(np.zeros(3), np.ones(3), np.ones(3), np.ones(3)), path)
     assert not path.exists()

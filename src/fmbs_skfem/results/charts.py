@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core import extras
+from ..core.values.ranges import Parameter, Scale
+from ..core.values.units import add_unit
 from . import palette
 from .frames import Array
 from .rendering.decor import plain
@@ -67,13 +69,13 @@ def panels(figure: Figure, count: int, columns: int, **shared: Any) -> np.ndarra
     return grid
 
 
-def stack(count: int, columns: int, title: str, across: str) -> tuple[Figure, np.ndarray]:
+def stack(count: int, title: str, across: str) -> tuple[Figure, np.ndarray]:
     """A figure with `count` panels over one axis, whose label `across` is below the lowest panel of every column."""
+    columns = 2 if count > 3 else 1
     rows = math.ceil(count / columns)
-    found = figure(7.2 if columns == 1 else 4.6 * columns, 4.2 if count == 1 else 2.3 * rows + 0.6, title)
+    found = figure(7.2 if columns == 1 else 9.2, 4.2 if count == 1 else 2.3 * rows + 0.6, title)
     grid = panels(found, count, columns, sharex=True)
-    for column in range(columns):
-        lowest = grid[(count - 1 - column) // columns, column] if column < count else grid[0, column]
+    for lowest in grid.flat[count - columns : count]:
         lowest.set_xlabel(across)
         lowest.tick_params(labelbottom=True)
     return found, grid
@@ -90,17 +92,22 @@ def style(number: int, **chosen: Any) -> dict[str, Any]:
     return {"color": palette.colour(number), "marker": MARKERS[number % len(MARKERS)], "ms": 4, "lw": 1.2} | chosen
 
 
+def dashes(number: int) -> Any:
+    """The line of the curve `number` among several."""
+    return DASHES[number % len(DASHES)]
+
+
 def stagger(samples: int, number: int, many: int, marks: int) -> tuple[int, int]:
     """First sample and distance of some `marks` on the curve `number` of `many`, beside those of the others."""
     pace = max(samples // marks, 1)
     return pace * number // max(many, 1), pace
 
 
-def level(axes: Axes, value: float | None, label: str, tint: str = palette.GREY) -> None:
+def level(axes: Axes, value: float | None, label: str) -> None:
     """A dotted line at a value, inside of the axes; none for None."""
     if value is None:
         return
-    axes.axhline(value, color=tint, lw=1.1, ls=(0, (1, 1.5)), label=label, zorder=1)
+    axes.axhline(value, color=palette.BLACK, lw=1.2, ls=(0, (1, 1.5)), label=label, zorder=1)
     low, high = axes.get_ylim()
     axes.set_ylim(min(low, value / 2), max(high, value * 2))
 
@@ -115,6 +122,21 @@ def set_log(axes: Axes, side: str, low: float, high: float) -> None:
         fit_numbers(axis, [LogLocator(subs=subs) for subs in ((1.0, 2.0, 3.0, 5.0), (1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))])
         axis.set_major_formatter(FuncFormatter(lambda value, _: brief(value)))
         axis.set_minor_formatter(NullFormatter())
+
+
+def over_parameter(axes: Axes, side: str, own: Parameter) -> None:
+    """Name, unit, numbers and scale of a parameter along the side `x` or `y`."""
+    axes.set(**{f"{side}label": add_unit(own.name, own.unit)})
+    if side == "x":
+        fit_numbers(axes.xaxis)
+    if own.scale is Scale.LOG:
+        set_log(axes, side, own.low, own.high)
+
+
+def band(axes: Axes, x: Array, edges: tuple[Array, Array], middle: Array, names: Sequence[str]) -> None:
+    """A curve within its band, over x (s,)."""
+    axes.plot(x, middle, color=palette.BLUE, lw=1.4, label=names[0])
+    axes.fill_between(x, *edges, color=palette.SKY, alpha=0.35, lw=0, label=names[1])
 
 
 def brief(value: float) -> str:
@@ -167,12 +189,12 @@ def positive(values: Array) -> Array:
     return np.where(np.isfinite(values) & (values > 0), values, np.nan)
 
 
-def legend_below(figure: Figure, order: Sequence[str], many: Sequence[Axes]) -> None:
-    """One legend for all axes, below them, as many columns as fit."""
-    found = {label: handle for axes in many for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    names = [name for name in order if name in found]
-    columns = fitting(names, figure.get_figwidth(), 9)
-    figure.legend([found[name] for name in names], names, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
+def legend_below(figure: Figure) -> None:
+    """One legend for all axes, below them, as many columns as fit; a name that several have stands there once."""
+    found = {label: handle for axes in figure.axes for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
+    if found:
+        columns = fitting(list(found), figure.get_figwidth(), 9)
+        figure.legend(found.values(), found, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
 
 
 def fitting(names: Sequence[str], width: float, size: float) -> int:

@@ -48,14 +48,6 @@ FAMILIES = {
 }
 
 
-def histories(times: Array, models: Mapping[str, Array], label: str, title: str = "") -> Figure:
-    """One output of several models over time [s]; the first model is the reference.
-
-    Values (s,) at `times` (s,), `label` with unit. Raises InputError for other shapes.
-    """
-    return history_grid(times, {label: models}, title=title)
-
-
 @dataclass(frozen=True)
 class Panel:
     """Curves (s,) of one unit that share axes, such as the components of a vector; the label has the unit."""
@@ -72,44 +64,43 @@ def panel_grid(
     `marks` are instants with names, such as those of events. Raises InputError for more than PANELS panels, for none, and for
     curves that are not at `times`.
     """
-    _require_room(len(shown))
-    columns = 2 if len(shown) > 3 else 1
-    figure, grid = charts.stack(len(shown), columns, title, across)
+    figure, grid = _grid(times, shown, title, across)
     for axes, panel in zip(grid.flat, shown, strict=False):
-        curves = _plain(panel.curves)
-        _check_curves(f"plots: {panel.label}", times, curves)
-        for number, (name, values) in enumerate(curves.items()):
-            axes.plot(
-                times, values, label=name, color=palette.colour(number), ls=charts.DASHES[number % len(charts.DASHES)], lw=1.3
-            )
+        for number, (name, values) in enumerate(panel.curves.items()):
+            axes.plot(times, values, label=plain(name), color=palette.colour(number), ls=charts.dashes(number), lw=1.3)
         _mark(axes, marks)
-        _finish(axes, plain(panel.label))
-        if len(curves) > 1:
+        _finish(axes, panel.label)
+        if len(panel.curves) > 1:
             pad = ABOVE if has_power(axes) else 0.1
             beside: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": pad}
-            room = figure.get_figwidth() / columns - MARGIN
-            axes.legend(fontsize=8, frameon=False, ncols=charts.fitting(list(curves), room, 8), **beside)
+            room = figure.get_figwidth() / grid.shape[1] - MARGIN
+            axes.legend(fontsize=8, frameon=False, ncols=charts.fitting(list(panel.curves), room, 8), **beside)
     return figure
 
 
-def history_grid(
-    times: Array, outputs: Mapping[str, Mapping[str, Array]], columns: int = 1, title: str = "", across: str = "time [s]"
-) -> Figure:
-    """Several outputs, one small axes each with a common axis of time and one legend: label with unit -> {model: (s,)}.
-
-    The first model is drawn as the reference. At most PANELS outputs; `across` is the label of the common axis. Raises
-    InputError for more, for none, and for values that are not at `times` (s,).
-    """
-    _require_room(len(outputs))
-    outputs = {plain(label): _plain(models) for label, models in outputs.items()}
-    figure, grid = charts.stack(len(outputs), columns, title, across)
-    order = tuple(dict.fromkeys(name for models in outputs.values() for name in models))
-    for axes, (label, models) in zip(grid.flat, outputs.items(), strict=False):
-        _curves(axes, times, models, order, f"plots: output '{label}'")
-        _finish(axes, label)
-    if len(order) > 1:
-        charts.legend_below(figure, order, list(grid.flat[: len(outputs)]))
+def history_grid(times: Array, shown: Sequence[Panel], title: str = "") -> Figure:
+    """As `panel_grid` for outputs of several models, with one legend: the first one broad and pale, the reference of the others."""
+    figure, grid = _grid(times, shown, title, "time [s]")
+    for axes, panel in zip(grid.flat, shown, strict=False):
+        for number, (name, values) in enumerate(panel.curves.items(), start=-1):
+            if number < 0 and len(panel.curves) > 1:
+                axes.plot(times, values, color="#9A9A9A", lw=4.0, alpha=0.75, label=plain(name), zorder=1, solid_capstyle="round")
+                continue
+            every = charts.stagger(len(times), number + 1, len(panel.curves), 12)
+            own = charts.style(max(number, 0), ls=charts.dashes(max(number, 0)), lw=1.3)
+            axes.plot(times, values, markevery=every, label=plain(name), zorder=2, **own)
+        _finish(axes, panel.label)
+    charts.legend_below(figure)
     return figure
+
+
+def _grid(times: Array, shown: Sequence[Panel], title: str, across: str) -> tuple[Figure, np.ndarray]:
+    """A figure with axes for panels that fit."""
+    if not 0 < len(shown) <= PANELS:
+        raise InputError(say("plots: outputs", f"1 to {PANELS}", len(shown)))
+    for panel in shown:
+        _check_curves(f"plots: {panel.label}", times, panel.curves)
+    return charts.stack(len(shown), title, across)
 
 
 def has_power(axes: Axes) -> bool:
@@ -127,15 +118,9 @@ def _mark(axes: Axes, marks: Sequence[tuple[float, str]]) -> None:
         axes.annotate(plain(name), (time, 1.0), xycoords=axes.get_xaxis_transform(), fontsize=7, color=palette.GREY, **beside)
 
 
-def _require_room(count: int) -> None:
-    """InputError for more panels than a figure has, and for none."""
-    if not 0 < count <= PANELS:
-        raise InputError(say("plots: outputs", f"1 to {PANELS}", count))
-
-
 def _finish(axes: Axes, label: str) -> None:
     """The label beside an axes in short lines, pale lines at the ticks, whose numbers are whole but where they are too CLOSE."""
-    axes.set_ylabel("\n".join(part for line in label.split(": ", 1) for part in textwrap.wrap(line, LETTERS)))
+    axes.set_ylabel("\n".join(part for line in plain(label).split(": ", 1) for part in textwrap.wrap(line, LETTERS)))
     charts.rule(axes)
     axes.margins(x=0.01)
     low, high = axes.get_ylim()
@@ -143,19 +128,33 @@ def _finish(axes: Axes, label: str) -> None:
         axes.ticklabel_format(axis="y", useOffset=False)
 
 
-def errors(times: Array, models: Mapping[str, Array], floor: float | Array | None = None, label: str = "relative error") -> Figure:
-    """Errors (s,) of reduced models over `times` (s,) [s], log scale, as Figs 9 and 12; `label` has their unit.
+def errors(
+    times: Array,
+    models: Mapping[str, Array],
+    label: str = "relative error",
+    across: str = "time [s]",
+    level: float | None = None,
+    named: str = "time discretisation",
+) -> Figure:
+    """Errors or norms (s,) by name over times or values of a parameter (s,), log scale, as Figs 4, 5, 9 and 12 to 14.
 
-    `floor`, a number or (s,), is the error of the full model's own time discretisation. Values that have no logarithm are gaps.
-    Raises InputError for other shapes.
+    `level` is a line in the key as `named`: the error of the full model's own time discretisation, or a tolerance. Values that
+    have no logarithm are gaps. Raises InputError for other shapes.
     """
+    _check_curves(f"plots: {label}", times, models)
     figure = charts.figure(7.2, 4.4)
-    axes = figure.subplots()
-    _decades(axes, times, models, label)
-    if floor is not None:
-        level = np.broadcast_to(np.asarray(floor, float), np.shape(times))
-        axes.plot(times, charts.positive(level), color=palette.BLACK, lw=1.4, ls=(0, (1, 1.5)), label="time discretisation")
-    charts.legend_below(figure, (*models, *(["time discretisation"] if floor is not None else [])), [axes])
+    axes, order = figure.subplots(), np.argsort(times, kind="stable")
+    for number, (name, values) in enumerate(models.items()):
+        every = charts.stagger(len(times), number, len(models), 10)
+        own = charts.style(number, ls=charts.dashes(number))
+        axes.plot(times[order], charts.positive(values)[order], markevery=every, label=plain(name), **own)
+    if any((np.asarray(values) > 0).any() for values in models.values()):
+        axes.set_yscale("log")
+    charts.level(axes, level, named)
+    axes.set(xlabel=across, ylabel=label)
+    charts.rule(axes)
+    axes.margins(x=0.01)
+    charts.legend_below(figure)
     return figure
 
 
@@ -166,13 +165,8 @@ def slider(times: Array, position: Mapping[str, Array], speed: Mapping[str, Arra
     """
     displacement = {name: np.asarray(x) - np.asarray(x)[0] for name, x in position.items()}
     turns = {name: np.asarray(w) * 30 / np.pi for name, w in speed.items()}
-    outputs = {f"{axis}-displacement of the slider [m]": displacement, "speed of the crank [rpm]": turns}
-    return history_grid(times, outputs, title=title)
-
-
-def norms(times: Array, curves: Mapping[str, Array], label: str = "norm of the residual") -> Figure:
-    """Norms (s,) over time, log scale: plain norm, constraint force and gappy norm, as Figs 4 and 5."""
-    return errors(times, curves, label=label)
+    outputs = [Panel(f"{axis}-displacement of the slider [m]", displacement), Panel("speed of the crank [rpm]", turns)]
+    return history_grid(times, outputs, title)
 
 
 def singular_values(values: Mapping[str, Array], modes: Mapping[str, int] | None = None, eps: float | None = None) -> Figure:
@@ -188,7 +182,7 @@ def singular_values(values: Mapping[str, Array], modes: Mapping[str, int] | None
         text = plain(name) if kept is None else f"{plain(name)}: {kept} modes kept"
         axes.semilogy(np.arange(1, spectrum.size + 1), scaled, label=text, **charts.style(number, ms=3.5, lw=1))
         if kept is not None and 1 <= kept <= spectrum.size:
-            axes.axvline(kept + 0.5, color=palette.colour(number), lw=1.1, ls=charts.DASHES[1 + number % 4])
+            axes.axvline(kept + 0.5, color=palette.colour(number), lw=1.1, ls=charts.dashes(1 + number % 4))
     axes.set(xlabel="number of the mode", ylabel="singular value / largest")
     axes.legend(fontsize=9, frameon=True, framealpha=0.9, title=None if eps is None else f"truncated at eps = {eps:g}")
     charts.rule(axes)
@@ -210,21 +204,22 @@ def speed_error(
     if not finished:
         raise InputError(say("plots: speed against error", "at least one finished model", f"{len(points)} points"))
     figure = charts.figure(9.6, 5.6, title)
-    axes, key = figure.subplots(1, 2, width_ratios=(1.0, 0.52))
+    axes = figure.subplots()
     positive = [point.error for point in finished if point.error > 0] or [1.0]
     edge = 10.0 ** (math.floor(math.log10(min(positive))) - BELOW)
-    best = speed.front(finished)
     _scatter(axes, finished, edge)
-    _staircase(axes, best, edge, max(positive))
-    axes.set(xscale="log", yscale="log", xlabel="CPU time of one run [s]", ylabel=label)
+    _staircase(axes, speed.front(finished), edge, max(positive))
+    axes.set(yscale="log", xlabel="CPU time of one run [s]", ylabel=label)
+    charts.set_log(axes, "x", *axes.get_xlim())
     if any(point.error <= 0 for point in finished):
         axes.set_ylim(bottom=edge)
         beside: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "va": "center"}
         axes.annotate("0", (0.0, 0.0), xycoords="axes fraction", xytext=(-7, 0), **beside)
-    charts.level(axes, floor or None, "time discretisation", palette.BLACK)
+    charts.level(axes, floor or None, "time discretisation")
     charts.rule(axes, which="major")
-    _plain_ticks(axes)
-    _speed_key(key, axes, best, len(points) - len(finished))
+    if failed := len(points) - len(finished):
+        axes.plot([], [], ls="", label=f"({failed} failed, not shown)")
+    figure.legend(loc="outside right upper", frameon=False, fontsize=9)
     return figure
 
 
@@ -242,51 +237,17 @@ def _scatter(axes: Axes, points: Sequence[Point], edge: float) -> None:
 
 
 def _staircase(axes: Axes, best: Sequence[Point], edge: float, top: float) -> None:
-    """The front as a staircase, its models numbered."""
+    """The front as a staircase, its models numbered and named in the key, fastest first."""
     cpu = [point.cpu_s for point in best]
     error = [max(point.error, edge) for point in best]
     broad: dict[str, Any] = {"color": "#B0B0B0", "lw": 5, "alpha": 0.45, "zorder": 1}
-    axes.step([cpu[0], *cpu], [max(top, error[0]) * 1.5, *error], where="post", label="Pareto front", **broad)
+    axes.step([cpu[0], *cpu], [max(top, error[0]) * 1.5, *error], where="post", label="Pareto front, fastest first:", **broad)
     beside: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "fontsize": 9, "fontweight": "bold", "zorder": 4}
-    for number, place in enumerate(zip(cpu, error, strict=True), start=1):
+    for number, (point, place) in enumerate(zip(best, zip(cpu, error, strict=True), strict=True), start=1):
         low = place[1] > edge  # below the edge are the numbers of the axis
         axes.annotate(str(number), place, xytext=(-5, -5 if low else 5), va="top" if low else "bottom", **beside)
-
-
-def _speed_key(key: Axes, axes: Axes, best: Sequence[Point], failed: int) -> None:
-    """Legend, then the names of the models on the Pareto front."""
-    key.set_axis_off()
-    handles, labels = axes.get_legend_handles_labels()
-    key.legend(handles, labels, loc="upper left", bbox_to_anchor=(-0.08, 1.0), frameon=False, fontsize=9)
-    start = 1.0 - 0.041 * len(labels) - 0.05
-    lines = ["On the Pareto front, fastest first:"] + [
-        f"{number}  {_short(point.name)}: {point.cpu_s:.2g} s, {speed.accuracy(point)}"
-        for number, point in enumerate(best, start=1)
-    ]
-    lines += [f"({failed} failed, not shown)"] if failed else []
-    size = min(9.0, 9.0 * (start / 0.052) / max(len(lines), 1))
-    key.text(-0.06, start, "\n".join(lines), transform=key.transAxes, va="top", fontsize=max(size, 5.0), linespacing=1.45)
-
-
-def _short(name: str) -> str:
-    return name if len(name) <= LONGEST else name[: LONGEST - 1] + "…"
-
-
-def _plain_ticks(axes: Axes) -> None:
-    """Numbers also between the decades of a short time axis."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    low, high = axes.get_xlim()
-    decades = math.log10(high / low)
-    subs = (1.0, 2.0, 5.0) if decades < 3 else (1.0,)
-    axes.xaxis.set_major_locator(LogLocator(subs=subs))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
-
-
-def _plain(models: Mapping[str, Array]) -> dict[str, Array]:
-    """Curves whose names a legend shows as they are."""
-    return {plain(name): values for name, values in models.items()}
+        name = f"{textwrap.shorten(point.name, LONGEST, placeholder='…')}: {point.cpu_s:.2g} s, {speed.accuracy(point)}"
+        axes.plot([], [], ls="", marker=f"${number}$", color="black", ms=5 * len(str(number)), label=plain(name))
 
 
 def _check_curves(where: str, times: Array, models: Mapping[str, Array]) -> None:
@@ -296,31 +257,6 @@ def _check_curves(where: str, times: Array, models: Mapping[str, Array]) -> None
         if np.shape(values) != np.shape(times) or np.ndim(times) != 1:
             expected = f"values at the {np.size(times)} instants"
             raise InputError(say(f"{where}, '{name}'", expected, f"shape {np.shape(values)}"))
-
-
-def _curves(axes: Axes, times: Array, models: Mapping[str, Array], order: Sequence[str], where: str) -> None:
-    """The first of several in `order` as a broad pale line, the others over it in colours, dashes and staggered marks."""
-    _check_curves(where, times, models)
-    for name, values in models.items():
-        number = order.index(name)
-        if number == 0 and len(order) > 1:
-            axes.plot(times, values, color="#9A9A9A", lw=4.0, alpha=0.75, label=name, zorder=1, solid_capstyle="round")
-            continue
-        other, every = max(number - 1, 0), charts.stagger(len(times), number, len(order), 12)
-        own = charts.style(number, color=palette.colour(other), ls=charts.DASHES[other % len(charts.DASHES)], lw=1.3)
-        axes.plot(times, values, markevery=every, label=name, zorder=2, **own)
-
-
-def _decades(axes: Axes, times: Array, models: Mapping[str, Array], label: str) -> None:
-    _check_curves(f"plots: {label}", times, models)
-    for number, (name, values) in enumerate(models.items()):
-        every = charts.stagger(len(times), number, len(models), 10)
-        axes.plot(times, charts.positive(values), markevery=every, label=name, **charts.style(number))
-    if any((np.asarray(values) > 0).any() for values in models.values()):
-        axes.set_yscale("log")
-    axes.set(xlabel="time [s]", ylabel=label)
-    charts.rule(axes)
-    axes.margins(x=0.01)
 
 
 def save(figure: Figure, path: Path | str) -> Path:

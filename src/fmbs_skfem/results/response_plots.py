@@ -21,15 +21,13 @@ def magnitudes(frequencies: Array, curves: Mapping[str, Mapping[str, Array]], ti
     """|H| over frequencies (s,) [Hz], both by decades, a panel each: label with unit -> {input: (s,) complex}."""
     if not 0 < len(curves) <= PANELS:
         raise InputError(say("plots: transfer functions", f"1 to {PANELS} outputs", len(curves)))
-    columns = 1 if len(curves) < 4 else 2
-    figure, grid = charts.stack(len(curves), columns, title, "frequency [Hz]")
-    order = [plain(name) for name in dict.fromkeys(name for found in curves.values() for name in found)]
+    figure, grid = charts.stack(len(curves), title, "frequency [Hz]")
     for axes, (label, found) in zip(grid.flat, curves.items(), strict=False):
-        for number, values in enumerate(found.values()):
-            axes.loglog(frequencies, charts.positive(np.abs(values)), label=order[number], **charts.style(number, marker=""))
+        for number, (name, values) in enumerate(found.items()):
+            axes.loglog(frequencies, charts.positive(np.abs(values)), label=plain(name), **charts.style(number, marker=""))
         axes.set_ylabel(plain(label))
         charts.rule(axes, which="both")
-    charts.legend_below(figure, order, list(grid.flat[: len(curves)]))
+    charts.legend_below(figure)
     return figure
 
 
@@ -57,5 +55,5 @@ def campbell(values: Array, frequencies: Array, unstable: np.ndarray, label: str
     axes.set_ylabel("frequency [Hz]")
     charts.fit_numbers(axes.xaxis)
     charts.rule(axes)
-    charts.legend_below(figure, list(axes.get_legend_handles_labels()[1]), [axes])
+    charts.legend_below(figure)
     return figure

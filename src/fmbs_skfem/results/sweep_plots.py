@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import InputError, closest, say
-from ..core.values.ranges import Parameter, Scale
 from ..core.values.units import add_unit
 from ..families.members import Status
 from ..families.response_surfaces import ResponseSurface
@@ -45,11 +44,11 @@ def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figu
         for axes, parameter, points in zip(row, sweep.parameters, sweep.points.T, strict=True):
             for kind, (tint, marker) in KINDS.items():
                 axes.scatter(points, values[kind], s=MARKS, c=tint, marker=marker, alpha=0.55, linewidths=0, label=kind)
-            scale_axis(axes, parameter)
+            charts.over_parameter(axes, "x", parameter)
+            charts.rule(axes)
+            axes.label_outer()
         row[0].set_ylabel(add_unit(output, sweep.units.get(output, "")))
-    for axes, parameter in zip(grid[-1], sweep.parameters, strict=True):
-        axes.set_xlabel(add_unit(parameter.name, parameter.unit))
-    charts.legend_below(figure, tuple(KINDS), [grid[0, 0]])
+    charts.legend_below(figure)
     return figure
 
 
@@ -87,10 +86,7 @@ def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "", across: str 
     `across` is the label of their common axis, along which the times of every member have to rise.
     """
     chosen = choose_outputs(sweep, outputs, MOST_OUTPUTS)
-    columns = 2 if len(chosen) > 3 else 1
-    width, height = 7.2 if columns == 1 else 10.0, 2.5 * -(-len(chosen) // columns) + 0.9
-    figure = charts.figure(width, height, headed(title, chosen, sweep.columns))
-    grid = charts.panels(figure, len(chosen), columns, sharex=True)
+    figure, grid = charts.stack(len(chosen), headed(title, chosen, sweep.columns), across)
     for axes, output in zip(grid.flat, chosen, strict=False):
         times, values = align(sweep.times, sweep.columns[output])
         for low, high, name, alpha in BANDS:
@@ -100,9 +96,7 @@ def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "", across: str 
         axes.set_ylabel(add_unit(output, sweep.units.get(output, "")))
         charts.rule(axes)
         axes.margins(x=0.0)
-    for axes in grid[-1]:
-        axes.set_xlabel(across)
-    charts.legend_below(figure, [name for _, _, name, _ in BANDS] + ["median"], [grid[0, 0]])
+    charts.legend_below(figure)
     return figure
 
 
@@ -128,7 +122,7 @@ def sensitivity(indices: Mapping[str, Any], title: str = "") -> Figure:
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
         charts.rule(axes, axis="y")
     grid[-1, 0].set_xticks(places, names)
-    charts.legend_below(figure, ("alone", "with all others"), [grid[0, 0]])
+    charts.legend_below(figure)
     return figure
 
 
@@ -150,11 +144,11 @@ def surfaces(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[
         row[0].set_title(f"{label}, error of unseen samples {one.rms_error:.2g} (q2 {one.q2:.3f})", fontsize=8, loc="left")
         for number, axes in enumerate(row):
             draw_map(figure, axes, one) if flat else draw_curve(axes, one, number)
-            scale_axis(axes, parameters[number])
+            charts.over_parameter(axes, "x", parameters[number])
+            charts.rule(axes)
         if not flat:
             row[0].set_ylabel(label)
-    if not flat:
-        charts.legend_below(figure, ("surface", "two standard deviations", "samples"), [grid[0, 0]])
+    charts.legend_below(figure)
     return figure
 
 
@@ -162,27 +156,14 @@ def draw_map(figure: Figure, axes: Axes, one: ResponseSurface) -> None:
     """A surface over two parameters as colours, its samples as points in theirs."""
     from matplotlib.ticker import MaxNLocator
 
-    first, second = one.parameters
     x, y = (from_box([own], np.linspace(0.0, 1.0, GRID)[:, None])[:, 0] for own in one.parameters)
     mean = one.predict(np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2))[0].reshape(GRID, GRID)
     low, high = min(mean.min(), one.values.min()), max(mean.max(), one.values.max())
     shown = axes.contourf(x, y, mean.T, levels=np.linspace(low, high, 15), cmap="viridis")
-    axes.scatter(
-        one.points[:, 0],
-        one.points[:, 1],
-        c=one.values,
-        vmin=low,
-        vmax=high,
-        cmap="viridis",
-        s=14,
-        edgecolors="white",
-        linewidths=0.5,
-    )
+    coloured: dict[str, Any] = {"c": one.values, "vmin": low, "vmax": high, "cmap": "viridis"}
+    axes.scatter(one.points[:, 0], one.points[:, 1], s=14, edgecolors="white", linewidths=0.5, **coloured)
     figure.colorbar(shown, ax=axes, ticks=MaxNLocator(charts.MOST))
-    axes.set_xlabel(add_unit(first.name, first.unit))
-    axes.set_ylabel(add_unit(second.name, second.unit))
-    if second.scale is Scale.LOG:
-        charts.set_log(axes, "y", second.low, second.high)
+    charts.over_parameter(axes, "y", one.parameters[1])
 
 
 def draw_curve(axes: Axes, one: ResponseSurface, number: int) -> None:
@@ -191,18 +172,9 @@ def draw_curve(axes: Axes, one: ResponseSurface, number: int) -> None:
     points = np.tile(from_box(one.parameters, np.full((1, len(one.parameters)), 0.5)), (GRID, 1))
     points[:, number] = from_box([own], np.linspace(0.0, 1.0, GRID)[:, None])[:, 0]
     mean, deviation = one.predict(points)
-    axes.fill_between(
-        points[:, number],
-        mean - 2 * deviation,
-        mean + 2 * deviation,
-        color=palette.SKY,
-        alpha=0.4,
-        lw=0,
-        label="two standard deviations",
-    )
-    axes.plot(points[:, number], mean, color=palette.BLUE, lw=1.4, label="surface")
+    edges = (mean - 2 * deviation, mean + 2 * deviation)
+    charts.band(axes, points[:, number], edges, mean, ("surface", "two standard deviations"))
     axes.scatter(one.points[:, number], one.values, s=7, c=palette.BLACK, alpha=0.4, linewidths=0, label="samples")
-    axes.set_xlabel(add_unit(own.name, own.unit))
 
 
 def align(times: Array, values: Array) -> tuple[Array, Array]:
@@ -235,11 +207,3 @@ def headed(title: str, chosen: Sized, outputs: Sized) -> str:
     """A title that says how many of the outputs are drawn, if not all."""
     some = f"{len(chosen)} of {len(outputs)} outputs"
     return title if len(chosen) == len(outputs) else f"{title}, {some}" if title else some
-
-
-def scale_axis(axes: Axes, parameter: Parameter) -> None:
-    """The axis of a parameter."""
-    charts.fit_numbers(axes.xaxis)
-    if parameter.scale is Scale.LOG:
-        charts.set_log(axes, "x", parameter.low, parameter.high)
-    charts.rule(axes)

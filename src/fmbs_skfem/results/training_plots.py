@@ -1,7 +1,6 @@
 """Figures of a greedy training: the surrogate of the indicator with its samples, errors over the parameters, predicted errors.
 
-Arrays in, one figure out; letters: c candidates, k samples or hold-out points. Only `slices` takes a surrogate as it is. Figures 13
-and 14 of doi 10.1016/j.cma.2019.112690 have the form of `errors_over`.
+Arrays in, one figure out; letters: c candidates, k samples or hold-out points. Only `slices` takes a surrogate as it is.
 """
 
 from __future__ import annotations
@@ -17,8 +16,7 @@ from numpy.typing import NDArray
 from ..core.algebra import ranks
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
-from ..core.values.ranges import Parameter, Scale
-from ..core.values.units import add_unit
+from ..core.values.ranges import Parameter
 from ..families import kriging
 from ..families.kriging import Surrogate
 from ..reduction import parameters as boxes
@@ -31,7 +29,7 @@ if TYPE_CHECKING:
 
 LEVELS = 14  #: colours of a surface
 FINE = {1: 201, 2: 61}  #: points along an axis of a curve and of a surface
-LABELS = ("surrogate", "two standard deviations of a run", "reduced runs", "reduced runs at full runs", "next full run")
+BAND = ("surrogate", "two standard deviations of a run")
 
 
 @dataclass(frozen=True)
@@ -71,7 +69,7 @@ def surrogate(candidates: Mapping[str, Array], panels: Sequence[SurrogatePanel],
         axes.set_ylabel(label if len(names) == 1 else names[1])
     if len(names) == 2:
         _bar(figure, list(grid.flat[: len(panels)]), limits, label)
-    charts.legend_below(figure, LABELS, list(grid.flat[: len(panels)]))
+    charts.legend_below(figure)
     return figure
 
 
@@ -91,37 +89,16 @@ def slices(known: Sequence[Parameter], model: Surrogate, label: str = "indicator
     for (i, j), (values, panel) in cuts.items():
         axes = grid[0, 0] if alone else grid[i, j]
         (_curve if i == j else _surface)(axes, values, panel, limits)
-        _scale_axes(axes, known, (j,) if i == j else (j, i), label)
+        charts.over_parameter(axes, "x", known[j])
+        if i == j:
+            axes.set_ylabel(label)
+        else:
+            charts.over_parameter(axes, "y", known[i])
     for i, j in itertools.combinations(range(size), 2):
         grid[i, j].set_axis_off()
     if len(known) > 1:
         _bar(figure, list(grid.flat), limits, label)
-    charts.legend_below(figure, LABELS, list(grid.flat))
-    return figure
-
-
-def errors_over(
-    values: Array,
-    models: Mapping[str, Array],
-    parameter: str,
-    label: str = "relative error",
-    goal: float | None = None,
-) -> Figure:
-    """Errors (k,) of several models at hold-out points over a parameter's values (k,), log scale, as Figs 13 and 14."""
-    if not models:
-        raise InputError(say("plots: errors", "at least one model", "none"))
-    order = np.argsort(values, kind="stable")
-    figure = charts.figure(7.2, 4.6)
-    axes = figure.subplots()
-    for number, (name, errors) in enumerate(models.items()):
-        if np.shape(errors) != np.shape(values):
-            raise InputError(say(f"plots: errors of '{name}'", f"{np.size(values)} values", f"shape {np.shape(errors)}"))
-        own = charts.style(number, ls=charts.DASHES[number % len(charts.DASHES)], ms=4.5)
-        axes.plot(np.asarray(values)[order], charts.positive(np.asarray(errors)[order]), label=name, **own)
-    axes.set(yscale="log", xlabel=parameter, ylabel=label)
-    charts.level(axes, goal, "tolerance")
-    charts.rule(axes)
-    charts.legend_below(figure, (*models, "tolerance"), [axes])
+    charts.legend_below(figure)
     return figure
 
 
@@ -166,16 +143,6 @@ def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) ->
     return [values[:, k] for k in axes], SurrogatePanel("", mean, std, samples, 10**model.values)
 
 
-def _scale_axes(axes: Axes, known: Sequence[Parameter], sides: tuple[int, ...], label: str) -> None:
-    """Names and scales of the axes of a cut."""
-    names = [add_unit(known[k].name, known[k].unit) for k in sides]
-    axes.set(xlabel=names[0], ylabel=label if len(names) == 1 else names[1])
-    charts.fit_numbers(axes.xaxis)
-    for k, side in zip(sides, "xy", strict=False):
-        if known[k].scale is Scale.LOG:
-            charts.set_log(axes, side, known[k].low, known[k].high)
-
-
 def _limits(panels: Sequence[SurrogatePanel]) -> tuple[float, float]:
     """Lowest and highest mean of all iterations, apart."""
     low, high = min(float(panel.mean.min()) for panel in panels), max(float(panel.mean.max()) for panel in panels)
@@ -185,9 +152,8 @@ def _limits(panels: Sequence[SurrogatePanel]) -> tuple[float, float]:
 def _curve(axes: Axes, values: Sequence[Array], panel: SurrogatePanel, limits: tuple[float, float]) -> None:
     order = np.argsort(values[0][: len(panel.mean)], kind="stable")
     x, mean, std = np.asarray(values[0])[order], panel.mean[order], panel.std[order]
-    band = (10 ** (mean - 2 * std), 10 ** (mean + 2 * std))
-    axes.fill_between(x, *band, color=palette.SKY, alpha=0.35, lw=0, label="two standard deviations of a run")
-    axes.plot(x, 10**mean, color=palette.BLUE, lw=1.4, label="surrogate")
+    edges = (10 ** (mean - 2 * std), 10 ** (mean + 2 * std))
+    charts.band(axes, x, edges, 10**mean, BAND)
     found = np.isfinite(panel.indicators) & (panel.indicators > 0)
     there = np.isin(panel.samples, panel.runs)
     for mask, fill, text in (
@@ -198,8 +164,8 @@ def _curve(axes: Axes, values: Sequence[Array], panel: SurrogatePanel, limits: t
             x = values[0][np.asarray(panel.samples)[mask]]
             axes.plot(x, panel.indicators[mask], "o", mec=palette.BLACK, mfc=fill, ms=5, label=text)
     if panel.chosen is not None:
-        axes.axvline(values[0][panel.chosen], color=palette.VERMILLION, lw=1.3, ls=charts.DASHES[1], label="next full run")
-    if np.ptp(np.concatenate(band)) == 0.0:
+        axes.axvline(values[0][panel.chosen], color=palette.VERMILLION, lw=1.3, ls=charts.dashes(1), label="next full run")
+    if np.ptp(np.concatenate(edges)) == 0.0:
         axes.set_ylim(10 ** limits[0], 10 ** limits[1])
     axes.set_yscale("log")
     charts.rule(axes)
@@ -243,7 +209,7 @@ def _pairs(candidates: Mapping[str, Array], panel: SurrogatePanel, label: str) -
         if j == size - 1:
             axes.set_xlabel(first)
     _bar(figure, list(grid.flat), limits, label)
-    charts.legend_below(figure, ("reduced runs", "next full run"), [grid[-1, 0]])
+    charts.legend_below(figure)
     return figure
 
 

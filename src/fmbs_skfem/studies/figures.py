@@ -14,6 +14,7 @@ from .. import dynamics
 from ..core.values.units import add_unit
 from ..reduction import residual_norms
 from ..results import plots
+from ..results.plots import Panel
 from ..results.speed import Point
 from ..scenes import build
 from ..systems.connections.joints import Pin, Revolute, Slider
@@ -56,7 +57,8 @@ def errors(study: Comparison) -> Figure:
     """Errors of all models over time, beside that of the full model's own step."""
     times = next(iter(study.errors.values())).times
     curves = {name: readable(error.distance, float(error.motion.max())) for name, error in study.errors.items()}
-    return plots.errors(times, curves, study.time_error.distance if study.time_error else None, "error, root mean square [m]")
+    floor = study.time_error.distance if study.time_error else None
+    return plots.errors(times, curves, "error, root mean square [m]", level=floor)
 
 
 def cloud(scene: Scene, study: Comparison) -> Figure:
@@ -79,8 +81,8 @@ def histories(scene: Scene, study: Comparison) -> dict[str, Callable[[], Figure]
     for name, output in study.full.system.outputs.items():
         if probes.kind_of(output).known_to_all:
             units = probes.units(name, output)
-            grid = {add_unit(column, unit): curves(column) for column, unit in zip(output.columns, units, strict=True)}
-            rules[f"history_{name}"] = functools.partial(plots.history_grid, times, grid, title=jobs.title(scene))
+            grid = [Panel(add_unit(column, unit), curves(column)) for column, unit in zip(output.columns, units, strict=True)]
+            rules[f"history_{name}"] = functools.partial(plots.history_grid, times, grid, jobs.title(scene))
     if (known := slider_columns(scene)) is not None:
         axis, position, speed = known
         rules["slider"] = functools.partial(plots.slider, times, curves(position), curves(speed), axis, jobs.title(scene))
@@ -131,7 +133,7 @@ def norms(scene: Scene, study: Comparison) -> Figure:
     scheme = dataclasses.replace(build.dynamic(scene).scheme, step=study["full"].step)
     found = residual_norms(study.full.system.full, study.motions["component"], scheme)
     curves = {"two-norm": found.plain, "constraint forces": found.constraint, "gappy norm": found.gappy}
-    return plots.norms(found.times, curves, "norm of the full model's residual")
+    return plots.errors(found.times, curves, "norm of the full model's residual")
 
 
 def spectra(study: Comparison) -> dict[str, Basis]:

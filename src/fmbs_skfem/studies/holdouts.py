@@ -26,7 +26,7 @@ from ..families import training_store as store
 from ..families.comparators import Comparator, Row
 from ..reduction import full_runs, parameters, reduced_models
 from ..reduction.full_runs import Full
-from ..results import training_plots
+from ..results import plots, training_plots
 from ..results.training_plots import SurrogatePanel
 from .job import Job
 from .result import Figures, ReportTable
@@ -222,7 +222,7 @@ def figures(order: TrainingOrder, found: FinishedTraining, checked: Checked | No
     places, label = checked.points[used, 0], add_unit(known[0].name, known[0].unit)
     if len(known) > 1:
         places, label = np.argsort(np.argsort(true)) + 1.0, "hold-out point, by its error"
-    rules["errors"] = functools.partial(training_plots.errors_over, places, errors, label, order.measure, order.tolerance)
+    rules["errors"] = functools.partial(plots.errors, places, errors, order.measure, label, order.tolerance, "tolerance")
     if checked.predictions:
         bands = np.array(checked.predictions)[used].T
         rules["predicted"] = functools.partial(
