@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from examples import deim
 from scipy.sparse import csr_array, eye_array
 
 from fmbs_skfem import reduction
 from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate
-from fmbs_skfem.reduction.hyper import deim
 from fmbs_skfem.systems import System, compile_system, compiled
 
 from .conftest import Full, Reduced, hyper_reduced
@@ -85,6 +85,10 @@ def test_deim_is_unstable_where_ecsw_is_not(coarse: Full, small: Reduced) -> Non
     sampled, _ = hyper_reduced(small)
     found = energies(integrate(sampled, SCHEME, 0.5, NEWTON, 10))[:, 3]
     assert np.abs(found - found[0]).max() < 1e-4
+
+
+def test_the_example_breaks_down_there() -> None:
+    assert deim.main() == {"rows": 83, "of": 204, "end": pytest.approx(0.0223, abs=5e-4)}
 
 
 def test_with_nearly_all_rows_it_moves_as_the_reduced_model(coarse: Full, small: Reduced) -> None:
