@@ -133,6 +133,14 @@ def over_parameter(axes: Axes, side: str, own: Parameter) -> None:
         set_log(axes, side, own.low, own.high)
 
 
+def through_centre(count: int, sides: Sequence[int], along: int) -> Array:
+    """Points (i, d) of the unit box of `count` parameters: a grid of `along` points a side, the others in the middle."""
+    unit = np.full((along ** len(sides), count), 0.5)
+    grid = np.meshgrid(*[np.linspace(0.0, 1.0, along)] * len(sides), indexing="ij")
+    unit[:, list(sides)] = np.stack(grid, axis=-1).reshape(-1, len(sides))
+    return unit
+
+
 def band(axes: Axes, x: Array, edges: tuple[Array, Array], middle: Array, names: Sequence[str]) -> None:
     """A curve within its band, over x (s,)."""
     axes.plot(x, middle, color=palette.BLUE, lw=1.4, label=names[0])

@@ -156,10 +156,10 @@ def draw_map(figure: Figure, axes: Axes, one: ResponseSurface) -> None:
     """A surface over two parameters as colours, its samples as points in theirs."""
     from matplotlib.ticker import MaxNLocator
 
-    x, y = (from_box([own], np.linspace(0.0, 1.0, GRID)[:, None])[:, 0] for own in one.parameters)
-    mean = one.predict(np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2))[0].reshape(GRID, GRID)
+    points = from_box(one.parameters, charts.through_centre(2, (0, 1), GRID))
+    x, y, mean = (values.reshape(GRID, GRID) for values in (*points.T, one.predict(points)[0]))
     low, high = min(mean.min(), one.values.min()), max(mean.max(), one.values.max())
-    shown = axes.contourf(x, y, mean.T, levels=np.linspace(low, high, 15), cmap="viridis")
+    shown = axes.contourf(x, y, mean, levels=np.linspace(low, high, 15), cmap="viridis")
     coloured: dict[str, Any] = {"c": one.values, "vmin": low, "vmax": high, "cmap": "viridis"}
     axes.scatter(one.points[:, 0], one.points[:, 1], s=14, edgecolors="white", linewidths=0.5, **coloured)
     figure.colorbar(shown, ax=axes, ticks=MaxNLocator(charts.MOST))
@@ -168,9 +168,7 @@ def draw_map(figure: Figure, axes: Axes, one: ResponseSurface) -> None:
 
 def draw_curve(axes: Axes, one: ResponseSurface, number: int) -> None:
     """A surface over one parameter, the others in the middle of their range, with all samples."""
-    own = one.parameters[number]
-    points = np.tile(from_box(one.parameters, np.full((1, len(one.parameters)), 0.5)), (GRID, 1))
-    points[:, number] = from_box([own], np.linspace(0.0, 1.0, GRID)[:, None])[:, 0]
+    points = from_box(one.parameters, charts.through_centre(len(one.parameters), [number], GRID))
     mean, deviation = one.predict(points)
     edges = (mean - 2 * deviation, mean + 2 * deviation)
     charts.band(axes, points[:, number], edges, mean, ("surface", "two standard deviations"))

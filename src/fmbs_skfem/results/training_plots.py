@@ -133,13 +133,10 @@ def predicted(
 
 def _cut(known: Sequence[Parameter], model: Surrogate, axes: tuple[int, ...]) -> tuple[list[Array], SurrogatePanel]:
     """The surrogate along some axes, the others at the middle of the box, and the samples there."""
-    lines = [np.linspace(0.0, 1.0, FINE[len(axes)])] * len(axes)
-    mesh = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(axes))
-    unit = np.full((len(mesh), len(known)), 0.5)
-    unit[:, axes] = mesh
+    unit = charts.through_centre(len(known), axes, FINE[len(axes)])
     (mean, _), std = kriging.predict(model, unit), kriging.deviation(model, unit)
     values = boxes.from_box(tuple(known), np.concatenate([unit, model.points]))
-    samples = np.arange(len(mesh), len(values))
+    samples = np.arange(len(unit), len(values))
     return [values[:, k] for k in axes], SurrogatePanel("", mean, std, samples, 10**model.values)
 
 
