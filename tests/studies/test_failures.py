@@ -22,10 +22,10 @@ def test_every_way_to_fail_leaves_its_facts_and_a_picture(way: str, tmp_path: Pa
     """The picture is that of the last good state, also of point masses; a solve that fails before its first step has none."""
     with pytest.raises(SolverError) as caught:
         WAYS[way][0]()
-    found = failures.write_failure(tmp_path, {"provenance": reports.provenance()}, caught.value)
+    found, files = failures.write_failure(tmp_path, caught.value, reports.provenance())
     assert found["failure"]["causes"]
     names = {"failure.json"} if caught.value.partial is None else {"failure.json", "failure.h5", "failure.png"}
-    assert {path.name for path in tmp_path.iterdir()} == names == {Path(path).name for path in found["files"]}
+    assert {path.name for path in tmp_path.iterdir()} == names == {Path(path).name for path in files}
     if caught.value.partial is not None:
         shown = image.imread(tmp_path / "failure.png")[..., :3]
         assert (shown != shown[0, 0]).any(axis=-1).mean() > 0.002

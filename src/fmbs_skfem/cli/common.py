@@ -121,9 +121,9 @@ def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
 
 def broken(call: Call, error: Exception) -> int:
     """An internal error: what there is goes to files, where it can; its exit code."""
-    from ..studies.running import rescue
+    from ..studies.running import failures
 
-    written = rescue.write(call.jobs[-1] if call.jobs else Job(), error)
+    written = failures.rescue(call.jobs[-1] if call.jobs else Job(), error)
     text = f"internal error: {type(error).__name__}: {error}\nplease report it to the developers of fmbs_skfem {__version__}, "
     told = f"{written[0]}; written: {', '.join(map(str, written))}" if written else "the output of --debug"
     return refuse(call, f"{text}with the scene and {told}", "internal error", INTERNAL, files=written)

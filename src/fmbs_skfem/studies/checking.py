@@ -26,7 +26,6 @@ from . import reports
 from .job import Job
 from .result import ReportTable, Result
 from .running import estimates
-from .running.facts import heading, sizes
 
 if TYPE_CHECKING:
     from ..bodies.body import Body
@@ -65,8 +64,7 @@ def check_scene(job: Job, scene: Scene) -> Check:
     eliminated = raw.size - reduced.size
     report: dict[str, Any] = {
         "status": "ok",
-        **heading(scene),
-        **sizes(raw, reduced),
+        **jobs.facts(scene, raw, reduced),
         "redundant_constraints": len(raw.constraints.names) - eliminated - len(reduced.constraints.names),
         "redundant": [{"row": dependence.row, "follows_from": dependence.on} for dependence in redundant],
         "mass": sum(figure.mass for figure in known.values()),
@@ -76,8 +74,6 @@ def check_scene(job: Job, scene: Scene) -> Check:
         "initial": initial,
         "estimates": estimates.estimates(scene, raw, reduced),
         "outputs": [column for output in raw.outputs.values() for column in output.columns],
-        "fingerprint": reports.fingerprint(scene),
-        "provenance": reports.provenance(scene),
         "notices": job.notices,
     }
     reports.write_report(jobs.settle_folder(job, [NAME], report["fingerprint"], NAME), report, NAME)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Unpack
 
 from . import job as jobs
+from . import reports
 from .options import (
     Argument,
     Duration,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from .sweeping import SweepResult
     from .verifying import Verification
 
+SCHEMA = "scene.schema.json"
 Folder = Annotated[str | Path, Argument("DIR")]
 
 
@@ -268,8 +270,8 @@ def sweep(
         options = sweeps.SweepOptions(workers, address, timeout, executor=executor)
         if surfaces:
             response_surfaces.check_count(members.parameters, len(points))
-        more = sweeping.Wanted(design == sweep_sources.SALTELLI, surfaces)
-        return sweeping.sweep_points(job, members, points, seed, options, resume, plots, more)
+        indices = design == sweep_sources.SALTELLI
+        return sweeping.sweep_points(job, members, points, seed, options, resume, plots, indices, surfaces)
 
 
 def render(
@@ -403,7 +405,11 @@ def describe_scenes(
 
     Editors complete and check YAML by it; `out` gets it as scene.schema.json.
     """
-    from . import schema
+    from ..scenes import json_schema, reference
 
     with jobs.begin(**shared) as job:
-        return schema.describe(job, page)
+        found = json_schema()
+        if (out := jobs.settle_folder(job, [SCHEMA], "schema", SCHEMA)) is not None:
+            reports.write_json(out / SCHEMA, found)
+        text = reference.page(found).rstrip("\n") if page else reports.dumps(found)
+        return Result(about="JSON schema of scene files", report=found, lines=[text])

@@ -17,7 +17,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.errors import MissingFeature
 from ..core.notices import Progress
 from ..core.storage.records import dataclass
 from ..reduction.accuracy import comparison as comparisons
@@ -29,7 +28,7 @@ from ..scenes import Scene, build, read
 from . import figures, plans, projects, reports, tables
 from . import job as jobs
 from .job import Job
-from .result import ReportTable, Result, conclude, describe_error, list_files
+from .result import ReportTable, Result, conclude, list_files
 from .running import compiling, pictures
 from .running.outcome import SERIES
 from .running.solving import extremes
@@ -128,19 +127,11 @@ def comparison(job: Job, scene: Scene, quick: bool, shown: ComparisonPictures | 
     names = [*(f"{name}.png" for name in figures.names(scene)), *(shown.names if shown else ())]
     out = jobs.settle_folder(job, (RECORD, *names), mark, RECORD)
     compiling.announce(job, reduces=True)
-    missing = None
     with drawing_beside(scene, shown if out else None) as gallery:
         study = run(scene, quick, job.allow_outside, job.progress("comparing"), gallery.begin)
         report, drawn = report_of(scene, study), figures.draw(scene, study)
-        if out is not None:
-            gallery.go_on(study, out)
-            report["files"] = [out / RECORD, *drawn.save(out)]
-            try:
-                report["files"] += gallery.hang(out)
-            except MissingFeature as error:
-                missing, report = error, report | describe_error(error)
-    report |= {"fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
-    reports.write_report(out, report, RECORD)
+        report |= {"fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
+        missing = jobs.deliver(job, report, figures=drawn, orders=partial(gallery.go_on, study), record=RECORD)
     view = [*tables.tables(scene, study), *summarise(report), *list_files(report)]
     about = f"{report['scene']}: {', '.join(record.name for record in study.records)}"
     return ComparisonResult(about=about, report=report, lines=view, figures=drawn, error=missing, study=study)
@@ -161,15 +152,16 @@ class Gallery:
         if self.shown:
             self.waiting.extend(self.pool.submit(order) for order in self.shown.of_full(self.scene, full, self.place))
 
-    def go_on(self, study: Comparison, out: Path) -> None:
-        """Order those of all models."""
+    def go_on(self, study: Comparison, out: Path) -> list[pictures.Order]:
+        """Order those of all models, in a folder; all of them are given, where they hang when they are drawn."""
         if self.shown:
             self.waiting.extend(self.pool.submit(order) for order in self.shown.of_all(self.scene, study, out))
+        return [partial(self.hang, out, picture) for picture in self.waiting]
 
-    def hang(self, out: Path) -> list[Path]:
-        """All pictures, when they are drawn, in a folder; MissingFeature where nothing can be drawn."""
-        found = [picture.result() for picture in self.waiting]
-        return [Path(shutil.move(path, out / path.name)) if path.parent == self.place else path for path in found]
+    def hang(self, out: Path, picture: Future[Path]) -> Path:
+        """A picture, when it is drawn, in a folder; MissingFeature where nothing can be drawn."""
+        path = picture.result()
+        return Path(shutil.move(path, out / path.name)) if path.parent == self.place else path
 
 
 @contextlib.contextmanager

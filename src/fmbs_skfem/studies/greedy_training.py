@@ -83,13 +83,13 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
         advance, place = job.progress("training"), out / STORE if out else None
         found = trainings.train(order.task, order.search, order.options, place, order.tolerance, advance, True, trainings.CHECKS)
     except NoModel as error:
-        report = {**describe_error(error), **heading(order), **made, "files": [out / reports.REPORT] if out else []}
-        reports.write_report(out, report)
+        report = {**describe_error(error), **heading(order), **made}
+        jobs.deliver(job, report)
         error.result = Result(about=str(error), report=report, lines=list_files(report))
         raise
     model = make_product(order, found)
     if out is not None:
-        parametric_model.save(model, out / MODEL)
+        save_model(model, out)
     checked = holdouts.check(job, order, found, model, compare) if len(order.points.holdout) else None
     doubts, cost = find_doubts(order, found, checked), find_cost(found, checked)
     warn_of_cost(order, cost, checked)
@@ -103,17 +103,19 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
         **({} if checked is None else {"holdout": holdouts.report_of(order, checked)}),
         **made,
     }
-    if out is not None:
-        drawn = figures.save(out) if plots else []
-        parametric_model.save(model, out / MODEL)
-        report["files"] = [out / MODEL, out / reports.REPORT, *drawn]
-        reports.write_report(out, report)
+    jobs.deliver(job, report, functools.partial(save_model, model), figures if plots else None)
     view: list[ReportTable | str] = [*summarise(report)]
     if checked is not None:
         view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]
     about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"
     view += list_files(report)
     return TrainingResult(about=about, report=report, lines=view, figures=figures, model=model, training=found, holdout=checked)
+
+
+def save_model(model: ParametricModel, out: Path) -> list[Path]:
+    """The model in its folder."""
+    parametric_model.save(model, out / MODEL)
+    return [out / MODEL]
 
 
 def prepare(

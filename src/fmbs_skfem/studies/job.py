@@ -16,14 +16,16 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from ..core import consents
 from ..core.compiling import compilation
-from ..core.errors import FmbsError, InputError, Warned, say
+from ..core.errors import FmbsError, InputError, MissingFeature, Warned, say
 from ..core.notices import Labelled, Notice, Progress, Remark, notify
 from ..core.storage.records import dataclass
 from . import notebooks, reports
+from .result import Figures, describe_error
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
     from ..scenes import Scene
+    from ..systems import System
     from .options import Shared
 
     Source = str | Path | Scene  #: a scene, or the file of a scene or of a saved reduced model
@@ -35,6 +37,11 @@ MODELS = (".h5", ".hdf5")  #: endings of files of reduced models
 
 def ignore(*_: object) -> None:
     """Nobody listens."""
+
+
+def nothing(out: Path) -> Iterable[Path]:
+    """No file."""
+    return ()
 
 
 @dataclass(frozen=True)
@@ -109,7 +116,7 @@ def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
         try:
             with blamed_on_extensions():
                 yield job
-        except (FmbsError, Notice):
+        except BaseException:
             for folder in job.new:
                 with contextlib.suppress(OSError):  # what is in it stays
                     folder.rmdir()
@@ -225,6 +232,22 @@ def title(scene: Scene) -> str:
     return scene.name or (scene.path.stem if scene.path else "scene")
 
 
+def facts(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
+    """What every report of a scene begins with: which one it is, its sizes with all multipliers and as it is solved, provenance."""
+    return {
+        "scene": title(scene),
+        "file": scene.path,
+        "parameters": dict(scene.parameters),
+        "analysis": scene.analysis.word,
+        "dofs": raw.size,
+        "constraints": len(raw.constraints.names),
+        "unknowns": reduced.size,
+        "multipliers": len(reduced.constraints.names),
+        "fingerprint": reports.fingerprint(scene),
+        "provenance": reports.provenance(scene),
+    }
+
+
 def settle_file(job: Job, name: str) -> Path | None:
     """The file to write: `name` in a folder, or the output itself where it ends in .h5; one that exists is kept without --force."""
     if job.out is None:
@@ -256,3 +279,34 @@ def settle_folder(job: Job, names: Iterable[str], mark: str, record: str = repor
         raise InputError(say(f"--out {out}", "an empty folder or one of the same run", got, "choose another folder, or --force"))
     make_folder(job, out)
     return out
+
+
+def deliver(
+    job: Job,
+    report: dict[str, Any],
+    write: Callable[[Path], Iterable[Path]] = nothing,
+    figures: Figures | None = None,
+    orders: Callable[[Path], Iterable[Callable[[], Path]]] | None = None,
+    record: str = reports.REPORT,
+) -> MissingFeature | None:
+    """`write` the files of a study into its folder, its figures, its report, and what `orders` draw; nothing without a folder.
+
+    What cannot be drawn is an error, beside which the report is complete.
+    """
+    from ..results import segments
+
+    out, missing = job.made, None
+    if out is None:
+        return None
+    with segments.room(out, out):
+        report["files"] = [*write(out), out / record, *(figures.save(out) if figures else [])]
+        reports.write_report(out, report, record)
+        if orders is not None:
+            try:
+                for order in orders(out):
+                    report["files"].append(order())
+            except MissingFeature as problem:
+                missing = problem
+                report |= describe_error(problem) if report["status"] == "ok" else {}
+            reports.write_report(out, report, record)
+    return missing

@@ -24,8 +24,8 @@ from ..results.rendering import painter
 from . import job as jobs
 from . import reports
 from .job import Job
-from .result import ReportTable, Result, conclude, format_value
-from .running import judging, solving
+from .result import ReportTable, Result, format_value
+from .running import judging, pictures, solving
 from .running.outcome import Run
 
 if TYPE_CHECKING:
@@ -49,14 +49,13 @@ def task(job: Job, duration: float | None = None, step: float | None = None) -> 
     identity = f"{mark(job.path)} {facts.get('parameters', '')} {case.duration} {case.scheme.step}"
     system, point = case.system, "".join(f"{name} = {value:.6g}, " for name, value in facts.get("parameters", {}).items())
     facts = {"model": job.path, **facts, "dofs": system.size, "constraints": len(system.constraints.names)}
+    facts |= {"fingerprint": identity, "provenance": reports.provenance(files=[job.path])}
 
     def integrate(advance: Any, *_: object) -> dynamics.Trajectory:
         return cases.run(case, progress=advance)
 
     return solving.RunTask(
         title(job.path, notes),
-        identity,
-        reports.provenance(files=[job.path]),
         facts,
         f"{job.path}: {point}{system.size} unknowns",
         system,
@@ -70,12 +69,10 @@ def task(job: Job, duration: float | None = None, step: float | None = None) -> 
 
 def run_saved(job: Job, duration: float | None, step: float | None, plots: bool, picture: bool) -> Run:
     """The run of a saved model, with a picture where it is wanted."""
-    from .running import pictures
-
     made = task(job, duration, step)
     draw = partial(pictures.model, made.title) if picture else None
     with painter.at_hand(picture and job.out is not None):
-        return conclude(solving.solve(job, made.mark, lambda: made, plots, draw, [pictures.PICTURE] if picture else []))
+        return solving.solve(job, made.facts["fingerprint"], lambda: made, plots, draw, [pictures.PICTURE] if picture else [])
 
 
 def at_values(job: Job, duration: float | None, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:

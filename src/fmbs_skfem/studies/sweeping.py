@@ -41,14 +41,6 @@ SURFACES = "surfaces.json"
 LISTED = 20  #: failed samples in the table on the screen
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """What is made of the samples of a sweep."""
-
-    indices: bool = False  #: Sobol indices of the design of Saltelli
-    surfaces: bool = False  #: response surfaces
-
-
 @dataclass(frozen=True, repr=False, kw_only=True)
 class SweepResult(Result):
     """All members of a sweep."""
@@ -87,22 +79,55 @@ class SweepResult(Result):
 
 
 def sweep_points(
-    job: Job, members: Members, points: np.ndarray, seed: int, options: SweepOptions, resume: bool, plots: bool, more: Wanted
+    job: Job,
+    members: Members,
+    points: np.ndarray,
+    seed: int,
+    options: SweepOptions,
+    resume: bool,
+    plots: bool,
+    indices: bool,
+    surfaces: bool,
 ) -> SweepResult:
-    """Members at points (k, d) of the parameters, which a design with a seed gave, and what is made of them."""
+    """Members at points (k, d) of the parameters, which a design with a seed gave, with Sobol indices and response surfaces."""
     sweep_sources.warn_outside(members, points)
     origin = reports.provenance(members.scene, () if members.scene else (job.path,), {"design": seed}, options.workers)
-    out, done = open_folder(job, members, points, resume, origin)
+    mark = sweep_sources.fingerprint(members, points)
+    out, done = open_folder(job, members, points, resume, mark, origin)
     outcome, records = compute(job, members, points, options, out, done)
     origin["threads"]["workers"] = outcome.workers
-    return conclude(finish(job, members, points, out, outcome, records, origin, plots, more))
+    predicted = sweep_sources.predict_errors(members, points)
+    table = sweep_files.collect(members.parameters, points, records)
+    table = replace(table, numbers=table.numbers | predicted)
+    found, fitted = indices_of(table) if indices else {}, surfaces_of(table) if surfaces else {}
+    report = {
+        **report_of(members, table, outcome, records),
+        "fingerprint": mark,
+        "predicted_error": {name: -low(-column) for name, column in predicted.items()},
+        **outside_of(table),
+        "provenance": origin,
+        "notices": job.notices,
+        **({"sobol_indices": found} if indices else {}),
+        **({"response_surfaces": errors_of(fitted)} if surfaces else {}),
+    }
+    figures = figures_of(job, members, table, found, fitted)
+
+    def write(out: Path) -> list[Path]:
+        files = [sweep_files.write_csv(table, out / sweep_files.CSV), sweep_files.write_hdf5(table, out / sweep_files.HDF5)]
+        return [*files, *([response_surfaces.write(out / SURFACES, fitted)] if fitted else [])]
+
+    jobs.deliver(job, report, write, figures if plots else None)
+    error = SweepFailure(report["message"]) if report["failed"] else None
+    tables = [responses(table), *([sobol_table(found)] if found else []), *([surface_table(fitted, table.units)] if fitted else [])]
+    view: list[ReportTable | str] = [summary(report), *tables, *([failures(report)] if error else []), *list_files(report)]
+    about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
+    return conclude(SweepResult(about=about, report=report, lines=view, figures=figures, error=error, table=table))
 
 
 def open_folder(
-    job: Job, members: Members, points: np.ndarray, resume: bool, origin: Mapping[str, Any]
+    job: Job, members: Members, points: np.ndarray, resume: bool, mark: str, origin: Mapping[str, Any]
 ) -> tuple[Path | None, dict[int, Record]]:
     """The output folder, and the records that are there already."""
-    mark = sweep_sources.fingerprint(members, points)
     names = (sweep_files.CSV, sweep_files.HDF5, sweep_files.MEMBERS, SURFACES, *(f"{name}.png" for name in PLOTS), reports.REPORT)
     out = jobs.settle_folder(job, names, mark)
     if out is None:
@@ -143,44 +168,6 @@ def compute(
         text = f"stopped by {signal.Signals(stopped.number).name} after {len(records)} of {len(points)} samples"
         kept = f", which are kept in {out}; go on with the same call and --resume" if out is not None else ""
         raise Interrupted(stopped.number, text + kept) from None
-
-
-def finish(
-    job: Job,
-    members: Members,
-    points: np.ndarray,
-    out: Path | None,
-    outcome: SweepOutcome,
-    records: dict[int, Record],
-    origin: Mapping[str, Any],
-    plots: bool,
-    more: Wanted,
-) -> SweepResult:
-    """Tables, plots and the report of a sweep."""
-    table = sweep_files.collect(members.parameters, points, records)
-    predicted = sweep_sources.predict_errors(members, points)
-    table = replace(table, numbers=table.numbers | predicted)
-    figures = figures_of(job, members, table)
-    report = report_of(members, table, outcome, records) | {"fingerprint": sweep_sources.fingerprint(members, points)}
-    report |= {"predicted_error": {name: -low(-column) for name, column in predicted.items()}, **outside_of(table)}
-    found = indices_of(table) if more.indices else {}
-    fitted = surfaces_of(table) if more.surfaces else {}
-    report |= {"provenance": origin, "notices": job.notices} | ({"sobol_indices": found} if more.indices else {})
-    report |= {"response_surfaces": errors_of(fitted)} if more.surfaces else {}
-    if found:
-        figures = Figures({**figures.rules, "sensitivity": partial(sweep_plots.sensitivity, found, title=members.name)})
-    if fitted:
-        figures = Figures({**figures.rules, "surfaces": partial(sweep_plots.surfaces, fitted, table.units, title=members.name)})
-    if out is not None:
-        files = [sweep_files.write_csv(table, out / sweep_files.CSV), sweep_files.write_hdf5(table, out / sweep_files.HDF5)]
-        files += [response_surfaces.write(out / SURFACES, fitted)] if fitted else []
-        report["files"] = [*files, *(figures.save(out) if plots else []), out / reports.REPORT]
-        reports.write_report(out, report)
-    error = SweepFailure(report["message"]) if report["failed"] else None
-    tables = [responses(table), *([sobol_table(found)] if found else []), *([surface_table(fitted, table.units)] if fitted else [])]
-    view: list[ReportTable | str] = [summary(report), *tables, *([failures(report)] if error else []), *list_files(report)]
-    about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
-    return SweepResult(about=about, report=report, lines=view, figures=figures, error=error, table=table)
 
 
 def indices_of(table: Sweep) -> dict[str, Any]:
@@ -254,8 +241,11 @@ def sobol_table(found: Mapping[str, Any]) -> ReportTable:
     return ReportTable("Sobol indices of the last values, or of those named: alone (S), with all others (ST)", heads, rows)
 
 
-def figures_of(job: Job, members: Members, table: Sweep) -> Figures:
-    """Response, scatter matrix and histories where a member ran, and the surrogate of a model that has a record of its training."""
+def figures_of(job: Job, members: Members, table: Sweep, found: Mapping[str, Any], fitted: Mapping[str, Any]) -> Figures:
+    """Response, scatter matrix and histories where a member ran, the surrogate of a model that has a record of its training.
+
+    And indices and surfaces that were found.
+    """
     rules: dict[str, Callable[[], Figure]] = {}
     if table.columns:
         rules["response"] = partial(sweep_plots.response, table, title=members.name)
@@ -265,8 +255,12 @@ def figures_of(job: Job, members: Members, table: Sweep) -> Figures:
             rules["histories"] = partial(sweep_plots.fan, table, title=members.name, across=across)
     if members.predict is not None:
         model = parametric_model.load(job.path)
-        if (found := prediction.read_record(model)) is not None:
-            rules["surrogate"] = partial(training_plots.slices, model.model.parameters, found[0], title=members.name)
+        if (known := prediction.read_record(model)) is not None:
+            rules["surrogate"] = partial(training_plots.slices, model.model.parameters, known[0], title=members.name)
+    if found:
+        rules["sensitivity"] = partial(sweep_plots.sensitivity, found, title=members.name)
+    if fitted:
+        rules["surfaces"] = partial(sweep_plots.surfaces, fitted, table.units, title=members.name)
     return Figures(rules)
 
 

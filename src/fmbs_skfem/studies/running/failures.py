@@ -1,22 +1,38 @@
-"""What is kept and shown of a solve that failed: failure.json, the last good state with a picture of it, and two short tables.
+"""What is kept and shown of work that failed.
 
-failure.h5 is HDF5: x, v, a (n,) with the names `unknowns` (n,), multipliers (m,) with the names `constraints` (m,), attribute time.
+    failure.json            of a solve: why, with what is likely the cause
+    failure.h5              HDF5: x, v, a (n,) of the last good state with the names `unknowns` (n,), multipliers (m,) with the
+                            names `constraints` (m,), attribute time
+    failure.png             a picture of it
+    internal_error.json     of an internal error: traceback, call, libraries, machine, notices
+    states.h5               HDF5: times (s,), x, v, a (s, n), multipliers (s, m) of the motion, where one was computed
+    outputs.csv             its outputs, where they can be computed
+
+The last three go to the output folder, or to the folder of the call where the study has none yet.
 """
 
 from __future__ import annotations
 
 import contextlib
 import json
-from collections.abc import Mapping
+import sys
+import traceback
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...core.errors import SolverError
+from ... import dynamics
+from ...core.errors import FmbsError, SolverError
 from ...core.notices import notify
+from ...core.storage import container, durable
+from ...dynamics import names
+from ...dynamics.diagnoses import diagnosis
+from ...dynamics.trajectory import COLUMNS
 from .. import reports
 from ..job import Job
 from ..result import ReportTable
+from .outcome import OUTPUTS
 
 if TYPE_CHECKING:
     from ...dynamics import Trajectory
@@ -24,29 +40,30 @@ if TYPE_CHECKING:
 
 FAILURE, STATE, PICTURE = "failure.json", "failure.h5", "failure.png"
 NAMES = (FAILURE, STATE, PICTURE)
+ERROR, STATES = "internal_error.json", "states.h5"
 SHORT = 3  #: entries of a list that a table shows
 
 
-def write_failure(out: Path | None, found: Mapping[str, Any], error: SolverError | None, picture: bool = True) -> dict[str, Any]:
-    """The report of a run with its `failure`, which is also written into the folder; files of an earlier failure are removed.
+def write_failure(
+    out: Path | None, error: FmbsError | None, provenance: Mapping[str, Any], picture: bool = True
+) -> tuple[dict[str, Any], list[Path]]:
+    """What explains a solve that failed, with the files of it in the folder; nothing without a folder, and of other errors.
 
-    Beside it stands the last good state. Without a folder nothing is explained.
+    Beside it stands the last good state. Files of an earlier failure are removed.
     """
-    if out is None:
-        return dict(found)
-    own = clear_earlier(out)
-    if error is None:
-        return dict(found)
+    own = out is not None and clear_earlier(out)
+    if out is None or not isinstance(error, SolverError):
+        return {}, []
     from . import pictures
 
     facts = explain(error)
-    files = [reports.write_json(out / FAILURE, {**facts, "provenance": found["provenance"]})] if own else []
+    files = [reports.write_json(out / FAILURE, {**facts, "provenance": provenance})] if own else []
     if own and error.partial is not None:
         files += [
             write_state(out / STATE, error.partial),
             *(pictures.last(error.partial, out / PICTURE, facts["unit"]) if picture else ()),
         ]
-    return {**found, "failure": facts, "files": [*found.get("files", ()), *files]}
+    return {"failure": facts}, files
 
 
 def clear_earlier(out: Path) -> bool:
@@ -65,9 +82,6 @@ def clear_earlier(out: Path) -> bool:
 
 def write_state(path: Path, trajectory: Trajectory) -> Path:
     """The last state of a trajectory, with the names of its unknowns and constraints."""
-    from ...core.storage import container, durable
-    from ...dynamics import names
-
     trajectory = trajectory.states
     system = trajectory.system
     state = {name: getattr(trajectory, name)[-1] for name in ("x", "v", "a", "multipliers")}
@@ -77,17 +91,15 @@ def write_state(path: Path, trajectory: Trajectory) -> Path:
 
 def write_failed_start(job: Job, error: SolverError, provenance: Mapping[str, Any]) -> None:
     """What is known of a solve that never started, into its folder and to the listener."""
-    found = write_failure(job.made, {"provenance": provenance}, error)
-    for cause in found.get("failure", {}).get("causes", ()):
+    found, files = write_failure(job.made, error, provenance)
+    for cause in found["failure"]["causes"] if found else ():
         job.listener.tell(f"likely cause: {cause['what']}; {cause['remedy']}")
-    for path in found.get("files", ()):
+    for path in files:
         job.listener.tell(f"written: {path}")
 
 
 def explain(error: SolverError) -> dict[str, Any]:
     """The diagnosis as a JSON object."""
-    from ...dynamics.diagnoses import diagnosis
-
     return plain(diagnosis.explain(error))
 
 
@@ -124,3 +136,41 @@ def rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
         course = " ".join(f"{value:.1e}" for value in attempt["residuals"][:5])
         found.append((f"residuals with step {attempt['step']:.3g} s", f"{course} ({attempt['outcome']})"))
     return found
+
+
+def rescue(job: Job, error: Exception) -> list[Path]:
+    """Everything that can be written, one file after the other; their names, the record of the error first."""
+    found: list[Path] = []
+    for make in (record, states, outputs):
+        with contextlib.suppress(Exception):  # the error at hand is the one to report
+            found.extend(make(job, error))
+    return found
+
+
+def record(job: Job, error: Exception) -> Iterator[Path]:
+    """What went wrong, and where."""
+    facts = {
+        "status": "error",
+        "reason": "internal error",
+        "message": f"{type(error).__name__}: {error}",
+        "traceback": traceback.format_exception(error),
+        "call": sys.argv,
+        **reports.environment(),
+        "notices": job.notices,
+    }
+    folder = job.made or Path()
+    folder.mkdir(parents=True, exist_ok=True)
+    yield reports.write_json(folder / ERROR, facts)
+
+
+def states(job: Job, error: Exception) -> Iterator[Path]:
+    """The motion as arrays."""
+    if job.made is not None and job.trajectory is not None:
+        columns = {name: getattr(job.trajectory, name) for name in COLUMNS}
+        yield durable.write(job.made / STATES, container.image(columns))
+
+
+def outputs(job: Job, error: Exception) -> Iterator[Path]:
+    """The outputs of the motion."""
+    if job.made is not None and job.trajectory is not None:
+        yield reports.write_csv(job.made / OUTPUTS, {"t": job.trajectory.times, **dynamics.outputs(job.trajectory)})

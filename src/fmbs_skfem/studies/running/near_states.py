@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...core.errors import FmbsError, InputError, MissingFeature, say
+from ...core.errors import FmbsError, InputError, say
 from ...core.values.units import add_unit
 from ...dynamics.near_state.shapes import say_shares, shares
-from ...results import mode_shapes, response_plots, segments, series
+from ...results import mode_shapes, response_plots, series
 from ...results.plots import PANELS
 from .. import job as jobs
 from .. import reports
 from ..job import Job
 from ..result import Figures, ReportTable, conclude, describe_error, list_files
 from . import recording
-from .facts import heading, sizes
 from .outcome import Run
 
 if TYPE_CHECKING:
@@ -40,49 +38,46 @@ def solve_states(
     job: Job, scene: Scene, analysis: States, draw: Draw | None = None, names: Sequence[str] = (), plots: bool = True
 ) -> Run:
     """What the analysis of a scene finds, also in its file of columns, and what is drawn of its shapes."""
-    mark = reports.fingerprint(scene)
-    with recording.place(job, (analysis.table, *analysis.files, reports.REPORT, *names), mark) as out:
+    with recording.place(job, (analysis.table, *analysis.files, reports.REPORT, *names), reports.fingerprint(scene)):
         with jobs.keep_results():
             found = analysis.find(scene, job.allow_outside)
         error: FmbsError | None = jobs.refused(job)
-        if draw and found.shapes is None:
+        shapes = found.shapes
+        if draw and shapes is None:
             raise InputError(say("analysis.type", "one that finds shapes, such as modes", analysis.word, "use fmbs run"))
         moves = motions(found)
         columns: dict[str, Any] = {**found.columns} | {f"share_{name}": values for name, values in moves.get("shares", {}).items()}
         unit_texts = [head.partition("[")[2].rstrip("]") for head in found.heads]  # `Hz` of `frequency [Hz]`
         report: dict[str, Any] = {
             **describe_error(error),
-            **heading(scene),
-            **sizes(found.raw, found.reduced),
-            "fingerprint": mark,
-            "provenance": reports.provenance(scene),
+            **jobs.facts(scene, found.raw, found.reduced),
             **found.facts,
             **moves,
             "units": dict.fromkeys(columns, "") | dict(zip(found.columns, unit_texts, strict=True)),
             "notices": job.notices,
         }
         figures = figures_of(found, jobs.title(scene))
-        if out is not None:
-            with segments.room(out):
-                reports.write_csv(out / analysis.table, columns)
-                spaces = [found.linear.save(out / name) for name in analysis.files] if found.linear else []
-                report["files"] = [out / analysis.table, *spaces, out / reports.REPORT, *(figures.save(out) if plots else [])]
-                reports.write_report(out, report)
-                try:
-                    for order in draw(found.shapes, out) if draw and found.shapes else ():
-                        report["files"] = [*report["files"], order()]
-                except MissingFeature as problem:
-                    error, report = problem, report | describe_error(problem)
-                reports.write_report(out, report)
+
+        def write(out: Path) -> list[Path]:
+            spaces = [found.linear.save(out / name) for name in analysis.files] if found.linear else []
+            return [reports.write_csv(out / analysis.table, columns), *spaces]
+
+        missing = jobs.deliver(job, report, write, figures if plots else None, partial(draw, shapes) if draw and shapes else None)
     heads, rows = [*found.heads], [[*row] for row in zip(*(values.tolist() for values in found.columns.values()), strict=True)]
-    if found.shapes is not None:
+    if shapes is not None:
         heads, rows = [*heads, "what moves"], [[*row, text] for row, text in zip(rows, moves["moves"], strict=True)]
-    table = ReportTable(f"{report['scene']}: {found.title}", tuple(heads), rows)
-    view: list[ReportTable | str] = [table, *list_files(report)]
-    about = f"{report['scene']}: {found.about}"
-    made = Run(about=about, report=report, lines=view, figures=figures, error=error)
-    more = {name: np.asarray(values) for name, values in columns.items()}
-    return conclude(replace(made, outputs=more, frequencies=found.frequencies, shapes=found.shapes, linear=found.linear))
+    made = Run(
+        about=f"{report['scene']}: {found.about}",
+        report=report,
+        lines=[ReportTable(f"{report['scene']}: {found.title}", tuple(heads), rows), *list_files(report)],
+        figures=figures,
+        error=error or missing,
+        outputs={name: np.asarray(values) for name, values in columns.items()},
+        frequencies=found.frequencies,
+        shapes=shapes,
+        linear=found.linear,
+    )
+    return conclude(made)
 
 
 def motions(found: StateTable) -> dict[str, Any]:

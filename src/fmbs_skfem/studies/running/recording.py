@@ -36,24 +36,18 @@ class TimeOver(FmbsError):
 
 @contextlib.contextmanager
 def place(job: Job, names: Iterable[str], mark: str) -> Iterator[Path | None]:
-    """The output folder for `names`, made and locked; removed where it is new and stays empty. None where nothing is written.
+    """The output folder for `names`, made and locked; None where nothing is written.
 
     A history that ended is removed, and so is any with --force; a run that can go on is not.
     """
-    new = job.out is not None and not job.out.exists()
     out = jobs.settle_folder(job, names, mark)
     if out is None:
         yield None
         return
-    try:
-        with segments.lock(out):
-            if (out / segments.FOLDER).exists():
-                clear(job, out, mark)
-            yield out
-    finally:
-        if new:
-            with contextlib.suppress(OSError):  # it is not empty
-                out.rmdir()
+    with segments.lock(out):
+        if (out / segments.FOLDER).exists():
+            clear(job, out, mark)
+        yield out
 
 
 def clear(job: Job, out: Path, mark: str) -> None:

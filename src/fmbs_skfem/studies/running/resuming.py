@@ -14,7 +14,6 @@ from ...results import segments
 from .. import job as jobs
 from .. import reports
 from ..job import Job
-from ..result import conclude
 from . import compiling, runs, solving
 from .outcome import Run
 
@@ -33,10 +32,10 @@ def resume_run(job: Job, plots: bool, time_limit: float) -> Run:
         own.listener.begin(own)
         scene = jobs.read_scene(own, asked["duration"])
         task = runs.scene_task(own, scene, asked["duration"], asked["checkpoint"])
-        compare(out, asked["provenance"], reports.plain(task.origin))
+        compare(out, asked["provenance"], reports.plain(task.facts["provenance"]))
         solving.warm_up(task, compiling.announce(own))
         record = segments.Recorder(out, asked, asked["checkpoint"], found)
-        return conclude(solving.finish(own, task, plots, None, record, segments.read(out, found), time_limit))
+        return solving.finish(own, task, plots, None, record, segments.read(out, found), time_limit)
 
 
 def compare(out: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from math import isfinite
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,11 +16,9 @@ from ...results.rendering import painter
 from ...scenes import build
 from ...scenes.analyses.analysis import Analysis, History, States
 from .. import job as jobs
-from .. import reports
+from .. import models, reports
 from ..job import Job
-from ..result import conclude
-from . import judging
-from .facts import heading, sizes
+from . import judging, near_states, pictures
 from .outcome import SERIES, Run
 from .solving import RunTask, solve
 
@@ -32,8 +30,6 @@ def run_source(
     job: Job, duration: float | None, step: float | None, plots: bool, picture: bool, checkpoint: float | None, time_limit: float
 ) -> Run:
     """A scene or a saved model, as its file says; options that are not for it are refused."""
-    from .. import models
-
     limits = {"--checkpoint": checkpoint is not None, "--time-limit": isfinite(time_limit)}
     given = " and ".join(name for name, used in limits.items() if used)
     if models.is_model(job):
@@ -49,52 +45,56 @@ def run_source(
         raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
     if given and job.out is None:
         raise InputError(say(given, "a folder for the results", "none", "give one: out"))
-    if isinstance(scene.analysis, States):
-        from . import near_states
-
-        return near_states.solve_states(job, scene, scene.analysis, plots=plots)
-    make = partial(scene_task, job, scene, duration, checkpoint)
-    return conclude(solve(job, reports.fingerprint(scene), make, plots, limit=time_limit))
+    return solve_scene(job, scene, duration, None, (), plots, checkpoint, time_limit)
 
 
 def render_scene(job: Job, duration: float | None, frames: int, ending: str, scale: float) -> Run:
     """A scene, with its picture and its animation of `frames` instants (none for 0), `.gif` or `.mp4`."""
-    from . import pictures
-
     scene = jobs.read_scene(job, duration)
     if isinstance(scene.analysis, States):
-        from . import near_states
-
         if scale != 1.0:
             raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
-        draw = partial(near_states.pictures, jobs.title(scene), frames, ending)
-        with painter.at_hand(job.out is not None):
-            return near_states.solve_states(job, scene, scene.analysis, draw, [near_states.PICTURE])
-    names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
-    make = partial(scene_task, job, scene, duration)
-    draw = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
+        names, draw = [near_states.PICTURE], partial(near_states.pictures, jobs.title(scene), frames, ending)
+    else:
+        names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
+        draw = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
     with painter.at_hand(job.out is not None):
-        return conclude(solve(job, reports.fingerprint(scene), make, True, draw, names))
+        return solve_scene(job, scene, duration, draw, names)
 
 
 def export_scene(job: Job, duration: float | None, frames: int) -> Run:
     """A scene, with its VTK series."""
-
-    def draw(trajectory: Trajectory, out: Path) -> Sequence[Callable[[], Path]]:
-        rows = frames_.spread(trajectory.times, frames)
-        one = out / f"{SERIES}{temporal.SUFFIX}"
-        return [
-            partial(series.write_each, motion.pieces(trajectory, rows), out, SERIES),
-            partial(temporal.write, motion.pieces(trajectory, rows), one),
-        ]
-
     scene = jobs.read_scene(job, duration)
     if isinstance(scene.analysis, States):
-        from . import near_states
+        return solve_scene(job, scene, duration, near_states.write_series, [f"{near_states.SERIES}.pvd"])
+    return solve_scene(job, scene, duration, partial(write_series, frames), [f"{SERIES}.pvd", f"{SERIES}{temporal.SUFFIX}"])
 
-        return near_states.solve_states(job, scene, scene.analysis, near_states.write_series, [f"{near_states.SERIES}.pvd"])
-    make = partial(scene_task, job, scene, duration)
-    return conclude(solve(job, reports.fingerprint(scene), make, True, draw, [f"{SERIES}.pvd", f"{SERIES}{temporal.SUFFIX}"]))
+
+def write_series(frames: int, trajectory: Trajectory, out: Path) -> Sequence[Callable[[], Path]]:
+    """The bodies at `frames` instants of a motion, one file an instant and one file of all."""
+    rows = frames_.spread(trajectory.times, frames)
+    one = out / f"{SERIES}{temporal.SUFFIX}"
+    return [
+        partial(series.write_each, motion.pieces(trajectory, rows), out, SERIES),
+        partial(temporal.write, motion.pieces(trajectory, rows), one),
+    ]
+
+
+def solve_scene(
+    job: Job,
+    scene: Scene,
+    duration: float | None,
+    draw: Callable[..., Sequence[Callable[[], Path]]] | None,
+    names: Sequence[str],
+    plots: bool = True,
+    checkpoint: float | None = None,
+    limit: float = inf,
+) -> Run:
+    """What the analysis of a scene asks for; `draw` orders the files `names` of what is found, as `solving.Draw`."""
+    if isinstance(scene.analysis, States):
+        return near_states.solve_states(job, scene, scene.analysis, draw, names, plots)
+    make = partial(scene_task, job, scene, duration, checkpoint)
+    return solve(job, reports.fingerprint(scene), make, plots, draw, names, limit)
 
 
 def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint: float | None = None) -> RunTask:
@@ -106,8 +106,7 @@ def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint
     raw = build.system(scene, allow_outside=job.allow_outside)
     analysis.require(scene, raw)
     reduced = build.chosen_form(scene, raw)
-    mark, origin = reports.fingerprint(scene), reports.provenance(scene)
-    facts = {**heading(scene), **sizes(raw, reduced)}
+    facts = jobs.facts(scene, raw, reduced)
     words = f"{facts['scene']}: {facts['dofs']} dofs, {facts['constraints']} constraints ({facts['unknowns']} unknowns, "
     request = {
         "scene": str(job.path.absolute()),
@@ -116,15 +115,13 @@ def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint
         "allow_outside": job.allow_outside,
         "repair": job.repair,
         "checkpoint": checkpoint,
-        "fingerprint": mark,
-        "provenance": reports.plain(origin),
+        "fingerprint": facts["fingerprint"],
+        "provenance": reports.plain(facts["provenance"]),
     }
     asked = job.states or checkpoint is not None or bool(stress_errors.recovered_at(reduced))
     solution = analysis.solve if asked else analysis.solve_for_outputs
     return RunTask(
-        jobs.title(scene),
-        mark,
-        origin,
+        facts["scene"],
         facts,
         f"{words}{facts['multipliers']} multipliers)",
         reduced,

@@ -12,26 +12,27 @@ import time
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ... import dynamics
-from ...core.errors import FmbsError, MissingFeature, SolverError, Warned
+from ...core.errors import FmbsError, SolverError, Warned
 from ...core.notices import Notice, Progress
 from ...core.storage.records import dataclass
 from ...dynamics import GeneralizedAlpha, Trajectory
 from ...dynamics.diagnoses import large_strains
 from ...parts import departures
-from ...results import segments, stress_errors
+from ...results import stress_errors
 from ...results.frames import SILENT
 from ...results.segments import Recorder
 from ...systems.measures import probes
 from .. import job as jobs
 from .. import reports
 from ..job import Job
-from ..result import ReportTable, describe_error, list_files
+from ..result import ReportTable, conclude, describe_error, list_files
 from . import compiling, failures, panels, recording
 from .outcome import OUTPUTS, UNITS, Run, write_outputs
 
@@ -49,9 +50,7 @@ class RunTask:
     """What is run, and what its report says of it."""
 
     title: str
-    mark: str  #: fingerprint of what is computed
-    origin: Mapping[str, Any]  #: provenance
-    facts: Mapping[str, Any]  #: of the report: what it is, at which parameters, its sizes
+    facts: Mapping[str, Any]  #: of the report: what it is, at which parameters, its sizes, fingerprint and provenance
     words: str  #: the same at the begin of a line
     system: System
     solve: Callable[[Progress, recording.Watch | None, Resumed | None], Trajectory]
@@ -94,7 +93,7 @@ def finish(
     cpu, wall = time.process_time(), time.perf_counter()
     job.trajectory, error = attempt(job, task, record, resume, limit)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
-    trajectory, out = job.trajectory, job.made
+    trajectory = job.trajectory
     beyond = departures.find(trajectory)
     with jobs.keep_results():
         if isinstance(error, SolverError):
@@ -105,6 +104,7 @@ def finish(
         uncertain = stress_errors.of_outputs(trajectory, outputs)
         stress_errors.warn(uncertain)
     error = error or jobs.refused(job)
+    failure, files = failures.write_failure(job.made, error, task.facts["provenance"], plots)
     report: dict[str, Any] = {
         **describe_error(error),
         **task.facts,
@@ -128,42 +128,34 @@ def finish(
         "units": probes.column_units(task.system.outputs),
         "labels": probes.column_labels(task.system.outputs),
         "segments": len(record.manifest.segments) if record else 0,
-        "fingerprint": task.mark,
-        "provenance": task.origin,
         "notices": job.notices,
+        **failure,
     }
     across, marks = "time [s]" if task.scheme else "load factor", [(one.time, one.name) for one in trajectory.events]
     noise = (report.get("acceleration_noise") or 0.0) * trajectory.system.weight
     silent = panels.find_noise(task.system.outputs, outputs, trajectory.system.scale, noise)
     figures = panels.figures_of(task.system.outputs, trajectory.times, outputs, task.title, across, marks, silent)
-    missing = None
-    if out is not None:
-        with segments.room(out, out):
-            files = [*write_outputs(out, trajectory.times, outputs, report, job.units), out / reports.REPORT]
-            report["files"] = files + (figures.save(out) if plots else [])
-            report = failures.write_failure(out, report, error if isinstance(error, SolverError) else None, plots)
-            reports.write_report(out, report)
-            if draw is not None:
-                try:
-                    for order in draw(trajectory, out):
-                        report["files"] = [*report["files"], order()]
-                except MissingFeature as problem:
-                    missing, report = problem, report | describe_error(problem) if error is None else report
-                reports.write_report(out, report)
+
+    def write(out: Path) -> list[Path]:
+        return [*write_outputs(out, trajectory.times, outputs, report, job.units), *files]
+
+    missing = jobs.deliver(job, report, write, figures if plots else None, draw and partial(draw, trajectory))
     view: list[ReportTable | str] = [summary(task, report), *task.remarks]
     view += [*([table_of_events(trajectory)] if trajectory.events else [])]
     view += describe_path(trajectory)
     view += [*([table_of_outputs(report, silent)] if outputs else []), *errors_of_stresses(report)]
     view += [*failures.views(report), *list_files(report)]
-    about = f"{report.get('scene') or task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
-    return Run(
-        about=about,
-        report=report,
-        lines=view,
-        figures=figures,
-        error=error or missing,
-        motion=trajectory,
-        outputs=outputs,
+    about = f"{task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
+    return conclude(
+        Run(
+            about=about,
+            report=report,
+            lines=view,
+            figures=figures,
+            error=error or missing,
+            motion=trajectory,
+            outputs=outputs,
+        )
     )
 
 
@@ -197,7 +189,7 @@ def attempt(
         if record is not None:
             record.fail()
         if error.partial is None:
-            failures.write_failed_start(job, error, task.origin)
+            failures.write_failed_start(job, error, task.facts["provenance"])
             raise
         return error.partial, error
 
