@@ -124,7 +124,10 @@ def lines(*bodies: np.ndarray) -> Frames:
 
 
 def test_times_stand_at_the_point_that_moves_farthest() -> None:
-    """The second body ends at a fixed hinge, where six times have no room beside each other; an arch is held at both ends."""
+    """The second body ends at a fixed hinge, where six times have no room beside each other; an arch is held at both ends.
+
+    A single instant is compared with the reference.
+    """
     turn = np.exp(0.25j * np.pi * np.arange(6))
     tip = np.column_stack([turn.real, turn.imag, 0 * turn.real])
     hinge = np.tile([3.0, 0.0, 0.0], (6, 1))
@@ -135,10 +138,15 @@ def test_times_stand_at_the_point_that_moves_farthest() -> None:
     arch = np.stack([np.column_stack([x, height * (1 - x**2), 0 * x]) for height in (1.0, -1.0)])
     crowns = camera.project(eye, np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]))
     np.testing.assert_allclose(render_child._farthest(eye, lines(arch))[0], crowns, atol=1e-9)
+    last = frames.select(lines(arch), np.array([1]))
+    np.testing.assert_allclose(render_child._farthest(eye, last)[0], crowns[1:], atol=1e-9)
 
 
 def test_times_cover_nothing_that_is_drawn() -> None:
-    """Right of the first end stands a bar, right of the second a ball, the third is free, the fourth at the edge of the picture."""
+    """Right of the first end stands a bar, right of the second a ball, the third is free, the fourth at the edge of the picture.
+
+    At one place, from which no way leads outwards, they stand around it.
+    """
     ink, height = np.zeros((600, 1000), dtype=np.int64), 15
     tips = np.array([[200.0, 300.0], [400.0, 300.0], [600.0, 300.0], [990.0, 300.0]])
     ink[250:350, 220:230] = ink[285:315, 402:430] = 1
@@ -149,7 +157,7 @@ def test_times_cover_nothing_that_is_drawn() -> None:
     places = np.array([text.place for text in texts[::-1]]) - tips
     np.testing.assert_allclose(places[2], (2.4 * height, 0.0), atol=1e-9)
     assert all(tuple(place) != (2.4 * height, 0.0) for place in places[[0, 1, 3]])
-    together = render_child.place_marks(words, np.tile([500.0, 300.0], (4, 1)), np.tile([490.0, 300.0], (4, 1)), 0 * ink, height)
+    together = render_child.place_marks(words, np.tile([500.0, 300.0], (4, 1)), np.tile([500.0, 300.0], (4, 1)), 0 * ink, height)
     boxes = [np.reshape(decor.extent(text), (2, 2)) for text in together]
     assert not any((a[0] < b[1]).all() and (a[1] > b[0]).all() for a, b in itertools.combinations(boxes, 2))
 

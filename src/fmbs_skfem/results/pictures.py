@@ -137,11 +137,8 @@ def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float,
     if low < 0 < high:
         largest = max(-low, high)
         return -largest, largest
-    return (
-        (low, high)
-        if high - low > 1e-12 * max(abs(low), abs(high))
-        else (low - 0.5 * (abs(low) or 1), high + 0.5 * (abs(low) or 1))
-    )
+    pad = 0.5 * (abs(low) or 1.0) if high - low <= 1e-12 * max(abs(low), abs(high)) else 0.0
+    return low - pad, high + pad
 
 
 def _check_suffix(path: Path | str, *suffixes: str) -> Path:

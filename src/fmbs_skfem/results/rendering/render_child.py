@@ -146,11 +146,14 @@ def overlay(job: PictureJob) -> list[Pixels]:
         drawing.instant(stage, sample, float(strength), slot=sample)
     image = drawing.shot(stage.plotter)
     stage.plotter.close()
-    texts = [Text(job.look.title, (height, height), "la", round(1.2 * height), "#000000")] if job.look.title else []
+    titles = [Text(job.look.title, (height, height), "la", round(1.2 * height), "#000000")] if job.look.title else []
+    axes, times = decor.axis_texts(camera, job.planar, height), list[Text]()
     if job.frames.bodies:
         ink = (image != empty).any(axis=2).astype(np.int64)
-        texts += place_marks(marks(job, job.frames.times), *_farthest(camera, job.frames), ink, height)
-    return _beside([decor.letter(image, texts + decor.axis_texts(camera, job.planar, height))], job, width)
+        for text in titles + axes:
+            ink[_under(text)] += TAKEN
+        times = place_marks(marks(job, job.frames.times), *_farthest(camera, job.frames), ink, height)
+    return _beside([decor.letter(image, titles + times + axes)], job, width)
 
 
 def place_marks(words: list[str], tips: Array, inner: Array, ink: Indices, height: int) -> list[Text]:
@@ -162,7 +165,8 @@ def place_marks(words: list[str], tips: Array, inner: Array, ink: Indices, heigh
     for word, tip, outward in list(zip(words, tips, tips - inner, strict=True))[::-1]:
         left, _, right, _ = decor.extent(Text(word, (0.0, 0.0), "mm", height))
         away = np.array([max(2.4 * height, (right - left) / 2 + 0.7 * height), 1.5 * height])
-        unit = outward / max(float(np.linalg.norm(outward)), 1e-9)
+        way = float(np.linalg.norm(outward))
+        unit = outward / way if way > 1.0 else np.array([1.0, 0.0])  # less than a pixel has no direction
         around = tip + np.einsum("d,kij,j->dki", FARTHER, TURNS, unit).reshape(-1, 2) * away
         best = min((Text(word, (float(x), float(y)), "mm", height, "#000000") for x, y in around), key=partial(covered, ink))
         ink[_under(best)] += TAKEN
@@ -185,11 +189,13 @@ def _under(text: Text) -> tuple[slice, slice]:
 
 
 def _farthest(camera: Camera, frames: Frames) -> tuple[Array, Array]:
-    """Pixels (s,2) of that point of all bodies which moves farthest, and of the middle of its body."""
-    ways = [np.ptp(camera_.project(camera, body.points), axis=0).sum(axis=1) for body in frames.bodies.values()]
-    body = list(frames.bodies.values())[int(np.argmax([way.max() for way in ways]))].points
-    tip = body[:, max(ways, key=np.max).argmax()]
-    return camera_.project(camera, tip), camera_.project(camera, body.mean(axis=1))
+    """Pixels (s,2) of that point of all bodies which moves farthest, also from its reference, and of the middle of its body."""
+    bodies = list(frames.bodies.values())
+    paths = [camera_.project(camera, np.concatenate([body.points, body.reference[None]])) for body in bodies]
+    ways = [np.ptp(path, axis=0).sum(axis=1) for path in paths]
+    most = int(np.argmax([way.max() for way in ways]))
+    found = paths[most][:-1]
+    return found[:, ways[most].argmax()], found.mean(axis=1)
 
 
 def _columns(job: PictureJob, size: tuple[int, int]) -> int:
