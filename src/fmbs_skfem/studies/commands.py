@@ -58,8 +58,8 @@ def check(source: SceneSource, *, duration: Duration = None, **shared: Unpack[Sh
     """
     from . import checking
 
-    with jobs.begin(source, **shared) as job:
-        return checking.check_scene(job, jobs.read_scene(job, duration))
+    with jobs.begin(source, duration=duration, **shared) as job:
+        return checking.check_scene(job, jobs.read_scene(job))
 
 
 def checksums(folder: Folder, **shared: Unpack[OutputOptions]) -> Result:
@@ -104,9 +104,10 @@ def run(
     """
     from .running import runs
 
-    with jobs.begin(source, **shared) as job:
-        job.units = units
-        return runs.run_source(job, duration, step, plots, picture, checkpoint, time_limit)
+    with jobs.begin(
+        source, duration=duration, plots=plots, units=units, checkpoint=checkpoint, time_limit=time_limit, **shared
+    ) as job:
+        return runs.run_source(job, step, picture)
 
 
 def resume(
@@ -121,9 +122,8 @@ def resume(
     """
     from .running import resuming
 
-    with jobs.begin(folder, **shared) as job:
-        job.units = units
-        return resuming.resume_run(job, plots, time_limit)
+    with jobs.begin(folder, plots=plots, units=units, time_limit=time_limit, **shared) as job:
+        return resuming.resume_run(job)
 
 
 def reduce(
@@ -163,8 +163,8 @@ def reduce(
     """
     from . import plans, reducing
 
-    with jobs.begin(source, **shared) as job:
-        scene = jobs.read_scene(job, duration)
+    with jobs.begin(source, duration=duration, **shared) as job:
+        scene = jobs.read_scene(job)
         path = jobs.settle_file(job, f"{job.path.stem}.h5")
         plan = plans.plan_with(scene, level, tolerance, modes, hyper, sample, basis)
         return reducing.reduce_scene(job, scene, path, plan)
@@ -195,10 +195,10 @@ def train(
     """
     from . import greedy_training
 
-    with jobs.begin(source, **shared) as job:
-        scene = jobs.read_scene(job, duration)
-        order = greedy_training.prepare(job, scene, duration, tolerance, iterations, holdout, compare)
-        return greedy_training.train_order(job, order, greedy_training.folder(job, scene, resume), compare, plots)
+    with jobs.begin(source, duration=duration, plots=plots, **shared) as job:
+        scene = jobs.read_scene(job)
+        order = greedy_training.prepare(job, scene, tolerance, iterations, holdout, compare)
+        return greedy_training.train_order(job, order, greedy_training.folder(job, scene, resume), compare)
 
 
 def compare(
@@ -216,8 +216,8 @@ def compare(
     """
     from . import comparison
 
-    with jobs.begin(source, **shared) as job:
-        return comparison.compare_scene(job, duration, quick, picture)
+    with jobs.begin(source, duration=duration, **shared) as job:
+        return comparison.compare_scene(job, quick, picture)
 
 
 def sweep(
@@ -262,8 +262,8 @@ def sweep(
     from ..families import response_surfaces, sweeps
     from . import sweep_sources, sweeping
 
-    with jobs.begin(source, **shared) as job:
-        members = sweep_sources.members(job, ranges or {}, duration, instants)
+    with jobs.begin(source, duration=duration, plots=plots, **shared) as job:
+        members = sweep_sources.members(job, ranges or {}, instants)
         points = sweep_sources.spread(members.parameters, samples, design, table, seed)
         given = scheduler or (None if workers else os.environ.get("DASK_SCHEDULER_ADDRESS"))
         executor, address = (given, None) if isinstance(given, Executor) else (None, given)
@@ -271,7 +271,7 @@ def sweep(
         if surfaces:
             response_surfaces.check_count(members.parameters, len(points))
         indices = design == sweep_sources.SALTELLI
-        return sweeping.sweep_points(job, members, points, seed, options, resume, plots, indices, surfaces)
+        return sweeping.sweep_points(job, members, points, seed, options, resume, indices, surfaces)
 
 
 def render(
@@ -295,8 +295,8 @@ def render(
     from ..results import video
     from .running import runs
 
-    with jobs.begin(source, **shared) as job:
-        return runs.render_scene(job, duration, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale)
+    with jobs.begin(source, duration=duration, **shared) as job:
+        return runs.render_scene(job, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale)
 
 
 def export(
@@ -314,8 +314,8 @@ def export(
     """
     from .running import runs
 
-    with jobs.begin(source, **shared) as job:
-        return runs.export_scene(job, duration, frames)
+    with jobs.begin(source, duration=duration, **shared) as job:
+        return runs.export_scene(job, frames)
 
 
 def verify(

@@ -59,18 +59,6 @@ class ComparisonPictures:
         """Names of all files."""
         return [self.still, self.moving, self.error, *([f"{SERIES}.pvd"] if self.series else [])]
 
-    def of_full(self, scene: Scene, full: Trajectory, out: Path) -> list[pictures.Order]:
-        """What is drawn of the full motion in a folder."""
-        return pictures.scene(scene, full, out, self.frames, (self.still, self.moving), self.rate)
-
-    def of_all(self, scene: Scene, study: Comparison, out: Path) -> list[pictures.Order]:
-        """What is drawn when all models have run."""
-        found = pictures.error(scene, study, out / self.error)
-        if self.series:
-            frames = motion.frames(study.full, frames_.spread(study.full.times, self.frames))
-            found += [partial(series.write, frames, out, SERIES)]
-        return found
-
 
 DEMO_SHOWN = ComparisonPictures("full.png", "motion.gif", "reduced.png", frames=41, rate=14.0, series=True)
 
@@ -86,10 +74,10 @@ class ComparisonResult(Result):
         return self.study[name]
 
 
-def compare_scene(job: Job, duration: float | None, quick: bool, picture: bool) -> ComparisonResult:
+def compare_scene(job: Job, quick: bool, picture: bool) -> ComparisonResult:
     """All models of a scene, with pictures of its full model and of an error."""
 
-    scene = jobs.read_scene(job, duration)
+    scene = jobs.read_scene(job)
     return conclude(comparison(job, scene, quick, ComparisonPictures() if picture else None))
 
 
@@ -128,10 +116,10 @@ def comparison(job: Job, scene: Scene, quick: bool, shown: ComparisonPictures | 
     out = jobs.settle_folder(job, (RECORD, *names), mark, RECORD)
     compiling.announce(job, reduces=True)
     with drawing_beside(scene, shown if out else None) as gallery:
-        study = run(scene, quick, job.allow_outside, job.progress("comparing"), gallery.begin)
+        study = run(scene, quick, job.allow_outside, job.progress("comparing"), gallery.begin if gallery else None)
         report, drawn = report_of(scene, study), figures.draw(scene, study)
         report |= {"fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
-        missing = jobs.deliver(job, report, figures=drawn, orders=partial(gallery.go_on, study), record=RECORD)
+        missing = jobs.deliver(job, report, figures=drawn, orders=partial(gallery.go_on, study) if gallery else None, record=RECORD)
     view = [*tables.tables(scene, study), *summarise(report), *list_files(report)]
     about = f"{report['scene']}: {', '.join(record.name for record in study.records)}"
     return ComparisonResult(about=about, report=report, lines=view, figures=drawn, error=missing, study=study)
@@ -142,20 +130,24 @@ class Gallery:
     """Pictures of a comparison that are drawn while it goes on, by a thread that waits for the process that draws."""
 
     scene: Scene
-    shown: ComparisonPictures | None
+    shown: ComparisonPictures
     place: Path  #: for those of the full motion, until the comparison has its results
     pool: ThreadPoolExecutor
     waiting: list[Future[Path]] = field(default_factory=list)
 
     def begin(self, full: Trajectory) -> None:
         """Order the pictures of the full motion."""
-        if self.shown:
-            self.waiting.extend(self.pool.submit(order) for order in self.shown.of_full(self.scene, full, self.place))
+        shown = self.shown
+        orders = pictures.scene(self.scene, full, self.place, shown.frames, (shown.still, shown.moving), shown.rate)
+        self.waiting.extend(map(self.pool.submit, orders))
 
     def go_on(self, study: Comparison, out: Path) -> list[pictures.Order]:
         """Order those of all models, in a folder; all of them are given, where they hang when they are drawn."""
-        if self.shown:
-            self.waiting.extend(self.pool.submit(order) for order in self.shown.of_all(self.scene, study, out))
+        orders = pictures.error(self.scene, study, out / self.shown.error)
+        if self.shown.series:
+            frames = motion.frames(study.full, frames_.spread(study.full.times, self.shown.frames))
+            orders.append(partial(series.write, frames, out, SERIES))
+        self.waiting.extend(map(self.pool.submit, orders))
         return [partial(self.hang, out, picture) for picture in self.waiting]
 
     def hang(self, out: Path, picture: Future[Path]) -> Path:
@@ -165,12 +157,13 @@ class Gallery:
 
 
 @contextlib.contextmanager
-def drawing_beside(scene: Scene, shown: ComparisonPictures | None) -> Iterator[Gallery]:
-    """A gallery for what is shown of a scene, nothing for None."""
-    with contextlib.ExitStack() as held:
-        held.enter_context(painter.at_hand(shown is not None))
-        place = held.enter_context(tempfile.TemporaryDirectory(prefix="fmbs-"))
-        yield Gallery(scene, shown, Path(place), held.enter_context(ThreadPoolExecutor(1)))
+def drawing_beside(scene: Scene, shown: ComparisonPictures | None) -> Iterator[Gallery | None]:
+    """A gallery for what is shown of a scene; None where nothing is."""
+    if shown is None:
+        yield None
+        return
+    with painter.at_hand(True), tempfile.TemporaryDirectory(prefix="fmbs-") as place, ThreadPoolExecutor(1) as pool:
+        yield Gallery(scene, shown, Path(place), pool)
 
 
 def run(

@@ -72,7 +72,7 @@ class TrainingResult(Result):
     holdout: Checked | None  #: what was found at hold-out points
 
 
-def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool, plots: bool) -> TrainingResult:
+def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool) -> TrainingResult:
     """The training, its hold-out points, figures and report; without a model the error that says why."""
     if out is not None:
         files.require_savable(order.task.family({}).system)
@@ -103,7 +103,7 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
         **({} if checked is None else {"holdout": holdouts.report_of(order, checked)}),
         **made,
     }
-    jobs.deliver(job, report, functools.partial(save_model, model), figures if plots else None)
+    jobs.deliver(job, report, functools.partial(save_model, model), figures)
     view: list[ReportTable | str] = [*summarise(report)]
     if checked is not None:
         view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]
@@ -119,18 +119,12 @@ def save_model(model: ParametricModel, out: Path) -> list[Path]:
 
 
 def prepare(
-    job: Job,
-    scene: Scene,
-    duration: float | None,
-    tolerance: float | None,
-    iterations: int | None,
-    holdout: int | None,
-    compare: bool,
+    job: Job, scene: Scene, tolerance: float | None, iterations: int | None, holdout: int | None, compare: bool
 ) -> TrainingOrder:
     """The input of a training from a scene and the options that replace its values."""
     section = points.section(scene)
     plan, interval = plans.plan(scene), plans.interval(scene)
-    known, family = scenes.family(scene, allow_outside=job.allow_outside, duration=duration)
+    known, family = scenes.family(scene, allow_outside=job.allow_outside, duration=job.duration)
     chosen = points.of(section, known, holdout)
     if compare and not len(chosen.holdout):
         raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))

@@ -1,7 +1,7 @@
 """One study while it runs: what it is asked for, who listens, what there is of it, and the folder of its results.
 
 with job.begin("scene.yaml", parameters={"E": 2e9}, out="results") as work:
-    scene = job.read_scene(work, duration)
+    scene = job.read_scene(work)
     out = job.settle_folder(work, names, reports.fingerprint(scene))
 """
 
@@ -11,6 +11,7 @@ import contextlib
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import field, replace
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from ..dynamics import Trajectory
     from ..scenes import Scene
     from ..systems import System
-    from .options import Shared
+    from .options import JobOptions
 
     Source = str | Path | Scene  #: a scene, or the file of a scene or of a saved reduced model
 
@@ -71,7 +72,11 @@ class Job:
     repair: bool = False
     listener: Listener = field(default_factory=Listener)
     notices: list[str] = field(default_factory=list)
+    duration: float | None = None  #: instead of that of a scene or of a training [s]
+    plots: bool = True  #: whether figures are drawn
     units: bool = False  #: whether the heads of outputs.csv have units
+    checkpoint: float | None = None  #: wall time between two checkpoints of a motion, where it is given [s]
+    time_limit: float = inf  #: of the integration of a motion [s]
     states: bool = True  #: whether all states of a motion are kept, for `Run.trajectory`
     made: Path | None = None  #: the output folder, once it is there
     new: list[Path] = field(default_factory=list)  #: the folders that were made for it, the innermost first
@@ -93,12 +98,12 @@ class Job:
 
 
 @contextlib.contextmanager
-def begin(source: Source = "", **shared: Unpack[Shared]) -> Iterator[Job]:
+def begin(source: Source = "", **options: Unpack[JobOptions]) -> Iterator[Job]:
     """A study of a source, with one BLAS thread: small systems are faster, and times comparable."""
     import scipy.linalg  # noqa: F401  (limits reach only libraries that are loaded)
     from threadpoolctl import threadpool_limits
 
-    given: dict[str, Any] = dict(shared)
+    given: dict[str, Any] = dict(options)
     consent = consents.given(given.pop("extensions", None))
     given["changes"] = {name: str(value).strip() for name, value in given.pop("parameters", {}).items()}
     given["out"] = None if given.get("out") is None else Path(given["out"])
@@ -187,12 +192,12 @@ def refused(job: Job, warning: str = "") -> Warned | None:
     return Warned(f"{found} (an error by --strict)") if found else None
 
 
-def read_scene(job: Job, duration: float | None = None) -> Scene:
-    """The scene of a job with its parameters replaced; `duration` [s] replaces that of a dynamic analysis."""
+def read_scene(job: Job) -> Scene:
+    """The scene of a job with its parameters and the duration of a dynamic analysis replaced."""
     from .. import scenes
     from ..scenes import build, times
 
-    scene = job.scene or scenes.read(job.path, job.changes, job.repair)
+    scene, duration = job.scene or scenes.read(job.path, job.changes, job.repair), job.duration
     build.check_files(scene, job.allow_outside)
     if duration is None:
         return fit_step(scene)
@@ -299,7 +304,7 @@ def deliver(
     if out is None:
         return None
     with segments.room(out, out):
-        report["files"] = [*write(out), out / record, *(figures.save(out) if figures else [])]
+        report["files"] = [*write(out), out / record, *(figures.save(out) if figures and job.plots else [])]
         reports.write_report(out, report, record)
         if orders is not None:
             try:

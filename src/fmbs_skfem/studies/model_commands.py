@@ -56,9 +56,8 @@ def run_model(
     """
     from . import models
 
-    with jobs.begin(path, **shared) as job:
-        job.units = units
-        return models.run_saved(job, duration, step, plots, picture)
+    with jobs.begin(path, duration=duration, plots=plots, units=units, **shared) as job:
+        return models.run_saved(job, step, picture)
 
 
 def train_part(

@@ -43,9 +43,9 @@ def is_model(job: Job) -> bool:
     return job.scene is None and job.path.suffix in jobs.MODELS
 
 
-def task(job: Job, duration: float | None = None, step: float | None = None) -> solving.RunTask:
+def task(job: Job, step: float | None = None) -> solving.RunTask:
     """The run of a saved model, with what is known of its error."""
-    case, notes, facts = (at_values if parametric(job.path) else alone)(job, duration, step)
+    case, notes, facts = (at_values if parametric(job.path) else alone)(job, step)
     identity = f"{mark(job.path)} {facts.get('parameters', '')} {case.duration} {case.scheme.step}"
     system, point = case.system, "".join(f"{name} = {value:.6g}, " for name, value in facts.get("parameters", {}).items())
     facts = {"model": job.path, **facts, "dofs": system.size, "constraints": len(system.constraints.names)}
@@ -67,21 +67,21 @@ def task(job: Job, duration: float | None = None, step: float | None = None) -> 
     )
 
 
-def run_saved(job: Job, duration: float | None, step: float | None, plots: bool, picture: bool) -> Run:
+def run_saved(job: Job, step: float | None, picture: bool) -> Run:
     """The run of a saved model, with a picture where it is wanted."""
-    made = task(job, duration, step)
+    made = task(job, step)
     draw = partial(pictures.model, made.title) if picture else None
     with painter.at_hand(picture and job.out is not None):
-        return solving.solve(job, made.facts["fingerprint"], lambda: made, plots, draw, [pictures.PICTURE] if picture else [])
+        return solving.solve(job, made.facts["fingerprint"], lambda: made, draw, [pictures.PICTURE] if picture else [])
 
 
-def at_values(job: Job, duration: float | None, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:
+def at_values(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:
     """The case of a parametric model at the wanted values, its notes, and the error predicted there."""
     rom = parametric_model.load(job.path)
     known = rom.model.parameters
     boxes.known(known, job.changes)
     point = boxes.completed(known, {own.name: read_value(own, job.changes[own.name]) for own in known if own.name in job.changes})
-    case, beyond = parametric_model.case_of(rom, point, duration, step)
+    case, beyond = parametric_model.case_of(rom, point, job.duration, step)
     facts = {
         "parameters": point,
         "outside": list(boxes.outside(known, point)),
@@ -93,13 +93,13 @@ def at_values(job: Job, duration: float | None, step: float | None) -> tuple[Cas
     return case, rom.notes, facts
 
 
-def alone(job: Job, duration: float | None, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:
+def alone(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:
     """The case of a model at one set of parameters, and its notes; times not given are those of its training."""
     if job.changes:
         remedy = "train one with fmbs train, or another one with fmbs reduce --set"
         raise InputError(say("--set", "a model of a whole range of parameters", f"'{job.path}', which has none", remedy))
     saved = files.read(job.path)
-    case, beyond = files.case_of(saved, duration, step, str(job.path))
+    case, beyond = files.case_of(saved, job.duration, step, str(job.path))
     return case, saved.notes, {"beyond_training": beyond}
 
 

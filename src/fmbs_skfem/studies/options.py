@@ -109,6 +109,16 @@ class Shared(ValueOptions, total=False):
     repair: Annotated[bool, Option("Merge nodes of meshes that are at one place.")]
 
 
+class JobOptions(Shared, total=False):
+    """All that a `Job` is asked for: what studies share, and what only some of them take."""
+
+    duration: float | None
+    plots: bool
+    units: bool
+    checkpoint: float | None
+    time_limit: float
+
+
 SceneSource = Annotated["Source", Argument("SCENE")]
 ModelFile = Annotated[str | Path, Argument("FILE")]
 Duration = Annotated[float | None, Option("Duration of the motion, instead of that of the scene or of the training.", "SECONDS")]

@@ -54,16 +54,16 @@ class Members:
     trained: tuple[Parameter, ...] = ()  #: `parameters` with the ranges of the training of a saved model
 
 
-def members(job: Job, ranges: Ranges, duration: float | None, instants: int) -> Members:
+def members(job: Job, ranges: Ranges, instants: int) -> Members:
     """What a job sweeps: full models of a scene, or a saved model."""
-    return (of_model if models.is_model(job) else of_scene)(job, ranges, duration, instants)
+    return (of_model if models.is_model(job) else of_scene)(job, ranges, instants)
 
 
-def of_scene(job: Job, ranges: Ranges, duration: float | None, instants: int) -> Members:
+def of_scene(job: Job, ranges: Ranges, instants: int) -> Members:
     """Full models of a scene."""
     job.path = job.path.resolve()
-    read = jobs.read_scene(job, duration)
-    known, cases = scenes.family(read, allow_outside=job.allow_outside, duration=duration)
+    read = jobs.read_scene(job)
+    known, cases = scenes.family(read, allow_outside=job.allow_outside, duration=job.duration)
     given = {own.name: own for own in from_texts(job, ranges, read.parameters)}
     for name in given.keys() - read.used:
         raise InputError(say(f"--range {name}", "a parameter that the scene uses", "one that nothing uses"))
@@ -106,9 +106,9 @@ def check_ranges(place: str, parameters: tuple[Parameter, ...]) -> tuple[Paramet
     return parameters
 
 
-def of_model(job: Job, ranges: Ranges, duration: float | None, instants: int) -> Members:
+def of_model(job: Job, ranges: Ranges, instants: int) -> Members:
     """A reduced model that was saved."""
-    if duration is not None:
+    if job.duration is not None:
         raise InputError(say("--duration", "a scene", "a saved reduced model", "it runs over the duration it was trained for"))
     path = job.path.resolve()
     if not models.parametric(path) and container.title(path) == files.KIND.title:

@@ -85,7 +85,6 @@ def sweep_points(
     seed: int,
     options: SweepOptions,
     resume: bool,
-    plots: bool,
     indices: bool,
     surfaces: bool,
 ) -> SweepResult:
@@ -116,7 +115,7 @@ def sweep_points(
         files = [sweep_files.write_csv(table, out / sweep_files.CSV), sweep_files.write_hdf5(table, out / sweep_files.HDF5)]
         return [*files, *([response_surfaces.write(out / SURFACES, fitted)] if fitted else [])]
 
-    jobs.deliver(job, report, write, figures if plots else None)
+    jobs.deliver(job, report, write, figures)
     error = SweepFailure(report["message"]) if report["failed"] else None
     tables = [responses(table), *([sobol_table(found)] if found else []), *([surface_table(fitted, table.units)] if fitted else [])]
     view: list[ReportTable | str] = [summary(report), *tables, *([failures(report)] if error else []), *list_files(report)]

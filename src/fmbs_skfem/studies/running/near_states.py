@@ -34,9 +34,7 @@ PICTURE, ANIMATION, SERIES = "modes.png", "mode_{}.gif", "modes"
 Draw = Callable[["Shapes", Path], Sequence[Callable[[], Path]]]  #: as in `solving`
 
 
-def solve_states(
-    job: Job, scene: Scene, analysis: States, draw: Draw | None = None, names: Sequence[str] = (), plots: bool = True
-) -> Run:
+def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = None, names: Sequence[str] = ()) -> Run:
     """What the analysis of a scene finds, also in its file of columns, and what is drawn of its shapes."""
     with recording.place(job, (analysis.table, *analysis.files, reports.REPORT, *names), reports.fingerprint(scene)):
         with jobs.keep_results():
@@ -62,7 +60,7 @@ def solve_states(
             spaces = [found.linear.save(out / name) for name in analysis.files] if found.linear else []
             return [reports.write_csv(out / analysis.table, columns), *spaces]
 
-        missing = jobs.deliver(job, report, write, figures if plots else None, partial(draw, shapes) if draw and shapes else None)
+        missing = jobs.deliver(job, report, write, figures, partial(draw, shapes) if draw and shapes else None)
     heads, rows = [*found.heads], [[*row] for row in zip(*(values.tolist() for values in found.columns.values()), strict=True)]
     if shapes is not None:
         heads, rows = [*heads, "what moves"], [[*row, text] for row, text in zip(rows, moves["moves"], strict=True)]

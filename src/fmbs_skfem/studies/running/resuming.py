@@ -18,7 +18,7 @@ from . import compiling, runs, solving
 from .outcome import Run
 
 
-def resume_run(job: Job, plots: bool, time_limit: float) -> Run:
+def resume_run(job: Job) -> Run:
     """The run in the folder of a job, from its last checkpoint to the end."""
     out = job.path
     if job.out is not None:
@@ -27,15 +27,14 @@ def resume_run(job: Job, plots: bool, time_limit: float) -> Run:
     with segments.lock(out):
         found = segments.manifest(out)
         asked = found.job
-        same = {name: asked[name] for name in ("changes", "allow_outside", "repair")}
+        same = {name: asked[name] for name in ("changes", "allow_outside", "repair", "duration", "checkpoint")}
         own = replace(job, path=Path(asked["scene"]), out=out, made=out, **same)
         own.listener.begin(own)
-        scene = jobs.read_scene(own, asked["duration"])
-        task = runs.scene_task(own, scene, asked["duration"], asked["checkpoint"])
+        task = runs.scene_task(own, jobs.read_scene(own))
         compare(out, asked["provenance"], reports.plain(task.facts["provenance"]))
         solving.warm_up(task, compiling.announce(own))
         record = segments.Recorder(out, asked, asked["checkpoint"], found)
-        return solving.finish(own, task, plots, None, record, segments.read(out, found), time_limit)
+        return solving.finish(own, task, None, record, segments.read(out, found))
 
 
 def compare(out: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from math import inf, isfinite
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,31 +26,29 @@ if TYPE_CHECKING:
     from ...scenes import Scene
 
 
-def run_source(
-    job: Job, duration: float | None, step: float | None, plots: bool, picture: bool, checkpoint: float | None, time_limit: float
-) -> Run:
+def run_source(job: Job, step: float | None = None, picture: bool = False) -> Run:
     """A scene or a saved model, as its file says; options that are not for it are refused."""
-    limits = {"--checkpoint": checkpoint is not None, "--time-limit": isfinite(time_limit)}
+    limits = {"--checkpoint": job.checkpoint is not None, "--time-limit": isfinite(job.time_limit)}
     given = " and ".join(name for name, used in limits.items() if used)
     if models.is_model(job):
         if given:
             raise InputError(say(given, "a scene", f"{job.path}", "a reduced model runs anew in seconds"))
-        return models.run_saved(job, duration, step, plots, picture)
+        return models.run_saved(job, step, picture)
     if picture:
         raise InputError(say("--picture", "a saved reduced model (.h5)", f"{job.path}", "draw a scene with fmbs render"))
     if step is not None:
         raise InputError(say("--step", "a saved reduced model (.h5)", f"{job.path}", "a scene has its own step: analysis.step"))
-    scene = jobs.read_scene(job, duration)
+    scene = jobs.read_scene(job)
     if given and not scene.analysis.moves:
         raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
     if given and job.out is None:
         raise InputError(say(given, "a folder for the results", "none", "give one: out"))
-    return solve_scene(job, scene, duration, None, (), plots, checkpoint, time_limit)
+    return solve_scene(job, scene)
 
 
-def render_scene(job: Job, duration: float | None, frames: int, ending: str, scale: float) -> Run:
+def render_scene(job: Job, frames: int, ending: str, scale: float) -> Run:
     """A scene, with its picture and its animation of `frames` instants (none for 0), `.gif` or `.mp4`."""
-    scene = jobs.read_scene(job, duration)
+    scene = jobs.read_scene(job)
     if isinstance(scene.analysis, States):
         if scale != 1.0:
             raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
@@ -59,15 +57,15 @@ def render_scene(job: Job, duration: float | None, frames: int, ending: str, sca
         names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
         draw = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
     with painter.at_hand(job.out is not None):
-        return solve_scene(job, scene, duration, draw, names)
+        return solve_scene(job, scene, draw, names)
 
 
-def export_scene(job: Job, duration: float | None, frames: int) -> Run:
+def export_scene(job: Job, frames: int) -> Run:
     """A scene, with its VTK series."""
-    scene = jobs.read_scene(job, duration)
+    scene = jobs.read_scene(job)
     if isinstance(scene.analysis, States):
-        return solve_scene(job, scene, duration, near_states.write_series, [f"{near_states.SERIES}.pvd"])
-    return solve_scene(job, scene, duration, partial(write_series, frames), [f"{SERIES}.pvd", f"{SERIES}{temporal.SUFFIX}"])
+        return solve_scene(job, scene, near_states.write_series, [f"{near_states.SERIES}.pvd"])
+    return solve_scene(job, scene, partial(write_series, frames), [f"{SERIES}.pvd", f"{SERIES}{temporal.SUFFIX}"])
 
 
 def write_series(frames: int, trajectory: Trajectory, out: Path) -> Sequence[Callable[[], Path]]:
@@ -81,23 +79,15 @@ def write_series(frames: int, trajectory: Trajectory, out: Path) -> Sequence[Cal
 
 
 def solve_scene(
-    job: Job,
-    scene: Scene,
-    duration: float | None,
-    draw: Callable[..., Sequence[Callable[[], Path]]] | None,
-    names: Sequence[str],
-    plots: bool = True,
-    checkpoint: float | None = None,
-    limit: float = inf,
+    job: Job, scene: Scene, draw: Callable[..., Sequence[Callable[[], Path]]] | None = None, names: Sequence[str] = ()
 ) -> Run:
     """What the analysis of a scene asks for; `draw` orders the files `names` of what is found, as `solving.Draw`."""
     if isinstance(scene.analysis, States):
-        return near_states.solve_states(job, scene, scene.analysis, draw, names, plots)
-    make = partial(scene_task, job, scene, duration, checkpoint)
-    return solve(job, reports.fingerprint(scene), make, plots, draw, names, limit)
+        return near_states.solve_states(job, scene, scene.analysis, draw, names)
+    return solve(job, reports.fingerprint(scene), partial(scene_task, job, scene), draw, names)
 
 
-def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint: float | None = None) -> RunTask:
+def scene_task(job: Job, scene: Scene) -> RunTask:
     """The full model of a scene, over time or at rest."""
     analysis = scene.analysis
     if not isinstance(analysis, History):
@@ -111,14 +101,14 @@ def scene_task(job: Job, scene: Scene, duration: float | None = None, checkpoint
     request = {
         "scene": str(job.path.absolute()),
         "changes": dict(job.changes),
-        "duration": duration,
+        "duration": job.duration,
         "allow_outside": job.allow_outside,
         "repair": job.repair,
-        "checkpoint": checkpoint,
+        "checkpoint": job.checkpoint,
         "fingerprint": facts["fingerprint"],
         "provenance": reports.plain(facts["provenance"]),
     }
-    asked = job.states or checkpoint is not None or bool(stress_errors.recovered_at(reduced))
+    asked = job.states or job.checkpoint is not None or bool(stress_errors.recovered_at(reduced))
     solution = analysis.solve if asked else analysis.solve_for_outputs
     return RunTask(
         facts["scene"],

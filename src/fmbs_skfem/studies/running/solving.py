@@ -61,37 +61,21 @@ class RunTask:
     remarks: Sequence[str] = ()  #: sentences on the result
 
 
-def solve(
-    job: Job,
-    mark: str,
-    make: Callable[[], RunTask],
-    plots: bool = True,
-    draw: Draw | None = None,
-    names: Sequence[str] = (),
-    limit: float = np.inf,
-) -> Run:
+def solve(job: Job, mark: str, make: Callable[[], RunTask], draw: Draw | None = None, names: Sequence[str] = ()) -> Run:
     """Run a task into the output folder, settled before the task is made, where nothing of another run is touched."""
-    wanted = (OUTPUTS, UNITS, reports.REPORT, *(["outputs.png"] if plots else []), *names)
+    wanted = (OUTPUTS, UNITS, reports.REPORT, *(["outputs.png"] if job.plots else []), *names)
     with recording.place(job, wanted, mark) as out:
         cold = compiling.announce(job)
         task = make()
         warm_up(task, cold)
         record = Recorder(out, task.request, task.request["checkpoint"]) if out and task.request else None
-        return finish(job, task, plots, draw, record, None, limit)
+        return finish(job, task, draw, record)
 
 
-def finish(
-    job: Job,
-    task: RunTask,
-    plots: bool,
-    draw: Draw | None = None,
-    record: Recorder | None = None,
-    resume: Resumed | None = None,
-    limit: float = np.inf,
-) -> Run:
+def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder | None = None, resume: Resumed | None = None) -> Run:
     """Solve a task, or go on with it; its outputs, report, plots and pictures."""
     cpu, wall = time.process_time(), time.perf_counter()
-    job.trajectory, error = attempt(job, task, record, resume, limit)
+    job.trajectory, error = attempt(job, task, record, resume)
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     trajectory = job.trajectory
     beyond = departures.find(trajectory)
@@ -104,7 +88,7 @@ def finish(
         uncertain = stress_errors.of_outputs(trajectory, outputs)
         stress_errors.warn(uncertain)
     error = error or jobs.refused(job)
-    failure, files = failures.write_failure(job.made, error, task.facts["provenance"], plots)
+    failure, files = failures.write_failure(job.made, error, task.facts["provenance"], job.plots)
     report: dict[str, Any] = {
         **describe_error(error),
         **task.facts,
@@ -139,7 +123,7 @@ def finish(
     def write(out: Path) -> list[Path]:
         return [*write_outputs(out, trajectory.times, outputs, report, job.units), *files]
 
-    missing = jobs.deliver(job, report, write, figures if plots else None, draw and partial(draw, trajectory))
+    missing = jobs.deliver(job, report, write, figures, draw and partial(draw, trajectory))
     view: list[ReportTable | str] = [summary(task, report), *task.remarks]
     view += [*([table_of_events(trajectory)] if trajectory.events else [])]
     view += describe_path(trajectory)
@@ -168,14 +152,14 @@ def warm_up(task: RunTask, cold: bool) -> None:
 
 
 def attempt(
-    job: Job, task: RunTask, record: Recorder | None = None, resume: Resumed | None = None, limit: float = np.inf
+    job: Job, task: RunTask, record: Recorder | None = None, resume: Resumed | None = None
 ) -> tuple[Trajectory, SolverError | Warned | None]:
     """The trajectory of a task, or the part up to a failure with its error; a task that never starts is explained.
 
     Where warnings are to be errors, a run ends with one that it gives, and keeps what there is as well.
     """
     try:
-        with recording.stoppable(record, limit) as watch:
+        with recording.stoppable(record, job.time_limit) as watch:
             trajectory = task.solve(job.progress(task.label), watch, resume)
         broken = dynamics.unstable(trajectory, task.scheme.step) if task.scheme else None
         if broken is None:

@@ -7,7 +7,6 @@ import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from math import inf
 from typing import Any
 
 from ...core.compiling import compilation, jit
@@ -24,14 +23,9 @@ STEPS = 2  #: of every scene that moves
 SHORT = 0.02  #: duration of trainings [s]
 
 
-def run(job: Job, duration: float | None) -> Result:
-    """A run without plots."""
-    return runs.run_source(job, duration, None, False, False, None, inf)
-
-
-def reduce(sample: str, job: Job, duration: float | None) -> Result:
+def reduce(sample: str, job: Job) -> Result:
     """A training with a hyper-reduction."""
-    scene = jobs.read_scene(job, duration)
+    scene = jobs.read_scene(job)
     return reducing.reduce_scene(job, scene, None, plans.plan_with(scene, "component", None, None, None, sample))
 
 
@@ -41,7 +35,7 @@ class Warmed:
 
     name: str
     scene: str
-    study: Callable[[Job, float | None], Any] = run
+    study: Callable[[Job], Any] = runs.run_source
     duration: float | None = None  #: [s]; STEPS steps of a motion
 
 
@@ -99,8 +93,9 @@ def attempt(kind: Warmed) -> str:
         analysis = build.dynamic(scene)
         duration, scene = STEPS * analysis.step, replace(scene, analysis=replace(analysis, every=1))
     try:
-        with jobs.begin(scene, listener=Listener(tell=jobs.ignore, notice=jobs.ignore)) as job:
-            kind.study(job, duration)
+        quiet = Listener(tell=jobs.ignore, notice=jobs.ignore)
+        with jobs.begin(scene, listener=quiet, duration=duration, plots=False) as job:
+            kind.study(job)
     except MissingFeature as missing:
         return f"left out: {missing}"
     except FmbsError as error:
