@@ -161,7 +161,7 @@ def _draw(frames: Frames, path: Path, look: Look, layout: str, rate: float = 1.0
 
 def make_job(frames: Frames, look: Look, layout: str, rate: float, target: Path) -> PictureJob:
     """The order for a picture: of the fields that which is drawn, in the unit of the colour scale."""
-    bodies, name = dict(frames.bodies), look.field
+    bodies, name, colours = dict(frames.bodies), look.field, "viridis"
     if name is None:
         look = replace(look, label="", limits=(0.0, 1.0), logarithmic=False)
         bodies = {key: replace(body, fields={}) for key, body in bodies.items()}
@@ -173,7 +173,7 @@ def make_job(frames: Frames, look: Look, layout: str, rate: float, target: Path)
         bodies = {
             key: replace(body, fields={name: frames_.magnitude(body, name) / unit * (not silent)}) for key, body in bodies.items()
         }
-    colours = STRESS if name in UNITS else ""
+        colours = "coolwarm" if low < 0.0 < high else STRESS if name in UNITS else "viridis"
     drawn = replace(frames, bodies=bodies)
     return PictureJob(layout, drawn, frames_.planar(frames), look, colours, rate, target.suffixes[-2].lower(), target)
 

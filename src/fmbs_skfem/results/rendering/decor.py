@@ -202,12 +202,8 @@ def norm(job: PictureJob) -> Any:
 
 
 def cmap(job: PictureJob) -> Any:
-    """Blue to red through grey for fields of both signs, for the others the order's own or viridis without its palest end."""
+    """The colour map without its palest end, where that is yellow."""
     import matplotlib
     from matplotlib.colors import ListedColormap
 
-    if job.diverging:
-        return matplotlib.colormaps["coolwarm"]
-    if job.colours:
-        return matplotlib.colormaps[job.colours]
-    return ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.0, 0.93, 256)))
+    return ListedColormap(matplotlib.colormaps[job.colours](np.linspace(0.0, 0.93 if job.colours == "viridis" else 1.0, 256)))

@@ -40,7 +40,7 @@ class PictureJob:
     frames: Frames  #: the drawn instants; bodies have at most the field that is drawn, (s,x) in the unit of its label
     planar: bool
     look: Look  #: with the label of its field, empty where every body has its own colour, and limits in the unit of that
-    colours: str  #: colour map of matplotlib for fields of one sign; empty: viridis without its palest end
+    colours: str  #: colour map of matplotlib
     rate: float  #: frames a second
     suffix: str  #: of the format, such as .png
     target: Path  #: the file to write
@@ -49,8 +49,3 @@ class PictureJob:
     def limits(self) -> tuple[float, float]:
         """Of the colour scale."""
         return self.look.limits or (0.0, 1.0)
-
-    @property
-    def diverging(self) -> bool:
-        """True where the scale runs to both sides of zero."""
-        return not self.look.logarithmic and self.limits[0] < 0 < self.limits[1]
