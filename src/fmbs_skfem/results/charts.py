@@ -22,9 +22,7 @@ from .rendering.decor import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
-    from matplotlib.ticker import Locator
 
 DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
     "-",
@@ -34,8 +32,8 @@ DASHES: tuple[str | tuple[int, tuple[float, ...]], ...] = (
     (0, (4, 1, 1, 1, 1, 1)),
 )
 MARKERS = "osD^vPX*<>"
-MOST, FEWEST = 6, 2  #: even steps along an axis at most, numbers at least
-LETTER, GAP = 0.64, 1.0  #: width of a digit over its size, least distance of two numbers in digits
+MOST, FEWEST = 6, 2  #: even steps along an axis
+ROOM = 0.75  #: of a number along an axis [inch]: seven digits and a gap
 SCREEN = 90  #: dots an inch in notebooks
 LETTERS = 103  #: on a line of one inch, if they are of one point; a key is as wide as seven of them
 
@@ -119,7 +117,12 @@ def set_log(axes: Axes, side: str, low: float, high: float) -> None:
     axes.set(**{f"{side}scale": "log"})
     if high < 100.0 * low:
         axis = axes.xaxis if side == "x" else axes.yaxis
-        fit_numbers(axis, [LogLocator(subs=subs) for subs in ((1.0, 2.0, 3.0, 5.0), (1.0, 2.0, 5.0), (1.0, 3.0), (1.0,))])
+        most = fit_numbers(axis)
+        for subs in ((1.0, 2.0, 3.0, 5.0), (1.0, 2.0, 5.0), (1.0, 3.0)):
+            rule = LogLocator(subs=subs)
+            if 1 < sum(low <= value <= high for value in rule.tick_values(low, high)) <= most:
+                axis.set_major_locator(rule)
+                break
         axis.set_major_formatter(FuncFormatter(lambda value, _: brief(value)))
         axis.set_minor_formatter(NullFormatter())
 
@@ -153,42 +156,18 @@ def brief(value: float) -> str:
     return digits + (f"e{int(power)}" if mark else "")
 
 
-def fit_numbers(axis: Axis, rules: Sequence[Locator] = ()) -> None:
-    """Numbers along an axis: those of the first of the rules, then of even steps, of which FEWEST or more fit beside each other.
+def fit_numbers(axis: Any) -> int:
+    """Even steps along an axis, no more than have room beside each other; how many that are.
 
-    Matplotlib's own rules take every number for three letters wide. What fits is decided anew whenever the axis is drawn, since the
-    layout changes its length; a few letters fit always.
+    Matplotlib's own rules take every number for three letters wide.
     """
-    from matplotlib.ticker import Locator, MaxNLocator
+    from matplotlib.ticker import MaxNLocator
 
-    known = [*rules, *(MaxNLocator(steps, steps=[1, 2, 2.5, 5, 10]) for steps in range(MOST, 0, -1))]
-
-    class Fitting(Locator):
-        def __call__(self) -> Sequence[float]:
-            return self.tick_values(*sorted(axis.get_view_interval()))
-
-        def tick_values(self, vmin: float, vmax: float) -> Sequence[float]:
-            found: list[float] = []
-            for rule in known:
-                rule.set_axis(axis)
-                found = [value for value in rule.tick_values(vmin, vmax) if vmin <= value <= vmax]
-                if len(found) >= FEWEST and fits(axis, found, vmin, vmax):
-                    break
-            return found
-
-    axis.set_major_locator(Fitting())
-
-
-def fits(axis: Any, values: Sequence[float], low: float, high: float) -> bool:
-    """Whether the numbers at values of an axis from low to high leave each other GAP letters."""
-    size = axis.get_major_ticks(1)[0].label1.get_fontsize()
-    texts = axis.get_major_formatter().format_ticks(values)
-    level = axis.axis_name == "x"
-    length = (axis.axes.bbox.width if level else axis.axes.bbox.height) * 72.0 / axis.get_figure(root=True).dpi  # [point]
-    wide = size * np.array([LETTER * len(text) if level else 1.0 for text in texts])
-    first, *places, last = axis.get_transform().transform(np.array([low, *values, high]))
-    apart = np.diff(places) / (last - first) * length
-    return bool((apart >= (wide[1:] + wide[:-1]) / 2.0 + GAP * LETTER * size).all())
+    place, figure = axis.axes.get_position(), axis.get_figure(root=True)
+    length = place.width * figure.get_figwidth() if axis.axis_name == "x" else place.height * figure.get_figheight()
+    most = min(max(FEWEST, int(length / ROOM)), MOST)
+    axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 2.5, 5, 10]))
+    return most
 
 
 def positive(values: Array) -> Array:
