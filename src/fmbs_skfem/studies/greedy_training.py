@@ -24,7 +24,7 @@ from ..reduction import files, parameters, reduced_models
 from ..reduction.full_runs import OutputMeasure, TrainingTask
 from ..scenes import build, points
 from ..scenes.training_options import Allowed
-from . import holdouts, plans, reports
+from . import holdouts, models, plans, reports
 from . import job as jobs
 from .job import Job
 from .result import ReportTable, Result, describe_error, list_files
@@ -284,9 +284,6 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
     error = report["predicted_error"]
     band = f"with the band {error['low']:.2g} to {error['high']:.2g}"
     largest = f"Largest predicted {report['measure']}, among the candidates: {error['error']:.2g}, {band}."
-    doubts = (
-        [f"This error estimate is not reliable: {'; '.join(report['doubts'])}; check with full runs."] if report["doubts"] else []
-    )
     lost = name_failed([*report["failed"], *report.get("holdout", {}).get("failed", ())])
     left = [f"The equation {name} is left out: it {why}." for name, why in report["left_out"].items() if why.startswith("locks")]
     checks = "; ".join(map(format_point, report["checks"]))
@@ -300,7 +297,7 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
         *left,
         budget,
         largest,
-        *doubts,
+        *models.say_doubts(report["doubts"]),
     ]
 
 

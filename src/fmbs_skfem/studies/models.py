@@ -203,7 +203,10 @@ def remarks(facts: Mapping[str, Any]) -> Sequence[str]:
     if (error := facts.get("predicted_error")) is not None:
         band = f"with the band {error['low']:.2g} to {error['high']:.2g}"
         found.append(f"Predicted {facts['measure']}: {error['error']:.2g}, {band}.")
-        found += (
-            [f"This error estimate is not reliable: {'; '.join(facts['doubts'])}; check with full runs."] if facts["doubts"] else []
-        )
+        found += say_doubts(facts["doubts"])
     return found
+
+
+def say_doubts(doubts: Sequence[str]) -> list[str]:
+    """What speaks against a predicted error, in a sentence; nothing where nothing does."""
+    return [f"This error estimate is not reliable: {'; '.join(doubts)}; check with full runs."] if doubts else []

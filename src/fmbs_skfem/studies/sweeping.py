@@ -169,39 +169,43 @@ def compute(
         raise Interrupted(stopped.number, text + kept) from None
 
 
-def indices_of(table: Sweep) -> dict[str, Any]:
-    """Sobol indices of the smallest, largest and last value of every output that varies, by parameter."""
-    names = [own.name for own in table.parameters]
-    found: dict[str, Any] = {}
-    largest = {name: float(np.abs(column[np.isfinite(column)]).max(initial=0.0)) for name, column in table.columns.items()}
+def each_value(table: Sweep, what: str, rule: Callable[[str, np.ndarray], Any]) -> dict[str, dict[str, Any]]:
+    """What a rule gives of the smallest, largest and last value of every output; None is left out.
+
+    An output whose samples it does not take is left out as well, with a warning that there is no such thing as `what`.
+    """
+    found: dict[str, dict[str, Any]] = {}
     for name in table.columns:
-        size = max(largest[other] for other in largest if table.units.get(other, other) == table.units.get(name, name))
         for kind, values in sweep_files.extremes(table, name).items():
             try:
-                one = sensitivity.indices(values, len(names), size=size)
+                one = rule(name, values)
             except InputError as problem:  # of samples that failed: the others are kept
-                notify(f"no Sobol indices of {name}: {problem}")
+                notify(f"no {what} of {name}: {problem}")
                 break
-            if np.isfinite(one.first).all():
-                parts = {"first": one.first, "total": one.total, "first_error": one.first_error, "total_error": one.total_error}
-                found.setdefault(name, {})[kind] = {
-                    key: dict(zip(names, part.tolist(), strict=True)) for key, part in parts.items()
-                } | {"rows": one.rows}
+            if one is not None:
+                found.setdefault(name, {})[kind] = one
     return found
+
+
+def indices_of(table: Sweep) -> dict[str, dict[str, Any]]:
+    """Sobol indices of the smallest, largest and last value of every output that varies, by parameter."""
+    names = [own.name for own in table.parameters]
+    largest = {name: float(np.abs(column[np.isfinite(column)]).max(initial=0.0)) for name, column in table.columns.items()}
+
+    def rule(name: str, values: np.ndarray) -> dict[str, Any] | None:
+        size = max(largest[other] for other in largest if table.units.get(other, other) == table.units.get(name, name))
+        one = sensitivity.indices(values, len(names), size=size)
+        if not np.isfinite(one.first).all():
+            return None
+        parts = {"first": one.first, "total": one.total, "first_error": one.first_error, "total_error": one.total_error}
+        return {key: dict(zip(names, part.tolist(), strict=True)) for key, part in parts.items()} | {"rows": one.rows}
+
+    return each_value(table, "Sobol indices", rule)
 
 
 def surfaces_of(table: Sweep) -> dict[str, dict[str, ResponseSurface]]:
     """Response surfaces of the smallest, largest and last value of every output that varies."""
-    found: dict[str, dict[str, ResponseSurface]] = {}
-    for name in table.columns:
-        for kind, values in sweep_files.extremes(table, name).items():
-            try:
-                one = response_surfaces.fit(table.parameters, table.points, values)
-            except InputError as problem:
-                notify(f"no response surface of {name}: {problem}")
-                break
-            found |= {name: found.get(name, {}) | {kind: one}} if one is not None else {}
-    return found
+    return each_value(table, "response surface", lambda name, values: response_surfaces.fit(table.parameters, table.points, values))
 
 
 def errors_of(found: Mapping[str, Mapping[str, ResponseSurface]]) -> dict[str, Any]:
