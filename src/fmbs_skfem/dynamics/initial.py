@@ -370,13 +370,27 @@ def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | No
     xc, vc, ac, early = (np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a))
     history, past = (np.zeros((stepping.HISTORY, len(part))) for part in (xc, start.multipliers))
     history[0], past[0] = early, start.multipliers * c
-    multipliers, memory = start.multipliers * c, compilation.accepted(model, start.x, start.v) if memory is None else memory
-    speed, halved, change = np.array([compilation.size(model, start.v)]), np.array([0]), np.array([np.inf])
-    signals = signal_table(model.system, np.array([time]))[0] if histories_work(model.system) else np.zeros(0)
+    memory = compilation.accepted(model, start.x, start.v) if memory is None else memory
     push, gradients = compilation.working(model, start.x, start.v, time, memory)
-    worked = np.zeros(1), push, gradients, signals
-    now, known = (xc, vc, ac, early, multipliers, history, past), (np.array([1]), np.array([0]))
-    return State(*now, *known, memory, speed, halved, change, *worked)
+    return State(
+        x=xc,
+        v=vc,
+        a=ac,
+        acceleration=early,
+        multipliers=start.multipliers * c,
+        history=history,
+        past=past,
+        known=np.array([1]),
+        order=np.array([0]),
+        memory=memory,
+        speed=np.array([compilation.size(model, start.v)]),
+        parts=np.array([0]),
+        change=np.array([np.inf]),
+        work=np.zeros(1),
+        push=push,
+        gradients=gradients,
+        signals=signal_table(model.system, np.array([time]))[0] if histories_work(model.system) else np.zeros(0),
+    )
 
 
 def histories_work(system: System) -> bool:
@@ -390,21 +404,20 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int, memor
     apart = (woodbury.fill, woodbury.close, woodbury.correct) if columns_apart(model) else ()
     routines = evaluation.evaluate, *factors.doors(model.layout.storage), settling.settle, *apart
     doors = Doors(*(one.address for one in routines))
-    counters, none = np.zeros(4, np.int64), np.zeros(0, np.int64)
     job = StepJob(
-        np.zeros((0, 0)),
-        none,
-        np.zeros((3, stored, n)),
-        model.order,
-        np.zeros((stored, m)),
-        np.zeros((stored, len(model.memory))),
-        np.zeros(stored),
-        counters,
-        np.zeros(2, np.int64),
+        signals=np.zeros((0, 0)),
+        rows=np.zeros(0, np.int64),
+        out=np.zeros((3, stored, n)),
+        order=model.order,
+        multipliers=np.zeros((stored, m)),
+        memory=np.zeros((stored, len(model.memory))),
+        work=np.zeros(stored),
+        counters=np.zeros(4, np.int64),
+        done=np.zeros(2, np.int64),
     )
     space, state = compilation.space(model), first_state(model, start, method.c, memory)
-    space.gradients[1] = state.gradients
-    state = state._replace(gradients=space.gradients[1])  # one memory, so that a step copies them once
+    space.gradients[evaluation.ACCEPTED] = state.gradients
+    state = state._replace(gradients=space.gradients[evaluation.ACCEPTED])  # one memory, so that a step copies them once
     return Step(space, model.arrays, doors, state, workspace(model), method, job)
 
 
@@ -425,27 +438,27 @@ def workspace(model: Compiled) -> Workspace:
     bordered = A.dense and model.layout.loose
     dense, closed = (n + m if bordered else n) if A.dense else 0, 0 if bordered else m
     return Workspace(
-        lapack.ADDRESSES,
-        np.zeros((dense, dense)),
-        np.zeros(n if A.dense else 0, np.int64),
-        np.zeros((band, 3 * model.layout.width + 1)),
-        np.zeros(dense or n, np.int32),
-        np.zeros((closed, closed)),
-        np.zeros(closed, np.int32),
-        np.zeros((closed, stored)),
-        np.zeros((m, stored)),
-        np.zeros(supernodes.entries(tree)),
-        np.zeros(n if blocks or A.dense else 0),
-        np.zeros((max(1, m), n if blocks else 0)),
-        np.zeros(supernodes.height(tree)),
-        np.zeros((rank, n)),
-        np.zeros(min(rank, n) ** 2),
-        np.zeros(min(rank, n), np.int32),
-        np.zeros((secants, n + m)),
-        np.zeros((secants, n)),
-        np.zeros(1, np.int64),
-        np.zeros(n),
-        np.array([np.inf, float(model.system.mass.diagonal().max(initial=0.0))]),
-        np.ones(1),
-        np.array([0, len(A.corotation.table) > 0, 0, 0], np.int64),
+        addresses=lapack.ADDRESSES,
+        kkt=np.zeros((dense, dense)),
+        ends=np.zeros(n if A.dense else 0, np.int64),
+        general=np.zeros((band, 3 * model.layout.width + 1)),
+        pivots=np.zeros(dense or n, np.int32),
+        schur=np.zeros((closed, closed)),
+        schur_pivots=np.zeros(closed, np.int32),
+        spread=np.zeros((closed, stored)),
+        J=np.zeros((m, stored)),
+        lower=np.zeros(supernodes.entries(tree)),
+        diagonal=np.zeros(n if blocks or A.dense else 0),
+        columns=np.zeros((max(1, m), n if blocks else 0)),
+        front=np.zeros(supernodes.height(tree)),
+        lows=np.zeros((rank, n)),
+        inner=np.zeros(min(rank, n) ** 2),
+        inner_pivots=np.zeros(min(rank, n), np.int32),
+        updates=np.zeros((secants, n + m)),
+        shares=np.zeros((secants, n)),
+        secants=np.zeros(1, np.int64),
+        moved=np.zeros(n),
+        pull=np.array([np.inf, float(model.system.mass.diagonal().max(initial=0.0))]),
+        rate=np.ones(1),
+        kind=np.array([0, len(A.corotation.table) > 0, 0, 0], np.int64),
     )

@@ -160,8 +160,21 @@ def begun(
     step.job.multipliers[0], step.job.memory[0] = start.multipliers, step.state.memory
     # factors of sparse models live here, outside of the packed step
     large = Large(model, newton.solver) if model.pattern else None
-    clocks = clock.process_time(), clock.perf_counter()
-    run = OpenRun(model, scheme, newton, kept, scheme.step * kept, rows, step, large, *clocks, observers, source, tracer=tracer)
+    run = OpenRun(
+        model=model,
+        scheme=scheme,
+        newton=newton,
+        kept=kept,
+        times=scheme.step * kept,
+        rows=rows,
+        step=step,
+        large=large,
+        cpu=clock.process_time(),
+        wall=clock.perf_counter(),
+        observers=observers,
+        source=source,
+        tracer=tracer,
+    )
     for one in observers:
         one.begin(run)
     if resume is not None:

@@ -138,12 +138,23 @@ def on_samples(
     x, v, a = (np.ascontiguousarray(part) for part in (x, v, a))
     held = np.zeros((len(times), model.constraints)) if multipliers is None else np.ascontiguousarray(multipliers)
     before, after = span or (times, times)
-    now, early, late = (signal_table(model.system, t) for t in (times, before, after))
-    memory = memories(model, times, x, v, a, memory)
-    out = np.zeros((len(times), width))
-    space = model.evaluation[0].space
-    routine(Samples(space, model.arrays, model.order, x, v, a, held, now, early, late, after - before, memory, out))
-    return out
+    samples = Samples(
+        space=model.evaluation[0].space,
+        arrays=model.arrays,
+        order=model.order,
+        x=x,
+        v=v,
+        a=a,
+        multipliers=held,
+        signals=signal_table(model.system, times),
+        before=signal_table(model.system, before),
+        after=signal_table(model.system, after),
+        span=after - before,
+        memory=memories(model, times, x, v, a, memory),
+        out=np.zeros((len(times), width)),
+    )
+    routine(samples)
+    return samples.out
 
 
 def sizes_of(trajectory: Trajectory) -> np.ndarray:
@@ -300,18 +311,27 @@ def read_sensors(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.nda
 
 def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
     """Named outputs, all by default: column name -> values (s,)."""
-    columns = dict[str, np.ndarray]()
+    columns, system = dict[str, np.ndarray](), trajectory.system
     y, rate, change = read_sensors(trajectory)
-    read = rows_read(trajectory.system)
-    require_distinct_columns(trajectory.system.outputs)
-    for name, output in trajectory.system.outputs.items():
+    read = rows_read(system)
+    require_distinct_columns(system.outputs)
+    for name, output in system.outputs.items():
         if names is not None and name not in names:
             continue
         rows, at = list(output.rows), np.searchsorted(read, output.rows)
-        whole = partial(energies, trajectory), partial(reactions, trajectory), partial(pushes, trajectory)
-        forces = trajectory.system.loads.forces
-        way = None if trajectory.way is None else (trajectory.way.values[:, rows], trajectory.way.kept)
-        sensed = Sensed(name, trajectory.system.dim, trajectory.times, y[:, at], rate[:, at], change[:, at], *whole, forces, way)
+        sensed = Sensed(
+            name=name,
+            dim=system.dim,
+            times=trajectory.times,
+            values=y[:, at],
+            rates=rate[:, at],
+            accelerations=change[:, at],
+            energies=partial(energies, trajectory),
+            reactions=partial(reactions, trajectory),
+            pushes=partial(pushes, trajectory),
+            forces=system.loads.forces,
+            way=None if trajectory.way is None else (trajectory.way.values[:, rows], trajectory.way.kept),
+        )
         kind = kind_of(output)
         values = [np.asarray(one) for one in kind.evaluate(output, sensed)]
         if len(values) != len(output.columns):

@@ -18,7 +18,7 @@ from ..core.storage.records import dataclass
 from . import evaluation, layouts, work
 from .connections import constraint_laws
 from .connections.constraint_laws import Constraint
-from .evaluation import Arrays, ConstraintTerms, ElasticTerms, Evaluation, Samples, Space
+from .evaluation import NOW, Arrays, ConstraintTerms, ElasticTerms, Evaluation, Samples, Space
 from .forces import low_rank
 from .forces import on_rows as attachments
 from .forces.on_rows import Force, Place
@@ -106,20 +106,44 @@ def space(model: Compiled) -> Space:
     """
     A, n, m, j = model.arrays, model.system.size, model.constraints, len(model.arrays.probes_offset)
     rhs, W = np.zeros((1, n + m)), np.zeros((1, len(model.pattern.indices)) if model.pattern else A.mass.store.shape)
-    places, entries, room = lifts.needs(model.lift)
-    # terms run one after another in one room, as large as the largest needs: it stays in the cache
-    work = max([1, room, *(term.work for term in model.terms)])
+    coordinates, entries, room = lifts.needs(model.lift)
     return Space(
-        *(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(m)),
-        *(np.zeros(4 * len(model.system.signals)), np.zeros(m), model.memory),
+        x=np.zeros(n),
+        v=np.zeros(n),
+        acceleration=np.zeros(n),
+        multipliers=np.zeros(m),
+        signals=np.zeros(4 * len(model.system.signals)),
+        off=np.zeros(m),
+        memory=model.memory,
         # no distance from NaN is small: the first look of a contact is at all points
-        *(np.full(n, np.nan), np.zeros(2), np.zeros(sum(force.room for force in model.forces))),
-        *(np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1)),
-        *(rhs[0, :n], rhs, W, W.reshape(-1) if entries is None else np.zeros(entries)),
-        *(np.zeros(1, np.int64), np.zeros(sum(term.turned for term in model.terms))),
-        *(np.zeros((2, sum(term.kept for term in model.terms))), np.zeros(n), np.ones(1)),
-        *(np.zeros(j), np.zeros(j), np.zeros(j), np.zeros(A.pairs.size), np.zeros((4, j)), np.zeros(2), np.zeros((m, j))),
-        *(np.zeros((3, places)), np.zeros((3, work))),
+        last=np.full(n, np.nan),
+        moved=np.zeros(2),
+        room=np.zeros(sum(force.room for force in model.forces)),
+        c=np.ones(1),
+        gh=np.zeros(1),
+        energy=np.zeros(1),
+        impulse=np.zeros(1),
+        f=rhs[0, :n],
+        rhs=rhs,
+        W=W,
+        entries=W.reshape(-1) if entries is None else np.zeros(entries),
+        turning=np.zeros(1, np.int64),
+        turned=np.zeros(sum(term.turned for term in model.terms)),
+        gradients=np.zeros((2, sum(term.kept for term in model.terms))),
+        way=np.zeros(n),
+        span=np.ones(1),
+        y=np.zeros(j),
+        rates=np.zeros(j),
+        g=np.zeros(j),
+        H=np.zeros(A.pairs.size),
+        paths=np.zeros((4, j)),
+        leads=np.zeros(2),
+        Jy=np.zeros((m, j)),
+        cell_x=np.zeros(coordinates),
+        cell_v=np.zeros(coordinates),
+        cell_f=np.zeros(coordinates),
+        # terms run one after another in one room, as large as the largest needs: it stays in the cache
+        work=np.zeros((3, max([1, room, *(term.work for term in model.terms)]))),
         low=low_rank.room([force.low for force in model.forces]),
     )
 
@@ -228,8 +252,15 @@ def sum_of(found: Sequence[Term]) -> ElasticTerms:
     follows = np.array([one.follows for one in found], dtype=bool)
     # their work is counted: a potential -p V depends on the origin where a rim is free
     energy[follows] = 0
-    numbers = np.array(heat, dtype=np.int64), np.flatnonzero(follows)
-    return ElasticTerms(force, tangent, energy, records, *numbers, any(one.damped for one in found))
+    return ElasticTerms(
+        force=force,
+        tangent=tangent,
+        energy=energy,
+        records=records,
+        dissipate=np.array(heat, dtype=np.int64),
+        follow=np.flatnonzero(follows),
+        damped=any(one.damped for one in found),
+    )
 
 
 def addresses(found: Sequence[Piece]) -> np.ndarray:
@@ -445,7 +476,7 @@ def working(
     found, table = place(model, x, v, t, memory)
     work.forces(table)
     model.check()
-    return found.space.f.copy(), found.space.gradients[0].copy()
+    return found.space.f.copy(), found.space.gradients[NOW].copy()
 
 
 def memories(
@@ -468,7 +499,21 @@ def memories(
     space = model.evaluation[0].space
     space.memory[:] = start
     x, v, a = (np.ascontiguousarray(part) for part in (x, v, a))
-    samples = Samples(space, model.arrays, model.order, x, v, a, none, none, none, none, span, found, out)
+    samples = Samples(
+        space=space,
+        arrays=model.arrays,
+        order=model.order,
+        x=x,
+        v=v,
+        a=a,
+        multipliers=none,
+        signals=none,
+        before=none,
+        after=none,
+        span=span,
+        memory=found,
+        out=out,
+    )
     evaluation.follow(samples)
     evaluation.turn(samples)
     model.check()

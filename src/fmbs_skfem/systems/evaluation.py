@@ -95,6 +95,9 @@ class Arrays(NamedTuple):
     norm: Vector  #: (n,) weights of the unknowns in the norm of a displacement, sqrt(sum norm_n x_n^2) [m]
 
 
+NOW, ACCEPTED = range(2)  #: rows of the gradients of a space: of the last evaluation, and of that of the accepted state
+
+
 class Space(NamedTuple):
     """Where routines read a state and write what they find: n unknowns, m constraints, j probe rows, p coordinates of cells."""
 
@@ -118,7 +121,7 @@ class Space(NamedTuple):
     entries: Vector  #: (z,) where tangents of cells go: all of W, or the lower triangle of K in `lifts`, zeros before and after
     turning: Integers  #: (1,) 1 where terms may turn the tangents that they assembled last
     turned: Vector  #: what they keep for it, see `turned_tangents`
-    gradients: Matrix  #: (2, g) and their rates, of damped cells and points: of the last evaluation, of that of the accepted state
+    gradients: Matrix  #: (2, g) and their rates, of damped cells and points: rows NOW and ACCEPTED
     way: Vector  #: (n,) of the last step
     span: Vector  #: (1,) its time [s]
     y: Vector  #: (j,) probe rows
@@ -128,8 +131,10 @@ class Space(NamedTuple):
     paths: Matrix  #: (4, j) rows of `kernels.drift`
     leads: Vector  #: (2,) its factors of D2 and D3
     Jy: Matrix  #: (m, j) dPhi/dy
-    body: Matrix  #: (3, p) coordinates of the cells, their rates, forces on them
-    work: Matrix  #: (3, w) of terms
+    cell_x: Vector  #: (p,) coordinates of the cells
+    cell_v: Vector  #: (p,) their rates, current where a term reads them
+    cell_f: Vector  #: (p,) forces on them
+    work: Matrix  #: (3, w) three rooms of a term while it runs
     low: LowRank  #: second derivatives on rows that are others in every state
 
 
@@ -147,6 +152,17 @@ class Evaluation(NamedTuple):
 
 
 evaluation = opener(Evaluation)
+
+
+@jit
+def invoke_all(routines: np.ndarray, records: np.ndarray, table: Any) -> int:
+    """Call routines by address (t,), each with its record (t,) but for those that are 0; the sum of what they return."""
+    total = 0
+    # by address: what a term is does not matter here, and a first run compiles the terms of its model alone
+    for k in range(len(records)):
+        if routines[k] != 0:
+            total += invoke(routines[k], table, records[k])
+    return total
 
 
 @jit
@@ -182,10 +198,7 @@ def elastic_forces(table: Any, _: int = 0) -> int:
     kernels.clear(s.f)
     # coordinates once for all terms of all bodies: blocks of cells read them, none computes them
     place_cells(table)
-    failed = 0
-    for k in range(len(A.elastic.records)):
-        # by address: what a term is does not matter here, and a first run compiles the terms of its model alone
-        failed += invoke(A.elastic.force[k], table, A.elastic.records[k])
+    failed = invoke_all(A.elastic.force, A.elastic.records, table)
     # one scatter for all terms, whose forces stand side by side in the coordinates of the cells
     if A.lift.record != 0:
         invoke(A.lift.scatter, table, A.lift.record)
@@ -232,8 +245,7 @@ def constrain(table: Any) -> None:
     A, s = E.arrays, E.space
     # polynomials of degree two in one loop over their terms, all other joints by address
     kernels.constrain(A.terms, s.y, s.signals, s.rhs[0, len(s.f) :], s.Jy)
-    for k in range(len(A.laws.records)):
-        invoke(A.laws.constrain[k], table, A.laws.records[k])
+    invoke_all(A.laws.constrain, A.laws.records, table)
     # released rows stay in the system, so that sizes and compiled code are those of before an event
     for m in range(len(s.off)):
         if s.off[m] != 0.0:
@@ -256,8 +268,7 @@ def find_drift(table: Any) -> None:
     E = evaluation(table)
     A, s = E.arrays, E.space
     kernels.drift(A.terms, s.paths, s.signals, s.leads[0], s.leads[1], s.rhs[0, len(s.f) :])
-    for k in range(len(A.laws.records)):
-        invoke(A.laws.drift[k], table, A.laws.records[k])
+    invoke_all(A.laws.drift, A.laws.records, table)
     # what a released row is off says nothing of velocities
     for m in range(len(s.off)):
         if s.off[m] != 0.0:
@@ -288,19 +299,15 @@ def read_loads(table: Any) -> int:
     read_probes(table)
     # forces add to g: several may act on one row
     kernels.clear(E.space.g)
-    failed = 0
-    for k in range(len(E.arrays.forces.records)):
-        failed += invoke(E.arrays.forces.force[k], table, E.arrays.forces.records[k])
-    return failed
+    return invoke_all(E.arrays.forces.force, E.arrays.forces.records, table)
 
 
 @jit
 def store_energies(table: Any) -> None:
     """energy += E [J] and g += dE/dy (j,) for all potentials E of forces, with current y: no force of a potential is left in g."""
-    E = evaluation(table)
+    A = evaluation(table).arrays
     # energies are asked for at stored states and where signals change, so that they are routines apart from forces
-    for k in range(len(E.arrays.forces.stored)):
-        invoke(E.arrays.forces.energy[k], table, E.arrays.forces.stored[k])
+    invoke_all(A.forces.energy, A.forces.stored, table)
 
 
 @routine
@@ -310,8 +317,7 @@ def take_over(table: Any, _: int = 0) -> int:
     # most forces remember nothing: their probes are not read a second time in a step
     if len(E.arrays.forces.accepted) > 0:
         read_probes(table)
-        for k in range(len(E.arrays.forces.accepted)):
-            invoke(E.arrays.forces.accept[k], table, E.arrays.forces.accepted[k])
+        invoke_all(E.arrays.forces.accept, E.arrays.forces.accepted, table)
         # from here on distances of contacts are bounded by the motion since
         kernels.copy(E.space.x, E.space.last)
     return 0
@@ -328,8 +334,7 @@ def find_impulse(table: Any) -> float:
     # contacts, stops and ropes alone begin and end
     if len(E.arrays.forces.judged) > 0:
         read_probes(table)
-        for k in range(len(E.arrays.forces.judged)):
-            invoke(E.arrays.forces.judge[k], table, E.arrays.forces.judged[k])
+        invoke_all(E.arrays.forces.judge, E.arrays.forces.judged, table)
     return E.space.impulse[0]
 
 
@@ -341,10 +346,8 @@ def sum_tangents(table: Any, _: int = 0) -> int:
     """
     A = evaluation(table).arrays
     place_cells(table)
-    failed = 0
-    for k in range(len(A.elastic.records)):
-        # terms of full systems write into W, those of reduced ones into K, which the lift then multiplies
-        failed += invoke(A.elastic.tangent[k], table, A.elastic.records[k])
+    # terms of full systems write into W, those of reduced ones into K, which the lift then multiplies
+    failed = invoke_all(A.elastic.tangent, A.elastic.records, table)
     if A.lift.record != 0:
         invoke(A.lift.tangent, table, A.lift.record)
     return failed
@@ -357,10 +360,8 @@ def sum_energies(table: Any, _: int = 0) -> int:
     A, s = E.arrays, E.space
     s.energy[0] = 0.0
     place_cells(table)
-    for k in range(len(A.elastic.records)):
-        # loads that follow have none: -p V depends on the origin wherever a rim is free
-        if A.elastic.energy[k] != 0:
-            invoke(A.elastic.energy[k], table, A.elastic.records[k])
+    # loads that follow have none: -p V depends on the origin wherever a rim is free
+    invoke_all(A.elastic.energy, A.elastic.records, table)
     return 0
 
 
@@ -372,11 +373,9 @@ def slopes(table: Any) -> None:
     kernels.clear(s.H)
     # derivatives of low rank are on the pieces that touch in this state
     s.low.used[0] = 0
-    for k in range(len(A.forces.sloped)):
-        invoke(A.forces.slopes[k], table, A.forces.sloped[k])
+    invoke_all(A.forces.slopes, A.forces.sloped, table)
     kernels.constraint_slopes(A.terms, s.y, s.signals, s.multipliers, s.H)
-    for k in range(len(A.laws.records)):
-        invoke(A.laws.slopes[k], table, A.laws.records[k])
+    invoke_all(A.laws.slopes, A.laws.records, table)
 
 
 @routine

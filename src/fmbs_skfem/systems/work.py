@@ -23,13 +23,14 @@ from typing import Any
 import numpy as np
 
 from ..core.compiling.jit import jit
-from ..core.compiling.structs import invoke, routine
+from ..core.compiling.structs import routine
 from . import kernels
 from .evaluation import (
     constrain,
     elastic_forces,
     evaluation,
     following_forces,
+    invoke_all,
     place_sample,
     read_loads,
     read_probes,
@@ -97,9 +98,7 @@ def find_heat(table: Any, h: float) -> float:
     A, s = E.arrays, E.space
     # means of both ends, so that a rigid rotation has no rate of strain
     s.energy[0], s.span[0] = 0.0, h
-    for k in range(len(A.elastic.dissipate)):
-        if A.elastic.dissipate[k] != 0:
-            invoke(A.elastic.dissipate[k], table, A.elastic.records[k])
+    invoke_all(A.elastic.dissipate, A.elastic.records, table)
     return h * s.energy[0]
 
 

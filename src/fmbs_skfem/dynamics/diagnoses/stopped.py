@@ -107,7 +107,18 @@ def stop_of(error: SolverError) -> StoppedSolve | None:
     if not static and error.reason is not Reason.UNSTABLE:
         h = max(h, float(np.diff(last.times[-2:]).max(initial=SHORTEST)))
     return StoppedSolve(
-        model, float(last.times[-1]), error.time, h, x, last.v[-1], multipliers, x, residual, (0.0, 0.0), (0.0, 0.0), memory
+        model=model,
+        good=float(last.times[-1]),
+        at=error.time,
+        h=h,
+        x=x,
+        v=last.v[-1],
+        multipliers=multipliers,
+        trial=x,
+        residual=residual,
+        short=(0.0, 0.0),
+        whole=(0.0, 0.0),
+        memory=memory,
     )
 
 
@@ -118,18 +129,18 @@ def stop_of_run(run: OpenRun, time: float) -> StoppedSolve:
     rest, state, whole = last_residual(run, time), run.step.state, run.step.method
     x, trial = state.x[back], run.step.space.x[back]
     return StoppedSolve(
-        model,
-        run.scheme.step * run.done,
-        time,
-        run.scheme.step,
-        x,
-        state.v[back],
-        state.multipliers / whole.c,
-        trial if np.isfinite(trial).all() else x,
-        rest,
-        (method.bh, method.gh),
-        (whole.bh, whole.gh),
-        state.memory,
+        model=model,
+        good=run.scheme.step * run.done,
+        at=time,
+        h=run.scheme.step,
+        x=x,
+        v=state.v[back],
+        multipliers=state.multipliers / whole.c,
+        trial=trial if np.isfinite(trial).all() else x,
+        residual=rest,
+        short=(method.bh, method.gh),
+        whole=(whole.bh, whole.gh),
+        memory=state.memory,
     )
 
 

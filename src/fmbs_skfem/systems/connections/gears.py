@@ -66,12 +66,12 @@ def slopes(table: Any, record: Any) -> int:
 @routine
 def drift(table: Any, record: Any) -> int:
     s, F = evaluation(table).space, opened(record)
-    gap = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :]
+    gap, second, third = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :], s.leads[0], s.leads[1]
     for k in range(len(F.rows)):
         for wheel in range(F.numbers.shape[1] - 1):
             i = inverse(arm(s.paths[0], F, k, wheel))
             z, v, a = i * arm(s.paths[1], F, k, wheel), i * arm(s.paths[2], F, k, wheel), i * arm(s.paths[3], F, k, wheel)
-            found = z - s.leads[0] * v * v + s.leads[1] * (2.0 * v * v * v - 3.0 * v * a)
+            found = z - second * v * v + third * (2.0 * v * v * v - 3.0 * v * a)
             gap[F.row[k]] += F.numbers[k, wheel] * found.imag
     return 0
 

@@ -39,6 +39,10 @@ class ForceRoutines(NamedTuple):
     judge: Routine | Callback | None = None  #: impulse += how much too fast it changes in a step, before the state is accepted
 
 
+#: where `ForceTerms` has the records that each of these routines acts on
+RECORDS = {"force": "records", "slopes": "sloped", "accept": "accepted", "energy": "stored", "judge": "judged"}
+
+
 class Place(NamedTuple):
     """The first of the places of a force: in the derivatives H, in the memory of accepted states, and in the room of the space."""
 
@@ -199,8 +203,9 @@ def addressed(found: Sequence[Force]) -> ForceTerms:
     def column(values: list[int]) -> np.ndarray:
         return np.array(values, dtype=np.int64)
 
-    columns = list[Any]()
-    for name in ForceRoutines._fields:
-        having = [(getattr(one.routines, name), one.address) for one in found if getattr(one.routines, name) is not None]
-        columns += [column([routine.address for routine, _ in having]), column([record for _, record in having])]
-    return ForceTerms._make((*columns, any(one.damped for one in found), all(one.smooth for one in found)))
+    columns = dict[str, Any]()
+    for name, records in RECORDS.items():
+        having = [one for one in found if getattr(one.routines, name) is not None]
+        columns[name] = column([getattr(one.routines, name).address for one in having])
+        columns[records] = column([one.address for one in having])
+    return ForceTerms(**columns, damped=any(one.damped for one in found), smooth=all(one.smooth for one in found))

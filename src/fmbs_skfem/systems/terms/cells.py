@@ -175,7 +175,7 @@ def read(s: Any, C: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
     u, (_, _, basis, cells) = place(C, target, at), C.table.shape
     # behind the gradients, in the same room
     local = view(s.work[0], u.size, (basis, laws.components(C.calls), cells))
-    gather_cells(C.nodes, C.table, s.body[order], local, u)
+    gather_cells(C.nodes, C.table, s.cell_x if order == 0 else s.cell_v, local, u)
     return u
 
 
@@ -184,7 +184,7 @@ def scatter(s: Any, C: Any, S: np.ndarray) -> None:
     """Forces on the coordinates of the cells += B^T S, of stresses S (k c, p, e)."""
     # gradients are not needed any more: their room takes the forces of the cells
     basis, cells = C.nodes.shape
-    scatter_cells(C.nodes, C.table, S, view(s.work[0], 0, (basis, laws.components(C.calls), cells)), s.body[2])
+    scatter_cells(C.nodes, C.table, S, view(s.work[0], 0, (basis, laws.components(C.calls), cells)), s.cell_f)
 
 
 @jit

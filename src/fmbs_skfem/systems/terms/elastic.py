@@ -28,7 +28,7 @@ from ...core.compiling.entries import view
 from ...core.compiling.structs import Callback, Routine, Shorts, Vector, address_of, packed, routine, unpacked
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
-from ..evaluation import Space, evaluation
+from ..evaluation import ACCEPTED, NOW, Space, evaluation
 
 if TYPE_CHECKING:
     from ..system import Affine, Matrix
@@ -178,7 +178,7 @@ def at_points(
     def force(table: Any, record: Any) -> int:
         s, P = evaluation(table).space, opened(record)
         # damped terms keep their gradients: the heat of a step then costs no second evaluation
-        room, at = (s.gradients[0], P.kept) if P.beta > 0.0 else (s.work[0], 0)
+        room, at = (s.gradients[NOW], P.kept) if P.beta > 0.0 else (s.work[0], 0)
         u = read(s, P, 0, room, at)
         rate = read(s, P, 1, room, at + u.size) if P.beta > 0.0 else u
         # stresses beside gradients, in rooms that all terms share
@@ -207,7 +207,7 @@ def at_points(
         s, P = evaluation(table).space, opened(record)
         u, rate = place(P, s.work[1], 0), place(P, s.work[2], 0)
         size = u.size
-        now, before = view(s.gradients[0], P.kept, (2 * size,)), view(s.gradients[1], P.kept, (2 * size,))
+        now, before = view(s.gradients[NOW], P.kept, (2 * size,)), view(s.gradients[ACCEPTED], P.kept, (2 * size,))
         mean, mean_rate = view(u, 0, (size,)), view(rate, 0, (size,))
         for i in range(size):
             # of second order, and none of a rigid rotation, which has no rate half way

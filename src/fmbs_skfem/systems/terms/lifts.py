@@ -63,13 +63,13 @@ def place_sparse(table: Any, record: Any) -> int:
     E, L = evaluation(table), sparse_lift(record)
     s = E.space
     # sparse V: most rows have one entry, frames of rims three
-    affine(L.matrix, L.offset, s.x, s.body[0])
+    affine(L.matrix, L.offset, s.x, s.cell_x)
     # here, as cells only add: terms come in any order
-    clear(s.body[2])
+    clear(s.cell_f)
     # a second product for rates, where a term reads them
     if E.arrays.elastic.damped:
-        clear(s.body[1])
-        add_product(L.matrix, 1.0, s.v, s.body[1])
+        clear(s.cell_v)
+        add_product(L.matrix, 1.0, s.v, s.cell_v)
     return 0
 
 
@@ -78,7 +78,7 @@ def scatter_sparse(table: Any, record: Any) -> int:
     """f += V^T times the forces on p."""
     s = evaluation(table).space
     # all cells of all bodies in one product
-    add_transposed(sparse_lift(record).matrix, 1.0, s.body[2], s.f)
+    add_transposed(sparse_lift(record).matrix, 1.0, s.cell_f, s.f)
     return 0
 
 
@@ -95,10 +95,10 @@ def place_dense(table: Any, record: Any) -> int:
     E, L = evaluation(table), dense_lift(record)
     s = E.space
     # V has one row a coordinate where B V has one for every gradient at every point, of plates twenty times as many
-    combine(L, 1.0, s.x, s.body[0])
-    clear(s.body[2])
+    combine(L, 1.0, s.x, s.cell_x)
+    clear(s.cell_f)
     if E.arrays.elastic.damped:
-        combine(L, 0.0, s.v, s.body[1])
+        combine(L, 0.0, s.v, s.cell_v)
     return 0
 
 
@@ -120,7 +120,7 @@ def scatter_dense(table: Any, record: Any) -> int:
     for k in range(len(L.blocks)):
         first, count, start, modes, at = L.blocks[k]
         # the same numbers as `place_dense` reads, in the order in which it does
-        add_sums(view(L.transposed, at, (modes, count)), view(s.body[2], first, (count,)), view(s.f, start, (modes,)))
+        add_sums(view(L.transposed, at, (modes, count)), view(s.cell_f, first, (count,)), view(s.f, start, (modes,)))
     return 0
 
 

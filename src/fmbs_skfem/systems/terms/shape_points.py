@@ -64,8 +64,8 @@ def place(P: Any, target: np.ndarray, at: int) -> np.ndarray:
 @jit
 def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
     """Gradients (k c, 1, p) from the coordinates of all cells, or their rates."""
-    (functions, size), points, dim, q = P.transposed.shape, P.section.shape[2], laws.components(P.calls), s.body[order]
-    vectors, u = size // points, place(P, target, at)
+    (functions, size), points, dim = P.transposed.shape, P.section.shape[2], laws.components(P.calls)
+    vectors, u, q = size // points, place(P, target, at), s.cell_x if order == 0 else s.cell_v
     part, values = view(s.work[0], u.size, (size,)), view(s.work[0], u.size + size, (functions,))
     for c in range(dim):
         clear(part)
@@ -83,7 +83,7 @@ def read(s: Any, P: Any, order: int, target: np.ndarray, at: int) -> np.ndarray:
 @jit
 def scatter(s: Any, P: Any, S: np.ndarray) -> None:
     """Forces f[b, c] on the coordinates of the cells += sum_kp N[k, p, b] S[(k, c), p]."""
-    (functions, size), points, dim, f = P.transposed.shape, S.shape[2], laws.components(P.calls), s.body[2]
+    (functions, size), points, dim, f = P.transposed.shape, S.shape[2], laws.components(P.calls), s.cell_f
     part, values = view(s.work[0], 0, (size,)), view(s.work[0], size, (functions,))
     for c in range(dim):
         for k in range(size // points):
@@ -255,14 +255,21 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
     """Its numbers by rows and by columns, and the places of its matrix."""
     calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
     K, P, B = points.table.shape
-    table, section = np.ascontiguousarray(points.table.reshape(K * P, B)), np.ascontiguousarray(points.section)
-    targets, dim, damped = setting.targets(couplings(points)), setting.dim, setting.beta > 0.0
-    numbers = (table, np.ascontiguousarray(table.T), section)
+    table, dim, damped = np.ascontiguousarray(points.table.reshape(K * P, B)), setting.dim, setting.beta > 0.0
     # only shells are far stiffer in their plane than across, so that a small rotation asks for a new tangent
     turns = points.law is Law.SHELL
-    gram = gram_of(points) if turns else np.zeros((0, 0))
-    places = (setting.kept, gram, setting.turned)
-    record = ShapePointsRecord(calls, setting.beta, points.columns.start, *numbers, targets, *places)
+    record = ShapePointsRecord(
+        calls=calls,
+        beta=setting.beta,
+        first=points.columns.start,
+        table=table,
+        transposed=np.ascontiguousarray(table.T),
+        section=np.ascontiguousarray(points.section),
+        targets=setting.targets(couplings(points)),
+        kept=setting.kept,
+        gram=gram_of(points) if turns else np.zeros((0, 0)),
+        turned=setting.turned,
+    )
     work = max((K * dim) ** 2 * P, K * dim * P + K * P + B, K * P * B * dim * (dim + 1) // 2, B * dim * (B * dim + 1) // 2)
     kept = turned_tangents.room(B) if turns else 0
     return Term(record, ROUTINES, work, damped, 2 * K * P * dim if damped else 0, turned=kept)

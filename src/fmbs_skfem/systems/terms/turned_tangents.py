@@ -52,7 +52,7 @@ def keep(s: Any, P: Any, entries: np.ndarray) -> None:
     z are the coordinates of the cells at which K was assembled, those of the space.
     """
     K, Gz, _ = kept(s, P)
-    z = view(s.body[0], P.first, Gz.shape)
+    z = view(s.cell_x, P.first, Gz.shape)
     # half of K: K' is symmetric for any rotation
     copy(entries[: len(K)], K)
     clear_rows(Gz)
@@ -72,7 +72,7 @@ def turned(s: Any, P: Any) -> np.ndarray:
     from what `keep` kept, at the coordinates z' (b, c) of the space.
     """
     K, Gz, matrices = kept(s, P)
-    z, Q = view(s.body[0], P.first, Gz.shape), matrices[0]
+    z, Q = view(s.cell_x, P.first, Gz.shape), matrices[0]
     clear_rows(Q)
     for b in range(len(Gz)):
         for c in range(len(Q)):
