@@ -31,8 +31,9 @@ from fmbs_skfem.reduction.spaces.component import rows_of
 from fmbs_skfem.reduction.spaces.pod import truncation
 from fmbs_skfem.scenes import build
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate
+from fmbs_skfem.systems.affine import Affine, Matrix
 from fmbs_skfem.systems.compiled import Compiled
-from fmbs_skfem.systems.system import Affine, Elastic, Loads, Matrix
+from fmbs_skfem.systems.system import Elastic, Loads
 from fmbs_skfem.systems.terms import elastic as terms
 from fmbs_skfem.systems.terms.elastic import Lifts, Setting, Term
 

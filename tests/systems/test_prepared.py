@@ -29,7 +29,7 @@ from fmbs_skfem.systems.connections import joints, redundancy
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.prepared import Prepared, alike, prepare
-from fmbs_skfem.systems.terms import corotation
+from fmbs_skfem.systems.terms import turning
 from tests import models
 from tests.systems.test_corotation import complete
 
@@ -77,7 +77,7 @@ def test_what_no_number_changes_is_found_once(family: ParametricCase, monkeypatc
     calls, fresh = Counter[str](), replace(family, nominal=replace(family.nominal, system=alone(family.nominal.system)))
     watched = (
         *((redundancy, name) for name in ("redundant_rows", "redundant_linear_rows", "large_changes")),
-        (corotation, "find_turning"),
+        (turning, "find_turning"),
         *((histories, "leading_signals"), (step_size, "integrals"), (step_size, "drives_that_jump")),
     )
 

@@ -25,13 +25,13 @@ from scipy.sparse import csr_array
 from ..core.errors import InputError, closest, listed, say
 from ..core.storage.records import dataclass
 from ..core.values import conditions
-from ..core.values.fields import NAMED
+from ..core.values.fields import AXES, NAMED
 from ..core.values.inputs import Held
 from ..core.values.problems import Problem
 from ..core.values.responses import OfState
 from ..systems import fields
 from ..systems.additions import Addition, adds
-from ..systems.connections.constraint_functions import AXES, Joint, Term, basis, mark, where
+from ..systems.connections.constraint_functions import Joint, Term, basis, mark, where
 from ..systems.places import QUARTER, At, Draft, TermCollector
 from ..systems.prepared import remembered
 from ..systems.system import Constraints, Lock, System, Trigger

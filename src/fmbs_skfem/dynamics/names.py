@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..systems.connections.constraint_functions import AXES
+from ..core.values.fields import AXES
 from ..systems.system import System
 from .outputs import positions, skins
 

@@ -25,8 +25,9 @@ from ..core.algebra import ranks
 from ..core.algebra.linalg import alike, as_dense
 from ..core.errors import InputError, say
 from ..reduction.hyper import sampling
+from ..reduction.hyper.ecsw import Level
 from ..reduction.hyper.hyper_reduction import USUAL
-from ..reduction.hyper.sampling import Level, Measure
+from ..reduction.hyper.sampling import Measure
 from ..reduction.spaces import invariant, pod
 from ..shapes import line, surface
 from ..shapes.surface import Parent, Surface
@@ -36,6 +37,7 @@ from ..systems.system import Elastic
 from ..systems.terms import elastic as terms
 from ..systems.terms import shape_points
 from ..systems.terms.cells import gradient_rows
+from ..systems.terms.points import dense_rows
 from . import departures
 
 STATES = 20  #: states whose strains are found at a time
@@ -188,7 +190,7 @@ def sampled(part: Body, states: np.ndarray, tolerance: float = USUAL) -> Body:
     """
     if part.shapes is None:
         raise InputError(say(f"body '{part.name}'", "a reduced body", "a full one", "reduce it first: parts.reduced_body"))
-    member = Elastic(part.name, 0.0, terms.dense_rows(part.shapes))
+    member = Elastic(part.name, 0.0, dense_rows(part.shapes))
     sample, _, _ = sampling.solve([([member], states.reshape(len(states), -1))], 0, tolerance, Level.POINTS, compliance(part))
     return ranged(replace(part, shapes=terms.choose_points(part.shapes, sample.indices, sample.weights)), states)
 

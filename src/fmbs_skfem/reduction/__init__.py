@@ -8,9 +8,10 @@ from .accuracy.errors import Errors, Norms, compare, residual_norms
 from .cases import Case, Family
 from .full_runs import TrainingTask, task_of
 from .hyper import ecsw, hyper_reduction, sampling
+from .hyper.ecsw import Level
 from .hyper.hyper_reduction import NONE, HyperReduction
 from .hyper.polynomial import Exact
-from .hyper.sampling import Elements, Level, Points
+from .hyper.sampling import Elements, Points
 from .parameters import Search, search
 from .plan import Plan
 from .spaces import ffrf, galerkin, pivots, pod

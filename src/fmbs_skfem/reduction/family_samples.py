@@ -18,7 +18,8 @@ from scipy.sparse import csr_array
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from ..core.values.ranges import Parameter
-from ..systems.system import Affine, Constraints
+from ..systems.affine import Affine
+from ..systems.system import Constraints
 from . import cases
 from . import parameters as boxes
 from .cases import Case, Family, Leaf, Leaves, Place

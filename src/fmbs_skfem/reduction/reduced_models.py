@@ -34,8 +34,8 @@ from .affine import ParametricCase
 from .cases import Case, Family
 from .full_runs import FullRun, TrainingTask, snapshot_steps, states
 from .hyper import hyper_reduction
+from .hyper.ecsw import Selection
 from .hyper.hyper_reduction import NONE, HyperReduction, Rule, TrainingRun
-from .hyper.sampling import Selection
 from .plan import Components, modes_of, newton_of_reduced
 from .spaces import against_joints, component, galerkin, invariant, kept_rows, pod
 from .spaces.component import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy

@@ -30,6 +30,7 @@ from ..shapes import line, surface
 from ..shapes.surface import Surface
 from . import finer_systems, lengths
 from .additions import additions_of
+from .affine import Affine
 from .connections import echelon, redundancy
 from .connections.constraint_functions import Joint
 from .forces import responses
@@ -39,7 +40,6 @@ from .measures import probes as probe_rules
 from .measures import readings
 from .places import At, Coordinates, Draft, ProbeRows, TermCollector, vector
 from .system import (
-    Affine,
     Constraints,
     Elastic,
     Line,

@@ -28,7 +28,7 @@ from .matrices import constant, permuted, triple
 from .measures.angles import continuous
 from .prepared import Prepared, prepare, remembered
 from .system import Constraints, System
-from .terms import cells, corotation, lifts, sparse
+from .terms import cells, corotation, lifts, sparse, turning
 from .terms import elastic as storages
 from .terms.elastic import Lifts, Piece, Setting, Targets, Term
 
@@ -193,7 +193,7 @@ def flatten(system: System) -> Compiled:
         found = triple(rows)
         return found, triple(without(rows, alone)) if len(alone) else found
 
-    turning = corotation.turning_of(system)
+    turns = turning.turning_of(system)
     # rows that one force reads by itself, when something is near, are left out of the product of every step
     alone = np.array([row for force in pushing for row in force.alone], dtype=np.int64)
     read, shown = known.find("probes", (system.probes.matrix, layout, alone.tobytes()), probes)
@@ -214,12 +214,12 @@ def flatten(system: System) -> Compiled:
         forces=attachments.addressed(pushing),
         pairs=Pairs(np.ascontiguousarray(pairs[:0] if large else pairs), len(pairs), any(force.skew for force in pushing)),
         load=np.ascontiguousarray(system.loads.constant[order]),
-        corotation=corotation.room(system, turning),
+        corotation=turning.room(system, turns),
         norm=np.ascontiguousarray(system.metric.diagonal()[order] / system.weight),
     )
     model = Compiled(system, arrays, tuple(found), parts.owners, lift, laws, pushing, pairs, layout, pattern if large else None)
     # tangents at four angles can be compared only when all else is compiled
-    if turning and not corotation.fill(arrays.corotation, turning, partial(part_tangent, model)):
+    if turns and not turning.fill(arrays.corotation, turns, partial(part_tangent, model)):
         model = replace(model, arrays=arrays._replace(corotation=corotation.nothing(system.size)))
     return model
 

@@ -17,11 +17,12 @@ from ..core.values import mappings
 from ..core.values.inputs import Source
 from ..shapes.surface import Surface
 from . import row_laws
+from .affine import Affine
 from .connections import constraint_laws
 from .connections.constraint_laws import ConstraintLaw, LawRows
 from .forces import force_laws
 from .forces.force_laws import ForceLaw
-from .system import Affine, Constraints, Lock, Signal
+from .system import Constraints, Lock, Signal
 
 if TYPE_CHECKING:
     from .measures.resultants import Resultant

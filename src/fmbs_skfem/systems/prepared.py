@@ -11,12 +11,10 @@ memory goes with the systems, and calls do not let it grow. What is found is rea
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from typing import TYPE_CHECKING, Any, TypeVar
-
-if TYPE_CHECKING:
-    from .system import System
+from typing import Any, TypeVar
 
 Found = TypeVar("Found")
+S = TypeVar("S")  #: a system: any object that does not change
 COMPILED = "compiled"  #: where a system remembers what was found of it
 NAME = "prepared"  #: and of its parts
 VALUES = (bool, int, float, str, bytes)  #: parts that are known by their value
@@ -46,7 +44,7 @@ def same(a: object, b: object) -> bool:
     return a is b or (type(a) is type(b) and isinstance(a, VALUES) and a == b)
 
 
-def remembered(system: System, key: Hashable, find: Callable[[], Found]) -> Found:
+def remembered(system: object, key: Hashable, find: Callable[[], Found]) -> Found:
     """What is found of a system, by a key, the first time; it goes with the system, and copies begin without it.
 
     `find` is called without arguments where nothing is known under the key.
@@ -57,7 +55,7 @@ def remembered(system: System, key: Hashable, find: Callable[[], Found]) -> Foun
     return known[key]
 
 
-def prepare(system: System) -> Prepared:
+def prepare(system: object) -> Prepared:
     """What is found of the parts of a system, which it remembers.
 
     Copies by `replace` begin without it, see `alike`.
@@ -65,7 +63,7 @@ def prepare(system: System) -> Prepared:
     return remembered(system, NAME, Prepared)
 
 
-def alike(known: Prepared, system: System) -> System:
+def alike(known: Prepared, system: S) -> S:
     """A system that shares what is known of the parts of another one, as `replace(other, ...)` has them: `prepare(other)`.
 
     The system itself is given back; it forgets what it knew of its parts.

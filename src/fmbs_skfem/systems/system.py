@@ -24,6 +24,7 @@ from ..core.algebra.linalg import is_sparse
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from ..core.storage.validation import Attributes, Indices, Inside, Number, Range, Reals
+from .affine import Affine, Matrix
 from .connections.constraint_laws import LawRows
 from .forces.on_rows import is_force
 from .prepared import COMPILED
@@ -32,20 +33,7 @@ from .terms import elastic as terms
 # 1e-16 of a penalty times lengths squared is more than the strain energy of a shell that bends by micrometres
 SPRINGS = 1e-13  #: part of the sizes that a sum of forces of springs is made of which is round-off
 
-Matrix: TypeAlias = csr_array | np.ndarray
 Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
-
-
-@storable
-@dataclass(frozen=True)
-class Affine:
-    """The affine map x -> matrix @ x + offset of x (j,), with the matrix (i, j), sparse or dense, and the offset (i,)."""
-
-    matrix: Annotated[Matrix, Reals("i j")]
-    offset: Annotated[np.ndarray, Reals("i")]
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        return np.asarray(self.matrix @ x) + self.offset
 
 
 @storable

@@ -25,6 +25,7 @@ from .responses import OfState, of_state
 
 Vector: TypeAlias = tuple[float, ...]
 Schema: TypeAlias = dict[str, Any]
+AXES = "xyz"  #: letters of the coordinates
 BOUNDS = {">": "exclusiveMinimum", ">=": "minimum", "<": "exclusiveMaximum", "<=": "maximum"}  #: signs in JSON schemas
 
 
@@ -80,7 +81,7 @@ def read_vector(value: object, dimension: units.Dimension, context: Context) -> 
     """A list of as many quantities as the scene has dimensions."""
     size = context.dimension
     if not isinstance(value, list | tuple) or len(value) != size:
-        axes = ", ".join("xyz"[:size])
+        axes = ", ".join(AXES[:size])
         raise Problem(f"a list of {size} ({axes}), each {dimension}, in a scene of dimension {size}", shown(value))
     return tuple(read_quantity(entry, dimension, context) for entry in value)
 

@@ -17,10 +17,11 @@ from scipy.sparse import csr_array, vstack
 
 from ...core.algebra.linalg import is_sparse
 from ...core.storage.records import dataclass
+from ...systems.affine import Affine
 from ...systems.forces import force_laws
 from ...systems.forces import on_rows as forces
 from ...systems.signals import Cosine, Sine
-from ...systems.system import Affine, Signal, System
+from ...systems.system import Signal, System
 from ..histories import finite_signals
 
 INSTANTS = 129  #: load factors from 0 to 1 at which a function of time is looked at

@@ -18,6 +18,7 @@ C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, chapter 23, doi 10.1
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -50,6 +51,34 @@ class Sample:
     weights: Array  #: (j,), positive
     residual: float  #: ||G w - b|| / ||b||
     iterations: int  #: columns appended
+
+
+@storable
+class Level(Enum):
+    """What is sampled.
+
+    ELEMENTS: whole cells get one weight each; POINTS: every quadrature point has its own.
+    """
+
+    ELEMENTS = "elements"
+    POINTS = "points"
+
+
+@storable
+@dataclass(frozen=True)
+class Selection:
+    """Sampled cells or points of one component, numbered through all its bodies.
+
+    The weights w > 0 of (44) multiply quadrature weights: `sample.indices` (j,) count the cells or points of all bodies of the
+    component in their order, all others have no weight.
+    """
+
+    component: str
+    level: Level
+    sample: Sample
+    total: int  #: number of candidates
+    training_s: float  #: CPU time of the training forces and their normal equations [s]
+    snnls_s: float  #: CPU time of the sparse non-negative least squares [s]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
@@ -21,9 +21,7 @@ from ...core.errors import InputError, closest, say
 from ...core.storage.records import dataclass
 from ...systems.system import System, multiply_out
 from ..spaces.component import projected
-
-if TYPE_CHECKING:
-    from .sampling import Selection
+from .ecsw import Selection
 
 USUAL = 1e-3  #: tolerance eta where none is given
 

@@ -17,7 +17,6 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from enum import Enum
 from functools import partial
 from typing import ClassVar, TypeAlias
 
@@ -26,13 +25,12 @@ from scipy.sparse import csr_array
 
 from ...bodies import laws
 from ...core.errors import InputError, say
-from ...core.storage.container import storable
 from ...core.storage.records import dataclass
 from ...systems.system import Elastic, System, multiply_out
 from ...systems.terms import elastic as terms
-from ...systems.terms.points import Sampled
+from ...systems.terms.points import Sampled, dense_rows
 from . import ecsw
-from .ecsw import Gram, Sample
+from .ecsw import Gram, Level, Sample, Selection
 from .hyper_reduction import USUAL, HyperReduction, Rule, TrainingRun, register
 
 # double pendulum of 100 cells a beam: all 400 states keep 33 points, which err by 2.00e-5, 167 of them 32, by 2.03e-5
@@ -46,34 +44,6 @@ MANY = 6000  #: points above which the cells are searched first, and then the po
 
 Run: TypeAlias = tuple[list[Elastic], np.ndarray]  #: bodies of a component with their parameters, states (s, n)
 Measure: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: states (s, n) -> C^(1/2) (s, n, n) of their forces
-
-
-@storable
-class Level(Enum):
-    """What is sampled.
-
-    ELEMENTS: whole cells get one weight each; POINTS: every quadrature point has its own.
-    """
-
-    ELEMENTS = "elements"
-    POINTS = "points"
-
-
-@storable
-@dataclass(frozen=True)
-class Selection:
-    """Sampled cells or points of one component, numbered through all its bodies.
-
-    The weights w > 0 of (44) multiply quadrature weights: `sample.indices` (j,) count the cells or points of all bodies of the
-    component in their order, all others have no weight.
-    """
-
-    component: str
-    level: Level
-    sample: Sample
-    total: int  #: number of candidates
-    training_s: float  #: CPU time of the training forces and their normal equations [s]
-    snnls_s: float  #: CPU time of the sparse non-negative least squares [s]
 
 
 @dataclass(frozen=True)
@@ -166,7 +136,7 @@ def sampled_gather(elastic: Elastic) -> Sampled:
 
     A row is a component of the position gradient at a point p, over the r modes.
     """
-    rows = terms.dense_rows(elastic.gather)
+    rows = dense_rows(elastic.gather)
     if rows is None:
         raise full_body(elastic)
     return rows

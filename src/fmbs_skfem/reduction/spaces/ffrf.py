@@ -21,9 +21,10 @@ from scipy.sparse import csr_array
 from ...bodies.body import Cells
 from ...core.errors import InputError, say
 from ...dynamics.near_state.modes import dense_modes
+from ...systems.affine import Affine
 from ...systems.assembly import terms_of
 from ...systems.places import TermCollector
-from ...systems.system import Affine, System, change_coordinates
+from ...systems.system import System, change_coordinates
 
 
 def reduce_floating(system: System, modes: int = 10) -> System:

@@ -25,7 +25,8 @@ from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
 from ...dynamics.outputs import body_coordinates
 from ...dynamics.trajectory import Trajectory
-from ...systems.system import Matrix, System, change_coordinates, is_linear, keep_constraints, linear_part
+from ...systems.affine import Matrix
+from ...systems.system import System, change_coordinates, is_linear, keep_constraints, linear_part
 from ..plan import ModeCounts, modes_of
 from . import invariant as vectors
 from . import kept_rows, pivots, pod

@@ -20,10 +20,10 @@ from ...core.algebra import ranks
 from ...core.declared import Declared
 from ...core.errors import InputError, say
 from ...core.notices import notify
+from ...core.values.fields import AXES
 from ...core.values.problems import Problem
 from ..places import QUARTER, At, Coordinates, Draft, Ground, vector
 
-AXES = "xyz"
 Vector: TypeAlias = int | np.ndarray  #: first of c probe rows, or a fixed vector (c,)
 Term: TypeAlias = tuple[float, int, int, int]  #: coefficient, signal, i, j
 End: TypeAlias = At | Ground | None  #: None and fixed points belong to the ground

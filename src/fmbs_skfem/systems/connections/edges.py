@@ -23,6 +23,7 @@ from ...core.algebra import ranks
 from ...core.algebra.linalg import distinct, evenly
 from ...core.errors import InputError, listed, say
 from ...core.storage.records import dataclass
+from ...core.values.fields import AXES
 from ...core.values.problems import Problem
 from ...shapes import surface
 from ...shapes.nurbs import Nurbs
@@ -30,7 +31,7 @@ from ...shapes.surface import Surface
 from .. import fields
 from ..measures.resultants import Resultant
 from ..places import QUARTER, At, Draft
-from .constraint_functions import AXES, Joint, far, needs_other_side, where
+from .constraint_functions import Joint, far, needs_other_side, where
 
 SHOWN = 5  #: points of a held edge, and arrows of a load over an edge or a surface, in pictures
 

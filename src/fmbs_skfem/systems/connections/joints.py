@@ -22,7 +22,7 @@ from ...bodies.body import Body
 from ...core.errors import InputError, say
 from ...core.notices import notify
 from ...core.storage.records import dataclass
-from ...core.values.fields import ANGLE, MOTION, Length
+from ...core.values.fields import ANGLE, AXES, MOTION, Length
 from ...core.values.problems import Problem
 from ...shapes import line
 from .. import fields
@@ -30,7 +30,6 @@ from ..places import At, Draft
 from ..signals import Cosine, Sine
 from ..system import Signal
 from .constraint_functions import (
-    AXES,
     Joint,
     basis,
     carried,

@@ -19,9 +19,10 @@ from scipy.sparse import csr_array
 
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
+from ...core.values.fields import AXES
 from ...core.values.problems import Problem
 from .. import fields
-from ..connections.constraint_functions import AXES, mark, rows_of, unit
+from ..connections.constraint_functions import mark, rows_of, unit
 from ..places import Draft, Gauge, Ground, vector
 from . import responses
 from .loads import TORSION, Load, where

@@ -17,12 +17,14 @@ from ...core.declared import Declared
 from ...core.errors import InputError, closest, listed, say
 from ...core.notices import notify
 from ...core.storage.records import dataclass
+from ...core.values.fields import AXES
 from ...core.values.problems import Problem
 from .. import fields
-from ..connections.constraint_functions import AXES, arm, needs_axis, needs_other_side, unit
+from ..affine import Matrix
+from ..connections.constraint_functions import arm, needs_axis, needs_other_side, unit
 from ..own_symbols import norm, turned
 from ..places import Draft
-from ..system import Matrix, Output, System
+from ..system import Output, System
 from . import resultants
 from .angles import angle_and_rates, continuous
 from .surface_points import counts, recovered, surface_point

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ...core.storage.records import dataclass
-from ..connections.constraint_functions import AXES
+from ...core.values.fields import AXES
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from ...core.algebra.linalg import distinct, is_sparse, support
 from ...core.compiling.entries import view
 from ...core.compiling.jit import jit
 from ...core.compiling.structs import Cube, IntegerMatrix, Integers, Tensor, opener
+from ..affine import Affine, Matrix
 from ..kernels import clear, clear_rows
 from . import elastic as terms
 from .elastic import Lifts, Setting, Targets, Term
@@ -27,7 +28,6 @@ from .points import Sampled
 
 if TYPE_CHECKING:
     from ..layouts import Layout
-    from ..system import Affine, Matrix
 
 # cubic beams of 200 cells: points are taken up to 12 modes, where both cost alike (26 and 25 us a force); half and twice of it 6
 # and 24 modes, where the wrong one costs 10 us more

@@ -7,31 +7,18 @@ quadratic in c and s. K_a and K_b are the tangents at 0 and 90 degrees, K_c foll
 the best fit of its coordinates to the reference shape; translations drop out. Bodies that deform little need no other tangent;
 where the Newton iteration contracts slowly with it, the exact one takes its place.
 
-Only for planar systems in dense coordinates whose space holds the turned reference shapes.
+Only for planar systems in dense coordinates whose space holds the turned reference shapes, see `turning`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ...core.algebra.linalg import as_dense, support
 from ...core.compiling.entries import view
 from ...core.compiling.jit import jit
 from ...core.compiling.structs import Cube, IntegerMatrix, Matrix, Vector
-from ..prepared import prepare
-
-if TYPE_CHECKING:
-    from ..system import System
-
-# a spin-up differs by 1e-5 in 4 to 10 modes
-ALIKE = 0.05  #: largest relative difference from the exact tangent at a fifth angle
-# a spin-up misses 1e-3 in 4 modes, 7e-5 in 6 and 2e-6 in 10
-REACH = 1e-2  #: largest part of the turned reference shape that the space may miss
-# no multiple of 45 degrees: at those K_a, K_b and K_c are right by the way they are made
-PROOF = 2.0  #: that angle [rad]
 
 
 class CorotationalTangent(NamedTuple):
@@ -53,106 +40,6 @@ def nothing(size: int) -> CorotationalTangent:
     """The tangents of no part, for `size` unknowns n."""
     # tables without rows: the step asks for their length, and compiles the same code
     return CorotationalTangent(np.zeros((0, 3), np.int64), np.zeros((0, 2, size)), np.zeros((0, 2)), np.zeros(0), np.zeros(0))
-
-
-class Turning(NamedTuple):
-    """How the t bodies of a reduced system turn, whatever their tangents are.
-
-        (c, s) ~ rows @ x + offset,    theta = atan2(s, c)
-
-    for the unknowns x (n,); lengths of (c, s) drop out.
-    """
-
-    table: np.ndarray  #: of `CorotationalTangent`, as are
-    rows: np.ndarray
-    offset: np.ndarray
-    places: tuple[Callable[[float], np.ndarray], ...]  #: by the angle [rad], the unknowns (n,) in which a body is turned by it
-
-
-def turning_of(system: System) -> Turning | None:
-    """How all elastic parts of a reduced system turn; None where one of them does not, or its space does not hold it turned.
-
-    None in space too, and of full systems. Up to `REACH` of the turned reference shape may be missed.
-    """
-    # in space a rotation is no polynomial of degree two in two numbers
-    if system.dim != 2 or not isinstance(system.lift.matrix, np.ndarray) or not system.elastic:
-        return None
-    names = "\n".join(elastic.name for elastic in system.elastic)
-    parts = system.lift, system.x0, system.unit, system.coordinates, names
-    return prepare(system).find("turning", parts, lambda: find_turning(system))
-
-
-def find_turning(system: System) -> Turning | None:
-    """`turning_of` a planar system."""
-    spans = {name: slice(first, last) for name, first, last in system.coordinates}
-    table, rows, offsets, places, first = [], [], [], [], 0
-    for elastic in system.elastic:
-        if elastic.name not in spans:
-            return None
-        row, offset, place, miss = fit(system, spans[elastic.name])
-        # all parts or none: W is assembled or turned as a whole
-        if miss > REACH:
-            return None
-        # modes of this body alone, so that its three tangents are small
-        on = support(as_dense(system.lift.matrix[spans[elastic.name]]))
-        count = on.stop - on.start
-        table.append((on.start, count, first))
-        rows.append(row)
-        offsets.append(offset)
-        places.append(place)
-        first += 3 * count * count
-    return Turning(np.array(table, dtype=np.int64), np.array(rows), np.array(offsets), tuple(places))
-
-
-def room(system: System, turning: Turning | None) -> CorotationalTangent:
-    """What `fill` puts the tangents into; nothing where bodies do not turn.
-
-    Numbers are zero until then.
-    """
-    if turning is None:
-        return nothing(system.size)
-    # damping in proportion to the stiffness turns with it, by one factor
-    beta = np.array([elastic.beta for elastic in system.elastic])
-    return CorotationalTangent(*turning[:3], beta, np.zeros(3 * int((turning.table[:, 1] ** 2).sum())))
-
-
-def fill(T: CorotationalTangent, turning: Turning, tangent: Callable[[int], Callable[[np.ndarray], np.ndarray]]) -> bool:
-    """Put K_a, K_b and K_c of all parts in, by `tangent` (number of the part) (x) (n, n); False where one does not turn so.
-
-    K(theta) is compared with the tangent at a fifth angle `PROOF` [rad], from which it may differ by `ALIKE` of its norm.
-    """
-    for number, ((first, count, at), place) in enumerate(zip(T.table, turning.places, strict=True)):
-        K, on = tangent(number), slice(first, first + count)
-        # a quadratic form in c and s has three coefficients; the fourth angle is none of theirs, and tries them
-        Ka, Kb, half, proof = (K(place(theta)) for theta in (0.0, 0.5 * np.pi, 0.25 * np.pi, PROOF))
-        Kc, c, s = 2.0 * half - Ka - Kb, np.cos(PROOF), np.sin(PROOF)
-        if np.linalg.norm(c * c * Ka + s * s * Kb + c * s * Kc - proof) > ALIKE * np.linalg.norm(proof):
-            return False
-        # side by side, so that a tangent reads its three matrices in one sweep
-        T.numbers[at : at + 3 * count * count] = np.concatenate([part[on, on].ravel() for part in (Ka, Kb, Kc)])
-    return True
-
-
-def fit(system: System, span: slice) -> tuple[np.ndarray, np.ndarray, Callable[[float], np.ndarray], float]:
-    """Rows (2, n) and offset (2,) that show the turn of a body, the unknowns that turn it by an angle, and what they miss of it."""
-    V, offset = np.asarray(system.lift.matrix[span]), system.lift.offset[span]
-    unit = system.unit[span.start // 2 : span.stop // 2]
-    q = (V @ system.x0 + offset).reshape(-1, 2)
-    # translations drop out of the fit, since they drop out of the tangent
-    q = q - np.outer(unit, unit @ q) / (unit @ unit)
-    shapes = np.stack([q.ravel(), np.stack([-q[:, 1], q[:, 0]], axis=1).ravel()])
-    moves = np.stack([np.stack([unit, 0.0 * unit], axis=1).ravel(), np.stack([0.0 * unit, unit], axis=1).ravel()])
-    A = np.concatenate([V, moves.T], axis=1)
-    # a space with translations holds `moves` twice: least squares of a rank that is not full
-    inverse = np.linalg.pinv(A.T @ A, rcond=1e-12, hermitian=True) @ A.T
-    found = inverse @ shapes.T
-    miss = float(np.linalg.norm(A @ found - shapes.T) / np.linalg.norm(shapes))
-    images, start = found[: V.shape[1]], (inverse @ offset)[: V.shape[1]]
-
-    def place(theta: float) -> np.ndarray:
-        return np.asarray(images @ np.array([np.cos(theta), np.sin(theta)]) - start)
-
-    return shapes @ V, shapes @ offset, place, miss
 
 
 @jit

@@ -8,8 +8,8 @@ A storage is a struct of arrays; for its type it registers
                     of a law at points, `at_points` makes them: gather, evaluate, scatter
 
 and, where the default does not do, `couplings`, `position_gradients` and what costs are counted from: `functions_read`,
-`numbers_read` and `cells_of_points`; points that can be sampled say their `dense_rows` and `unknowns`, and `choose_points` among
-them. Nothing else asks which storage a term has.
+`numbers_read` and `cells_of_points`; points that can be sampled say their `points.dense_rows` and `unknowns`, and `choose_points`
+among them. Nothing else asks which storage a term has.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import field
 from functools import singledispatch
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array, vstack
@@ -28,12 +28,8 @@ from ...core.compiling.entries import view
 from ...core.compiling.structs import Callback, Routine, Shorts, Vector, address_of, packed, routine, unpacked
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
+from ..affine import Affine, Matrix
 from ..evaluation import ACCEPTED, NOW, Space, evaluation
-
-if TYPE_CHECKING:
-    from ..system import Affine, Matrix
-    from .points import Sampled
-
 
 Function: TypeAlias = Callable[..., Any]
 
@@ -310,12 +306,6 @@ def numbers_read(storage: Any) -> float:
 def cells_of_points(storage: Any) -> np.ndarray:
     """Number of the cell of every point in use of a reduced body (p,); none (0,) of storages without such points."""
     return np.zeros(0, np.int64)
-
-
-@singledispatch
-def dense_rows(storage: Any) -> Sampled | None:
-    """The points of a reduced body as dense rows on the unknowns, `Sampled` with rows (k c p, r); None of other storages."""
-    return None
 
 
 @singledispatch

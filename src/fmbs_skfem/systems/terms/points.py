@@ -6,7 +6,8 @@ u = L x[columns] + offset,    f = L^T phi(u),    W += L^T phi' L
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from functools import singledispatch
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -20,13 +21,11 @@ from ...core.compiling.structs import Matrix as Rows
 from ...core.storage.container import storable
 from ...core.storage.records import dataclass
 from ...core.storage.validation import Attributes, Indices, Range, Reals
+from ..affine import Affine, Matrix
 from ..evaluation import evaluation
 from ..kernels import add_combination, add_sums
 from . import elastic as terms
 from .elastic import Lifts, Setting, Term
-
-if TYPE_CHECKING:
-    from ..system import Affine, Matrix
 
 # 3600 gradients by 40 modes: 62 us a force; 63 to 79 at half, 65 at twice of it, 70 all in one
 ROOM = 20_000  #: numbers of gradients that stay in the cache from gather to scatter
@@ -228,9 +227,14 @@ def cells_of_points(points: Sampled) -> np.ndarray:
     return points.cell
 
 
-@terms.dense_rows.register(Sampled)
-def dense_rows(points: Sampled) -> Sampled:
-    """They are."""
+@singledispatch
+def dense_rows(storage: Any) -> Sampled | None:
+    """The points of a reduced body as dense rows on the unknowns, with rows (k c p, r); None of other storages."""
+    return None
+
+
+@dense_rows.register(Sampled)
+def _(points: Sampled) -> Sampled:
     return points
 
 

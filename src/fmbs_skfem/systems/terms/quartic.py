@@ -18,7 +18,7 @@ multiplications each. Coefficients that start at a multiple of 64 bytes are read
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -30,12 +30,10 @@ from ...core.errors import InputError, say
 from ...core.storage.container import storable
 from ...core.storage.records import dataclass
 from ...core.storage.validation import Range, Reals, Sizes, also, require
+from ..affine import Affine, Matrix
 from ..evaluation import evaluation
 from . import elastic as terms
 from .elastic import Lifts, Setting, Term, TermRoutines
-
-if TYPE_CHECKING:
-    from ..system import Affine, Matrix
 
 # 64 bytes, what a processor reads from memory at once: aligned rows begin a line each
 LANES = 8  #: numbers of a cache line, to which rows are padded

@@ -10,7 +10,7 @@ as many dense modes: only the lower half of the (c, g) is there, and each produc
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -23,16 +23,14 @@ from ...core.compiling.entries import view
 from ...core.compiling.jit import jit
 from ...core.compiling.structs import Cube, Integers, opener, routine
 from ...core.compiling.structs import Matrix as Rows
+from ..affine import Affine, Matrix
 from ..evaluation import evaluation
 from ..kernels import add_combination, add_sums, clear
 from . import elastic as terms
 from . import turned_tangents
 from .cells import put
 from .elastic import Lifts, Setting, Targets, Term
-from .points import Sampled, weigh
-
-if TYPE_CHECKING:
-    from ..system import Affine, Matrix
+from .points import Sampled, dense_rows, weigh
 
 
 class ShapePointsRecord(NamedTuple):
@@ -191,8 +189,8 @@ def component_rows(points: ShapePoints) -> np.ndarray:
     return np.asarray(rows.reshape(K * points.dim * P, B * points.dim))
 
 
-@terms.dense_rows.register(ShapePoints)
-def dense_rows(points: ShapePoints) -> Sampled:
+@dense_rows.register(ShapePoints)
+def _(points: ShapePoints) -> Sampled:
     """On the unknowns, or on the coordinates of the body where those of all bodies are the unknowns."""
     n = points.table.shape[2] * points.dim
     if points.matrix is None:
