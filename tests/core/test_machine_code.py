@@ -97,6 +97,22 @@ def test_code_with_addresses_of_this_process_is_not_kept(folder: Path) -> None:
     assert not list(folder.glob("*.code"))
 
 
+def test_code_is_found_by_what_the_functions_enclose_that_it_encloses(folder: Path) -> None:
+    def adding(offset: int) -> Callable[[np.ndarray, int], int]:
+        @jit.jit
+        def shift(number: int) -> int:
+            return number + offset
+
+        def shifted(numbers: np.ndarray, count: int) -> int:
+            return shift(numbers[count])
+
+        return shifted
+
+    numbers, call = (ctypes.c_int64 * 2)(1, 2), ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)
+    kept = [jit.addressed(SIGNATURE, adding(offset)) for offset in (7, 8)]
+    assert [call(one.address)(ctypes.addressof(numbers), 1) for one in kept] == [9, 10]
+
+
 def test_code_is_found_only_for_what_it_was_compiled_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The signature, what the function encloses, its file, the processor and the settings that change code make different names."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import islice
@@ -29,7 +29,7 @@ from ..core.values.problems import shown
 from ..shapes import line, surface
 from ..shapes.surface import Surface
 from . import finer_systems, lengths
-from .additions import additions_of
+from .additions import Addition, additions_of
 from .affine import Affine
 from .connections import echelon, redundancy
 from .connections.constraint_functions import Joint
@@ -107,43 +107,21 @@ def assemble(
     damping = Rayleigh() if damping is None else damping
     require_kind("damping", damping, Rayleigh)
     draft, layout = empty_draft(bodies)
-    parts = list(layout.bodies.values())
-    pictured = parts if pictures else []
-    for joint in joints:
-        require_sound("joint", getattr(joint, "name", ""), joint, Joint, layout.dim)
-    unique("joints", [joint.name for joint in joints])
-    for joint in joints:
-        joint.constrain(draft)
-    for part in parts:
-        orthonormal(part, draft)
+    constrain(draft, joints)
     draft.outputs = dict(outputs or {})
-    added = [(one, list(one.reads())) for one in additions_of(more, draft)]
-    wanted = readings.sort([value for _, values in added for value in values], draft.outputs, layout.dim)
-    counted = iter(wanted.numbers)
-    reading = [(one, list(islice(counted, len(values)))) for one, values in added]
-    known = [source for one, numbers in reading for source in one.sources(numbers)]
-    draft.inputs = {one.name: one for one in known}
-    unique("outputs, and what else expressions know", [*draft.outputs, *(one.name for one in known)])
-    for load in loads:
-        require_sound("load", getattr(load, "name", ""), load, Load, layout.dim)
-        load.push(draft)
-    draft.require_rows()
+    wanted, reading = read_by(additions_of(more, draft), draft)
+    push(draft, loads)
     own = dict[str, Any]()
     for one, numbers in reading:
         own |= one.add(draft, joints, numbers)
     responses.keep(draft, wanted.kept)
     draft.acting = [*places_of("joint", joints), *places_of("load", loads)]
-    forces, sensed = draft.forces, dict[str, Output]()
-    for name, probe in (outputs or {}).items():
-        require_sound("output", name, probe, probe_rules.Probe, layout.dim)
-        sensed[name] = probe.sense(name, draft)
-        if not all(isinstance(unit, str) for unit in probe.units(name, sensed[name])):
-            raise InputError(say(f"output '{name}': unit", "a text such as 'm'", repr(probe.units(name, sensed[name]))))
-    probe_rules.require_distinct_columns(sensed)
+    sensed = sense(draft)
+    parts, forces = list(layout.bodies.values()), draft.forces
+    pictured = parts if pictures else []
+    probes, sensors = draft.probes.affine(), draft.sensors.affine()
     mass = diagonal([alike(part.mass, layout.dim) for part in parts])
-    probes = draft.probes.affine()
     q0, unit = np.concatenate([part.reference.ravel() for part in parts]), np.concatenate([part.constant for part in parts])
-    sensors = draft.sensors.affine()
     system = System(
         dim=layout.dim,
         lift=Affine(csr_array(diags_array(np.ones(layout.size))), np.zeros(layout.size)),
@@ -185,6 +163,49 @@ def assemble(
         make = lambda: assemble(map(finer, bodies), *given, **more)  # noqa: E731
         finer_systems.note(system, make)
     return system
+
+
+def constrain(draft: Draft, joints: Sequence[Joint]) -> None:
+    """Add the rows of all joints to a draft, and those that keep frames of bodies orthonormal."""
+    for joint in joints:
+        require_sound("joint", getattr(joint, "name", ""), joint, Joint, draft.layout.dim)
+    unique("joints", [joint.name for joint in joints])
+    for joint in joints:
+        joint.constrain(draft)
+    for part in draft.layout.bodies.values():
+        orthonormal(part, draft)
+
+
+def read_by(additions: Iterable[Addition], draft: Draft) -> tuple[readings.WantedReadings, list[tuple[Addition, list[int]]]]:
+    """What additions read of accepted states, and each with the numbers of its values; expressions know what they give."""
+    added = [(one, list(one.reads())) for one in additions]
+    wanted = readings.sort([value for _, values in added for value in values], draft.outputs, draft.layout.dim)
+    counted = iter(wanted.numbers)
+    reading = [(one, list(islice(counted, len(values)))) for one, values in added]
+    known = [source for one, numbers in reading for source in one.sources(numbers)]
+    draft.inputs = {one.name: one for one in known}
+    unique("outputs, and what else expressions know", [*draft.outputs, *(one.name for one in known)])
+    return wanted, reading
+
+
+def push(draft: Draft, loads: Iterable[Load]) -> None:
+    """Add the forces of all loads to a draft."""
+    for load in loads:
+        require_sound("load", getattr(load, "name", ""), load, Load, draft.layout.dim)
+        load.push(draft)
+    draft.require_rows()
+
+
+def sense(draft: Draft) -> dict[str, Output]:
+    """What the outputs of a draft read, by name; InputError for units that are no texts, and columns of one name."""
+    sensed = dict[str, Output]()
+    for name, probe in draft.outputs.items():
+        require_sound("output", name, probe, probe_rules.Probe, draft.layout.dim)
+        sensed[name] = probe.sense(name, draft)
+        if not all(isinstance(unit, str) for unit in probe.units(name, sensed[name])):
+            raise InputError(say(f"output '{name}': unit", "a text such as 'm'", repr(probe.units(name, sensed[name]))))
+    probe_rules.require_distinct_columns(sensed)
+    return sensed
 
 
 def places_of(kind: str, items: Iterable[Joint | Load]) -> Iterator[tuple[str, At]]:

@@ -174,12 +174,7 @@ def flatten(system: System) -> Compiled:
     def targets(local: np.ndarray) -> Targets:
         return pattern.targets(local) if pattern else cells.targets(local, parts.matrix, layout)
 
-    beta = [system.elastic[owner].beta for owner in parts.owners]
-    found = list[Term]()
-    for one, b in zip(parts.storages, beta, strict=True):
-        setting = Setting(system.dim, b, targets, sum(term.kept for term in found), sum(term.turned for term in found))
-        term = storages.compile_term(one, setting)
-        found.append(replace(term, follows=True) if one.law.follows else term)
+    found = compile_terms(system, parts, targets)
     # systems of one structure, as of a family, share what their parts share: more than half of a call of 1500 reduced steps was
     # preparation
     known = prepare(system) if system.size < layouts.WIDE else Prepared()
@@ -222,6 +217,16 @@ def flatten(system: System) -> Compiled:
     if turns and not turning.fill(arrays.corotation, turns, partial(part_tangent, model)):
         model = replace(model, arrays=arrays._replace(corotation=corotation.nothing(system.size)))
     return model
+
+
+def compile_terms(system: System, parts: Pieces, targets: Callable[[np.ndarray], Targets]) -> list[Term]:
+    """The elastic terms of all pieces, each with its places in what a space keeps of gradients and tangents."""
+    found = list[Term]()
+    for one, owner in zip(parts.storages, parts.owners, strict=True):
+        kept, turned = sum(term.kept for term in found), sum(term.turned for term in found)
+        term = storages.compile_term(one, Setting(system.dim, system.elastic[owner].beta, targets, kept, turned))
+        found.append(replace(term, follows=True) if one.law.follows else term)
+    return found
 
 
 def without(rows: Array, left_out: np.ndarray) -> csr_array:

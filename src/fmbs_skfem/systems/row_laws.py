@@ -1,7 +1,7 @@
 """Laws in symbols that act on groups of probe rows, known by their names: what those of constraints and of forces have in common.
 
-Laws of this package are in a module that is written by a script; a user's own are made by `own_joints` and `own_forces` of the
-words that their names begin with. Routines of a law are compiled when a model uses it.
+Laws of this package are in the module that their class names (`loops`); a user's own are made by `own_joints` and `own_forces` of
+the words that their names begin with. Routines of a law are compiled when a model uses it.
 """
 
 from __future__ import annotations

@@ -67,9 +67,12 @@ def place(folder: Path, name: str, function: Callable[..., Any], given: tuple[ob
 
 
 def identity(enclosed: Any) -> Any:
-    """What a function encloses; of another compiled one where it stands, and its bytecode."""
+    """What a function encloses; of another compiled one where it stands, its bytecode, and what it encloses in turn."""
     function = getattr(enclosed, "py_func", None)
-    return enclosed if function is None else (function.__module__, function.__qualname__, function.__code__.co_code)
+    if function is None:
+        return enclosed
+    within = [identity(cell.cell_contents) for cell in function.__closure__ or ()]
+    return function.__module__, function.__qualname__, function.__code__.co_code, within
 
 
 def write(path: Path, compiled: Any) -> None:
