@@ -22,12 +22,12 @@ from __future__ import annotations
 from typing import Any
 
 from ..core.compiling.entries import entry
-from ..core.compiling.jit import carray, jit
+from ..core.compiling.jit import carray, inlined, jit
 
 LINES = 3  #: rows of a section
 
 
-@jit
+@inlined
 def hooke(A: float, nu: float, e11: float, e22: float, e12: float) -> tuple[float, float, float]:
     """Plane stress: the forces (or moments) 11, 22, 12 of strains (or curvatures) with e12 = e21, A C:e.
 
@@ -38,7 +38,7 @@ def hooke(A: float, nu: float, e11: float, e22: float, e12: float) -> tuple[floa
     return A * (e11 + nu * e22), A * (e22 + nu * e11), A * (1.0 - nu) * e12
 
 
-@jit
+@inlined
 def quadratic(A: float, nu: float, e11: float, e22: float, e12: float) -> float:
     """Energy per area [J/m2] of plane stress, e:A C:e / 2 with e12 = e21.
 

@@ -32,7 +32,7 @@ from typing import Any
 import numpy as np
 
 from ..core.compiling.entries import LANES, entry, unfold
-from ..core.compiling.jit import carray, inlined, jit
+from ..core.compiling.jit import carray, inlined
 from .membrane_law import hooke, quadratic
 from .vectors import Vector, combine, cross, dot
 
@@ -42,7 +42,7 @@ ROWS = 15  #: of gradients
 Frame = tuple[Vector, Vector, Vector, Vector, Vector]  #: r,1 r,2, their duals r^1 r^2, and the unit normal n
 
 
-@jit
+@inlined
 def vector(u: np.ndarray, k: int, q: int) -> Vector:
     """Vector k of point q: the rows 3 k, 3 k + 1 and 3 k + 2 of gradients u (i, p e), in compiled code."""
     return u[3 * k, q], u[3 * k + 1, q], u[3 * k + 2, q]
@@ -146,9 +146,12 @@ def balance(u: Any, section: Any, q: int, frame: Frame, E: Vector, k: Vector, S:
     N, m = hooke(weight * section[0, q], nu, E[0], E[1], E[2]), moments(weight * section[1, q], nu, k)
     g1, g2 = dot(m, projections(u, q, c1)), dot(m, projections(u, q, c2))
     first, second = combine(N[0], a1, N[2], a2), combine(N[2], a1, N[1], a2)
-    for c in range(3):
-        S[c, q], S[3 + c, q] = first[c] - g1 * n[c], second[c] - g2 * n[c]
-        S[6 + c, q], S[9 + c, q], S[12 + c, q] = m[0] * n[c], m[1] * n[c], m[2] * n[c]
+    # component by component: a loop over them keeps the loop over points from vector instructions
+    S[0, q], S[1, q], S[2, q] = first[0] - g1 * n[0], first[1] - g1 * n[1], first[2] - g1 * n[2]
+    S[3, q], S[4, q], S[5, q] = second[0] - g2 * n[0], second[1] - g2 * n[1], second[2] - g2 * n[2]
+    S[6, q], S[7, q], S[8, q] = m[0] * n[0], m[0] * n[1], m[0] * n[2]
+    S[9, q], S[10, q], S[11, q] = m[1] * n[0], m[1] * n[1], m[1] * n[2]
+    S[12, q], S[13, q], S[14, q] = m[2] * n[0], m[2] * n[1], m[2] * n[2]
 
 
 @inlined
