@@ -112,9 +112,10 @@ def test_pages_fit_wide_and_narrow_windows_without_errors(site: Path, tmp_path: 
 
 
 def test_sources_of_the_theory_are_those_of_the_code() -> None:
-    """Every DOI of the bibliography stands in a docstring, so that none is made up."""
+    """Every DOI of the bibliography stands in a docstring of the package or of an example, so that none is made up."""
     listed = set(re.findall(r"\[doi ([^\]]+)\]", (DOCS / "theory" / "bibliography.md").read_text(encoding="utf-8")))
-    known = "".join(path.read_text(encoding="utf-8") for path in (DOCS.parent / "src").rglob("*.py"))
+    texts = [path for folder in ("src", "examples") for path in (DOCS.parent / folder).rglob("*.py")]
+    known = "".join(path.read_text(encoding="utf-8") for path in texts)
     assert len(listed) > 15
     assert {doi for doi in listed if doi not in known} == set()
 

@@ -42,10 +42,6 @@ def count(path: Path, tint: str) -> int:
     return int((np.abs(pixels - [int(tint[i : i + 2], 16) for i in (1, 3, 5)]).max(axis=2) <= 12).sum())
 
 
-def histories(outputs: Mapping[str, Mapping[str, np.ndarray]], title: str = "") -> Figure:
-    return plots.history_grid(TIMES, [plots.Panel(label, models) for label, models in outputs.items()], title)
-
-
 def overprinted(figure: Figure) -> list[tuple[str, str]]:
     """Pairs of numbers and offsets along level axes that lie over each other; an axis has two numbers at least, or none."""
     figure.canvas.draw()
@@ -64,7 +60,7 @@ def overprinted(figure: Figure) -> list[tuple[str, str]]:
 
 def test_histories_show_every_model(tmp_path: Path) -> None:
     models = {"full": SWING, "component": SWING + 0.1, "ffrf": 2 * SWING}
-    path = plots.save(histories({"tip deflection [m]": models}, "Spin-up"), tmp_path / "new" / "h.png")
+    path = plots.save(plots.history_grid(TIMES, {"tip deflection [m]": models}, "Spin-up"), tmp_path / "new" / "h.png")
     assert path == tmp_path / "new" / "h.png"
     assert count(path, palette.BLUE) > 500
     assert count(path, palette.VERMILLION) > 500
@@ -73,8 +69,8 @@ def test_histories_show_every_model(tmp_path: Path) -> None:
 
 def test_a_saved_figure_has_the_pixels_of_savefig(tmp_path: Path) -> None:
     outputs = {"x [m]": {"full": SWING}, "y [m]": {"full": 2 * SWING}}
-    path = plots.save(histories(outputs), tmp_path / "a.png")
-    histories(outputs).savefig(tmp_path / "b.png")
+    path = plots.save(plots.history_grid(TIMES, outputs), tmp_path / "a.png")
+    plots.history_grid(TIMES, outputs).savefig(tmp_path / "b.png")
     with Image.open(path) as one, Image.open(tmp_path / "b.png") as other:
         assert one.info["dpi"] == other.info["dpi"]
         np.testing.assert_array_equal(np.asarray(one), np.asarray(other))
@@ -83,7 +79,7 @@ def test_a_saved_figure_has_the_pixels_of_savefig(tmp_path: Path) -> None:
 def test_slider_from_rest_and_turns_a_minute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """x - x(0) starts at zero, and 200 pi rad/s are 6000 turns a minute."""
     drawn: dict[str, Mapping[str, np.ndarray]] = {}
-    monkeypatch.setattr(plots, "history_grid", lambda _, shown, __: drawn.update({one.label: one.curves for one in shown}))
+    monkeypatch.setattr(plots, "history_grid", lambda _, outputs, __: drawn.update(outputs))
     plots.slider(TIMES, {"full": 0.3 + 0.1 * TIMES}, {"full": 200 * np.pi / 3 * TIMES})
     (displacement, speed_) = drawn.values()
     np.testing.assert_allclose(displacement["full"][[0, -1]], [0.0, 0.3], atol=1e-15)
@@ -97,7 +93,7 @@ def test_slider_from_rest_and_turns_a_minute(tmp_path: Path, monkeypatch: pytest
 @pytest.mark.parametrize("count_", [1, 3, 5])
 def test_small_multiples(count_: int, tmp_path: Path) -> None:
     """Up to three panels below each other, more of them in two columns; the lowest of each has the label of the axis."""
-    figure = histories({f"C_{i} [m]": {"full": SWING, "system": SWING * (1 + i)} for i in range(count_)})
+    figure = plots.history_grid(TIMES, {f"C_{i} [m]": {"full": SWING, "system": SWING * (1 + i)} for i in range(count_)})
     assert count(plots.save(figure, tmp_path / "g.png"), palette.BLUE) > 300
     assert [axes.get_xlabel() for axes in figure.axes].count("time [s]") == (2 if count_ > 3 else 1)
 
@@ -185,7 +181,7 @@ def test_long_keys_leave_panels_their_width(tmp_path: Path) -> None:
 
 def test_notebooks_show_figures() -> None:
     """IPython takes the PNG that a figure gives; one without pyplot had been a line of text."""
-    figure = histories({"y [m]": {"full": SWING}})
+    figure = plots.history_grid(TIMES, {"y [m]": {"full": SWING}})
     image = Image.open(io.BytesIO(figure._repr_png_()))
     assert image.size == tuple(round(90 * side) for side in figure.get_size_inches())
 
@@ -193,9 +189,8 @@ def test_notebooks_show_figures() -> None:
 def test_a_grid_has_no_more_panels_than_can_be_read() -> None:
     outputs = {f"force {k}": {"full": SWING} for k in range(plots.PANELS + 1)}
     with pytest.raises(InputError, match="1 to 24, got 25"):
-        histories(outputs)
-    shown = [plots.Panel(label, models) for label, models in list(outputs.items())[1:]]
-    figure = plots.panel_grid(TIMES, shown, across="load factor")
+        plots.history_grid(TIMES, outputs)
+    figure = plots.history_grid(TIMES, dict(list(outputs.items())[1:]), across="load factor")
     assert figure.axes[-1].get_xlabel() == "load factor"
 
 
@@ -245,11 +240,11 @@ def test_nobody_beats_the_front_and_it_beats_everybody_else(rows: list[tuple[flo
 
 def test_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"'short': expected values at the 301 instants, got shape \(3,\)"):
-        plots.save(histories({"x [m]": {"short": np.zeros(3)}}), tmp_path / "h.png")
+        plots.save(plots.history_grid(TIMES, {"x [m]": {"short": np.zeros(3)}}), tmp_path / "h.png")
     with pytest.raises(InputError, match="at least one curve"):
         plots.save(plots.errors(TIMES, {}), tmp_path / "n.png")
     with pytest.raises(InputError, match=r"\.png, \.pdf, \.svg"):
-        plots.save(histories({"x [m]": {"full": SWING}}), tmp_path / "h.txt")
+        plots.save(plots.history_grid(TIMES, {"x [m]": {"full": SWING}}), tmp_path / "h.txt")
     with pytest.raises(InputError, match="CPU time above 0"):
         Point("free", "full", 0.0, 0.0)
     assert list(tmp_path.iterdir()) == []

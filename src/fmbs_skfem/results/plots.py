@@ -78,9 +78,13 @@ def panel_grid(
     return figure
 
 
-def history_grid(times: Array, shown: Sequence[Panel], title: str = "") -> Figure:
-    """As `panel_grid` for outputs of several models, with one legend: the first one broad and pale, the reference of the others."""
-    figure, grid = _grid(times, shown, title, "time [s]")
+def history_grid(times: Array, outputs: Mapping[str, Mapping[str, Array]], title: str = "", across: str = "time [s]") -> Figure:
+    """Outputs of several models over `times` (s,), a panel each: label with unit -> {model: (s,)}; errors as of `panel_grid`.
+
+    One legend for all: the first model is drawn broad and pale, as the reference of the others.
+    """
+    shown = [Panel(label, models) for label, models in outputs.items()]
+    figure, grid = _grid(times, shown, title, across)
     for axes, panel in zip(grid.flat, shown, strict=False):
         for number, (name, values) in enumerate(panel.curves.items(), start=-1):
             if number < 0 and len(panel.curves) > 1:
@@ -165,7 +169,7 @@ def slider(times: Array, position: Mapping[str, Array], speed: Mapping[str, Arra
     """
     displacement = {name: np.asarray(x) - np.asarray(x)[0] for name, x in position.items()}
     turns = {name: np.asarray(w) * 30 / np.pi for name, w in speed.items()}
-    outputs = [Panel(f"{axis}-displacement of the slider [m]", displacement), Panel("speed of the crank [rpm]", turns)]
+    outputs = {f"{axis}-displacement of the slider [m]": displacement, "speed of the crank [rpm]": turns}
     return history_grid(times, outputs, title)
 
 

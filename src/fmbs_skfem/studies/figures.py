@@ -14,7 +14,6 @@ from .. import dynamics
 from ..core.values.units import add_unit
 from ..reduction import residual_norms
 from ..results import plots
-from ..results.plots import Panel
 from ..results.speed import Point
 from ..scenes import build
 from ..systems.connections.joints import Pin, Revolute, Slider
@@ -81,7 +80,7 @@ def histories(scene: Scene, study: Comparison) -> dict[str, Callable[[], Figure]
     for name, output in study.full.system.outputs.items():
         if probes.kind_of(output).known_to_all:
             units = probes.units(name, output)
-            grid = [Panel(add_unit(column, unit), curves(column)) for column, unit in zip(output.columns, units, strict=True)]
+            grid = {add_unit(column, unit): curves(column) for column, unit in zip(output.columns, units, strict=True)}
             rules[f"history_{name}"] = functools.partial(plots.history_grid, times, grid, jobs.title(scene))
     if (known := slider_columns(scene)) is not None:
         axis, position, speed = known
