@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from functools import partial
 
 import numpy as np
@@ -339,3 +340,25 @@ def test_number_of_functions(degree: int, continuity: int, count: int) -> None:
     """(degree + 1) + (cells - 1) (degree - continuity)."""
     space = line.uniform(10, degree, continuity)
     assert space.count == line.tabulate(space).count == count
+
+
+def test_equal_spaces_of_few_cells_are_one_and_keep_what_follows_from_them() -> None:
+    ends = np.linspace(0.0, 1.3, 8)
+    space = line.uniform(ends)
+    assert line.uniform(ends.copy()) is space
+    assert line.uniform(ends, 3, 2) is not space
+    assert line.uniform(np.linspace(0.0, 1.0, line.SHARED + 2)) is not line.uniform(np.linspace(0.0, 1.0, line.SHARED + 2))
+    assert line.breaks(space) is line.breaks(space)
+    for kept in (line.breaks(space), line.functions(space)):
+        with pytest.raises(ValueError, match="read-only"):
+            kept[0] = 1
+    ends[:] = 7.0
+    assert_array_equal(line.breaks(space), np.linspace(0.0, 1.3, 8))
+
+
+def test_a_space_that_keeps_something_can_be_pickled() -> None:
+    space = line.uniform(5)
+    line.fit(space, lambda xi, derivative=0: np.ones((len(xi), 1)) * (derivative == 0))
+    again = pickle.loads(pickle.dumps(space))
+    assert_array_equal(again.knots, space.knots)
+    assert again.__dict__.keys() == {"degree", "knots", "weights"}

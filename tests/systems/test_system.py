@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from scipy.linalg import block_diag
 from scipy.sparse import csr_array, random_array
 
-from fmbs_skfem.bodies import Body, Cells, Law, point_mass
+from fmbs_skfem.bodies import Body, Cells, Law, body, point_mass
 from fmbs_skfem.bodies.laws import CABLES
 from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import (
     At,
     Motion,
@@ -34,6 +36,7 @@ from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import multiply_out
 from fmbs_skfem.systems.terms.points import Sampled
 
+from .. import models
 from .parts import A0, A1, B0, B1, BOB, C0, C1, beams, every_load
 
 TIME = 0.37
@@ -344,3 +347,24 @@ def first(dim: int) -> Body:
 def test_wrong_systems_are_named(make: Callable[[], object], named: str) -> None:
     with pytest.raises(InputError, match=named):
         make()
+
+
+def test_lines_of_pictures_are_made_when_they_are_read_and_go_with_copies() -> None:
+    """Runs draw nothing: samples of centre lines are made for those who look, once for all of them."""
+    known = models.double_pendulum(5)
+    line, again = known.lines[0], pickle.loads(pickle.dumps(known.lines[0]))
+    assert "make" not in line.__dict__
+    fresh = models.double_pendulum(5).lines[0]
+    assert "samples" not in fresh.__dict__
+    assert fresh.samples is fresh.samples
+    assert_array_equal(fresh.samples.toarray(), again.samples.toarray())
+    with pytest.raises(AttributeError, match="no attribute 'sample'"):
+        fresh.sample  # noqa: B018
+
+
+def test_cells_in_other_coordinates_share_what_is_made_later() -> None:
+    part = body.cable("beam", segment(4), models.SECTION, models.MATERIAL, dim=2)
+    assert part.cells is not None
+    first, second = part.cells.moved(3), part.cells.moved(8)
+    assert first.table is second.table
+    assert part.cells.section is first.section

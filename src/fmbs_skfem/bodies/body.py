@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import field
-from functools import partial
+from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
 from threading import Lock
@@ -21,6 +21,7 @@ from typing import Annotated, Any, TypeAlias
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
+from ..core.algebra.linalg import as_csr
 from ..core.declared import words_with
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
@@ -73,7 +74,8 @@ class Cells:
         `nodes` (b, e) are the first components of the functions in the coordinates, `dim` is c.
         """
         cells = object.__new__(cls)
-        cells.__dict__.update(law=law, nodes=nodes, dim=dim, spread=None, points=points, numbers=numbers)
+        # copies in other coordinates share what is made
+        cells.__dict__.update(law=law, nodes=nodes, dim=dim, spread=None, points=points, numbers=cache(numbers))
         return cells
 
     def __getattr__(self, name: str) -> Any:
@@ -465,12 +467,12 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
     xi = np.array([place])
     row = own(body, line.sample(body.space, xi, min(derivative, 1)))
     size = np.linalg.norm(row @ body.reference) if derivative else 1.0
-    return vector_row(body, derivative, 1, csr_array(row / size))
+    return vector_row(body, derivative, 1, as_csr(row / size) if derivative else row)
 
 
 def own(body: Body, rows: csr_array) -> csr_array:
     """Rows (x, n) on the functions of the space as rows (x, b) on the functions of the body: rows @ spread, or themselves."""
-    return csr_array(rows) if body.spread is None else csr_array(rows @ body.spread)
+    return as_csr(rows) if body.spread is None else as_csr(rows @ body.spread)
 
 
 def vector_row(body: Body, derivative: int, known: int, row: csr_array) -> csr_array:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -42,13 +44,36 @@ class Remark(Notice):
     """A warning of what is as it should be: `--strict` does not treat it as an error."""
 
 
+RECORD: ContextVar[list[Notice] | None] = ContextVar("RECORD", default=None)
+
+
 def notify(text: str, about: str = "") -> None:
     """Show a warning to the caller of the library; a command shows the first one that is `about` the same, as in many samples."""
     notice = Notice(text)
     notice.about = about
-    warnings.warn(notice, stacklevel=3)
+    show(notice, 4)
+
+
+def show(notice: Notice, stacklevel: int = 3) -> None:
+    """Show a warning, which is new or was recorded."""
+    if (record := RECORD.get()) is not None:
+        record.append(notice)
+    warnings.warn(notice, stacklevel=stacklevel)
 
 
 def remark(text: str) -> None:
     """Show a remark to the caller of the library."""
-    warnings.warn(text, Remark, stacklevel=3)
+    show(Remark(text), 4)
+
+
+@contextmanager
+def recorded() -> Iterator[list[Notice]]:
+    """The warnings that are shown within, which are shown all the same."""
+    found = list[Notice]()
+    outer = RECORD.set(found)
+    try:
+        yield found
+    finally:
+        RECORD.reset(outer)
+        if (record := RECORD.get()) is not None:
+            record.extend(found)

@@ -128,11 +128,12 @@ class Cable(SceneBody):
         return figures.of_line(part, self.section.stiffness(self.material), self.degree, gravity)
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
-        mesh = meshes.read(meshes.path(self.mesh, scene.folder, allow_outside), scene.repair, self.unit)
-        divided = cells is not None or self.refine > 1
+        path, divided = meshes.path(self.mesh, scene.folder, allow_outside), cells is not None or self.refine > 1
         return bodies.cable(
             self.name,
-            curves.remesh(mesh, self.line, cells, self.refine) if divided else mesh,
+            curves.cut(curves.read(path, self.line, scene.repair, self.unit), cells, self.refine)
+            if divided
+            else meshes.read(path, scene.repair, self.unit),
             self.section,
             self.material,
             dim=scene.dimension,

@@ -8,11 +8,13 @@ parabola. de Boor, A Practical Guide to Splines, rev. ed., ISBN 978-0-387-95366-
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core import remembered_files
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
@@ -111,15 +113,40 @@ def named_points(mesh: meshes.LineMesh, order: Ints, breaks: Floats) -> dict[str
     return {name: where[int(ids[0])] for name, ids in mesh.point_groups.items() if len(ids) == 1 and int(ids[0]) in where}
 
 
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """A line of a mesh as a smooth curve, whatever its cells will be: it belongs to all who cut it, and nobody changes it."""
+
+    breaks: Floats  #: (n,) parameters of the old points
+    curve: Curve
+    names: dict[str, float]  #: parameters of the named points
+    path: Path | None  #: of the mesh
+
+
+def follow(mesh: meshes.LineMesh, group: str | None) -> Followed:
+    """The smooth curve through the points of one body of a mesh, see `meshes.chain`."""
+    order = meshes.chain(mesh, group)
+    breaks, curve = through(mesh.points[order])
+    return Followed(breaks, curve, named_points(mesh, order, breaks), mesh.path)
+
+
+def read(path: Path, group: str | None, repair: bool = False, unit: float = 1.0) -> Followed:
+    """The line of one body in a mesh file, see `meshes.read`; found once while the file does not change."""
+    return remembered_files.once(path, ("line", group, repair, unit), lambda: follow(meshes.read(path, repair, unit), group))
+
+
 def remesh(mesh: meshes.LineMesh, group: str | None, cells: int | None = None, refine: int = 1) -> meshes.LineMesh:
+    """One body of a mesh with other cells, see `cut`."""
+    return cut(follow(mesh, group), cells, refine)
+
+
+def cut(followed: Followed, cells: int | None = None, refine: int = 1) -> meshes.LineMesh:
     """One body of a mesh with other cells: `cells` of equal length, or every cell split into `refine`.
 
     Points lie on the smooth curve through the old ones. Named points stay points of the mesh: the nearest inner cut moves to them,
     and the cells beside them differ in length where they do not divide the line evenly.
     """
-    order = meshes.chain(mesh, group)
-    breaks, curve = through(mesh.points[order])
-    names = named_points(mesh, order, breaks)
+    breaks, names = followed.breaks, followed.names
     if cells is None:
         steps = np.arange(refine) / refine
         cuts = np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * steps).ravel(), breaks[-1])
@@ -127,7 +154,7 @@ def remesh(mesh: meshes.LineMesh, group: str | None, cells: int | None = None, r
         cuts = _cuts(breaks[-1], cells, sorted(set(names.values())))
     nodes = np.arange(len(cuts))
     groups = {name: np.array([np.argmin(np.abs(cuts - xi))]) for name, xi in names.items()}
-    return meshes.LineMesh(curve(cuts, 0), np.column_stack([nodes[:-1], nodes[1:]]), groups, {}, mesh.path)
+    return meshes.LineMesh(followed.curve(cuts, 0), np.column_stack([nodes[:-1], nodes[1:]]), groups, {}, followed.path)
 
 
 def _cuts(length: float, cells: int, kept: list[float]) -> np.ndarray:

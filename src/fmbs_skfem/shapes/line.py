@@ -9,7 +9,8 @@ Book, 2nd ed., doi:10.1007/978-3-642-59223-2.
 from __future__ import annotations
 
 import functools
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.polynomial import legendre, polynomial
@@ -23,6 +24,12 @@ from ..core.storage.records import dataclass
 from . import knotvector
 from . import table as tables
 from .table import Curve, Floats, Ints, Table, breaks, fit, inside, reproduce, sample, sample_field, tabulate
+
+S = TypeVar("S", bound="Keeping")
+Found = TypeVar("Found")
+# what a space of 100 cells keeps takes some 0.2 MB; half and twice of it take half and twice of that
+SHARED = 100  #: cells up to which equal spaces are one
+KEPT = "kept"  #: where a space remembers what follows from it
 
 __all__ = [
     "BSpline",
@@ -41,9 +48,24 @@ __all__ = [
 ]
 
 
+class Keeping:
+    """A space that keeps what follows from it: it never changes, and bodies of one mesh ask the same several times."""
+
+    def keep(self: S, name: str, make: Callable[[S], Found]) -> Found:
+        """What `make` finds of the space, once. Nobody writes to it; copies and pickles are made of the fields alone."""
+        known: dict[str, Any] = self.__dict__.setdefault(KEPT, {})
+        if name not in known:
+            known[name] = make(self)
+        found: Found = known[name]
+        return found
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {key: value for key, value in self.__dict__.items() if key != KEPT}
+
+
 @storable
 @dataclass(frozen=True, eq=False)
-class BSpline:
+class BSpline(Keeping):
     """B-splines of a knot vector; NURBS when `weights` (b,) are given. The domain is [knots[degree], knots[-degree-1]]."""
 
     degree: int
@@ -66,7 +88,7 @@ class BSpline:
 
 @storable
 @dataclass(frozen=True, eq=False)
-class Hermite:
+class Hermite(Keeping):
     """Cubic Hermite functions: function 2i carries the position of node i, 2i+1 its slope dr/dxi.
 
     The gradient-deficient ANCF cable: Gerstmayr and Shabana, Nonlinear Dynamics 45 (2006), doi:10.1007/s11071-006-1856-1.
@@ -94,9 +116,19 @@ def uniform(cells: int | ArrayLike, degree: int = 3, continuity: int = 1) -> BSp
         raise InputError(
             say("uniform.continuity", f"a whole number from 0 to degree - 1 = {degree - 1}", continuity, "raise the degree")
         )
-    times = np.full(len(ends), degree - continuity)
+    if len(ends) - 1 > SHARED:
+        return _uniform(ends.tobytes(), int(degree), int(continuity))
+    return shared(ends.tobytes(), int(degree), int(continuity))
+
+
+def _uniform(ends: bytes, degree: int, continuity: int) -> BSpline:
+    breaks = np.frombuffer(ends)
+    times = np.full(len(breaks), degree - continuity)
     times[[0, -1]] = degree + 1
-    return BSpline(degree, np.repeat(ends, times))
+    return BSpline(degree, np.repeat(breaks, times))
+
+
+shared = functools.lru_cache(maxsize=64)(_uniform)  # bodies over equal cells have one space, and what it keeps
 
 
 def _check_degree(where: str, degree: int) -> None:
@@ -107,7 +139,11 @@ def _check_degree(where: str, degree: int) -> None:
 # -------------------------------------------------------------------------------------------------------- cells, tables
 @breaks.register
 def _(space: BSpline) -> Floats:
-    return np.unique(space.knots[space.degree : len(space.knots) - space.degree])
+    return space.keep("breaks", _breaks)
+
+
+def _breaks(space: BSpline) -> Floats:
+    return frozen(np.unique(space.knots[space.degree : len(space.knots) - space.degree]))
 
 
 @breaks.register
@@ -116,11 +152,21 @@ def _(space: Hermite) -> Floats:
 
 
 def functions(space: BSpline | Hermite) -> Ints:
-    """The functions (e, b) that live on every cell; they have neighbouring numbers."""
+    """The functions (e, b) that live on every cell, read-only; they have neighbouring numbers."""
+    return space.keep("functions", _functions)
+
+
+def _functions(space: BSpline | Hermite) -> Ints:
     if isinstance(space, Hermite):
-        return 2 * np.arange(len(space.breaks) - 1)[:, None] + np.arange(4)
+        return frozen(2 * np.arange(len(space.breaks) - 1)[:, None] + np.arange(4))
     domain = space.knots[space.degree : len(space.knots) - space.degree]
-    return np.flatnonzero(domain[:-1] < domain[1:])[:, None] + np.arange(space.degree + 1)
+    return frozen(np.flatnonzero(domain[:-1] < domain[1:])[:, None] + np.arange(space.degree + 1))
+
+
+def frozen(array: Any) -> Any:
+    """The array, read-only."""
+    array.setflags(write=False)
+    return array
 
 
 _gauss = functools.cache(legendre.leggauss)  # takes as long as a table of a few cells
@@ -214,13 +260,16 @@ def _powers(xi: Floats, degree: int, low: float, high: float, derivative: int) -
 @fit.register
 def _(space: BSpline, curve: Curve) -> Floats:
     """Interpolation: at the breaks, with slopes (and curvatures) where they repeat, else at the Greville abscissae."""
-    sites, orders = knotvector.sites(space.degree, space.knots)
-    blocks, values = [], []
-    for d in np.unique(orders):
-        xi = sites[orders == d]
-        blocks.append(sample(space, xi, int(d)))
-        values.append(_values(curve, xi, int(d)))
-    return splu(sparse.csc_array(sparse.vstack(blocks))).solve(np.concatenate(values))
+    # the reference of a body and the field 1 are both found by it
+    sites, solve = space.keep("interpolation", _interpolation)
+    return solve(np.concatenate([_values(curve, xi, d) for d, xi in sites]))
+
+
+def _interpolation(space: BSpline) -> tuple[list[tuple[int, Floats]], Callable[[Floats], Floats]]:
+    """Orders of derivatives with the parameters where a curve is read, and what makes coefficients of the values."""
+    points, orders = knotvector.sites(space.degree, space.knots)
+    sites = [(int(d), points[orders == d]) for d in np.unique(orders)]
+    return sites, splu(sparse.csc_array(sparse.vstack([sample(space, xi, d) for d, xi in sites]))).solve
 
 
 @fit.register

@@ -14,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import io
 from collections.abc import Callable, Sequence
+from copy import deepcopy
 from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -21,7 +22,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.sparse import coo_array, csgraph, csr_array
 
-from ..core import errors
+from ..core import errors, remembered_files
 from ..core.algebra.linalg import distinct
 from ..core.notices import notify
 from ..core.storage.records import dataclass
@@ -124,11 +125,15 @@ def path(text: str, folder: Path, allow_outside: bool = False, what: str = "mesh
 def read(path: Path | str, repair: bool = False, unit: float = 1.0) -> LineMesh:
     """The audited mesh in a `.msh` or `.vtu` file; InputError names the file, and the ids and positions of what is wrong.
 
-    `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m].
+    `repair` merges nodes at one place, see `repair`; `unit` is the length of the file's unit [m]. A file that has not changed is
+    read once, see `core.remembered_files`; the arrays are the caller's own.
     """
     path = Path(path)
     where = f"mesh {path}"
-    return _audit(load(path, where, repair, unit), where, path)
+    found = remembered_files.once(
+        path, ("mesh of lines", repair, unit), lambda: _audit(load(path, where, repair, unit), where, path)
+    )
+    return deepcopy(found)
 
 
 def load(path: Path, where: str, repair: bool = False, unit: float = 1.0) -> Raw:
@@ -400,6 +405,10 @@ def chain(mesh: LineMesh, group: str | None = None) -> Ints:
     cells = mesh.cells if group is None else mesh.cells[line_group(mesh, group)]
     if not len(cells):
         raise errors.InputError(errors.say(where, "cells", "none"))
+    along = np.arange(len(mesh.points))
+    # points in the order of the line, as most meshes have them: no graph is searched
+    if np.array_equal(cells[:, 0], along[:-1]) and np.array_equal(cells[:, 1], along[1:]):
+        return along
     degree = np.bincount(cells.ravel(), minlength=len(mesh.points))
     _check_chain(mesh, cells, degree, where)
     ends = np.flatnonzero(degree == 1)

@@ -328,13 +328,17 @@ def picture_line(part: Body, layout: Coordinates) -> Line:
     """Samples of the centre line for pictures and position errors, at the same places on every mesh."""
     if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
         return Line(part.name, layout.spread(part, rigid_samples(part)), part.radius, Law.EXACT)
+    return Line.later(part.name, partial(line_samples, part, layout), part.radius, part.cells.law, *stiffnesses(part.cells))
+
+
+def line_samples(part: Body, layout: Coordinates) -> csr_array:
+    """Rows (3 c x, q) of a centre line: positions, then first and second derivatives by the arc length."""
     value, first, second = (layout.remember(part, ("line", k), partial(line_rows, part, k)) for k in range(3))
     r1, r2 = first @ part.reference, second @ part.reference
     J = np.linalg.norm(r1, axis=1)
     slope = scale_rows(first, 1 / J)
     bend = scale_rows(second, 1 / J**2) - scale_rows(first, np.einsum("xc,xc->x", r1, r2) / J**4)
-    samples = layout.spread(part, csr_array(vstack([value, slope, bend])))
-    return Line(part.name, samples, part.radius, part.cells.law, *stiffnesses(part.cells))
+    return layout.spread(part, csr_array(vstack([value, slope, bend])))
 
 
 def line_rows(part: Body, derivative: int) -> csr_array:

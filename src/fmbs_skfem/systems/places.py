@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csr_array, vstack
 
 from ..bodies.body import Body, Cells, locate, probe
+from ..core.algebra.linalg import as_csr
 from ..core.errors import InputError, closest, listed, say
 from ..core.storage.records import dataclass
 from ..core.values import mappings
@@ -74,11 +75,11 @@ class ProbeRows:
     def rows_of(self, numbers: Sequence[int]) -> tuple[csr_array, np.ndarray]:
         """Some of the rows (j, q) and their constants (j,)."""
         whole = self.affine()
-        return csr_array(csr_array(whole.matrix)[list(numbers)]), whole.offset[list(numbers)]
+        return as_csr(as_csr(whole.matrix)[list(numbers)]), whole.offset[list(numbers)]
 
     def affine(self) -> Affine:
         """All rows as y = matrix @ q + offset, matrix (j, q) and offset (j,)."""
-        matrix = csr_array(vstack(self.rows)) if self.rows else csr_array((0, self.size))
+        matrix = as_csr(vstack(self.rows)) if self.rows else csr_array((0, self.size))
         return Affine(matrix, np.concatenate([np.zeros(0), *self.offsets]))
 
 
@@ -147,7 +148,7 @@ class Coordinates:
 
         Row x c + k reads component k.
         """
-        found, dim = csr_array(rows), self.dim
+        found, dim = as_csr(rows), self.dim
         of, axis = np.repeat(np.arange(found.shape[0]), dim), np.tile(np.arange(dim), found.shape[0])
         lengths = np.diff(found.indptr)[of]
         starts = np.append(0, np.cumsum(lengths))
@@ -168,7 +169,7 @@ class Coordinates:
         """Rows (c, q) and constants (c,) of r_at - r_to [m], where `to` is another place or a fixed point of the scene."""
         rows = self.read(where, at)
         if isinstance(to, At):
-            return csr_array(rows - self.read(where, to)), np.zeros(self.dim)
+            return as_csr(rows - self.read(where, to)), np.zeros(self.dim)
         return rows, -self.fixed(where, to)
 
     def reference(self, where: str, at: At | Ground, derivative: int = 0) -> np.ndarray:

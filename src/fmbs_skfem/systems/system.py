@@ -12,7 +12,8 @@ Source of the equations: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cm
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field, replace
+from dataclasses import field, fields, replace
+from threading import RLock
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
@@ -32,6 +33,8 @@ from .terms import elastic as terms
 
 # 1e-16 of a penalty times lengths squared is more than the strain energy of a shell that bends by micrometres
 SPRINGS = 1e-13  #: part of the sizes that a sum of forces of springs is made of which is round-off
+
+MAKING = RLock()
 
 Signal: TypeAlias = Callable[[np.ndarray], np.ndarray]  #: a scalar function of time, vectorised
 
@@ -136,6 +139,26 @@ class Line:
     law: Law
     EA: float = 0.0  #: axial stiffness [N]; 0 where it is not known, as of laws of one's own and rigid bodies
     EI: float = 0.0  #: bending stiffness [N m2]
+
+    @classmethod
+    def later(cls, name: str, samples: Callable[[], csr_array], radius: float, law: Law, EA: float, EI: float) -> Line:
+        """A line whose samples are made when they are first read: most runs draw no picture."""
+        line = object.__new__(cls)
+        line.__dict__.update(name=name, radius=radius, law=law, EA=EA, EI=EI, make=samples)
+        return line
+
+    def __getattr__(self, name: str) -> Any:
+        if name != "samples":
+            raise AttributeError(f"'Line' has no attribute '{name}'")
+        with MAKING:  # threads may draw one model at the same time
+            if "make" in self.__dict__:
+                self.__dict__["samples"] = self.__dict__["make"]()
+                del self.__dict__["make"]
+        return self.__dict__["samples"]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies and pickles have the samples."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
 
 
 storable(Line, EA=lambda values: 0.0, EI=lambda values: 0.0)
