@@ -76,6 +76,7 @@ def touching() -> System:
 #: functions that are called by name, by address from the step, from terms and from laws, and those of all factors
 ENTERED = {
     *("stepping.advance", "stepping.iterate", "evaluation.evaluate", "settling.settle", "kernels.add_operator"),
+    *("parts.divide", "parts.join"),
     *("cable_law.stress", "membrane_law.stress_at", "quartic.add_tangent", "points.add_product", "lapack.pbtrf"),
     *("factors.substitute", "factors.mirror_band", "factors.factor_cholesky", "factors.factor_lu", "factors.apply_blocks"),
     *("direct.eliminate", "law.normal_force", "large.solve"),

@@ -284,7 +284,7 @@ class Watch(Observer):
         off = run.step.space.off
         off[:] = ~self.closed | follows(model, x, late, self.closed)
         at = Instant(late, x, v, off > 0.0, state.memory)
-        start = consistent_start(model, run.scheme, at, (1.0 - place) * h if place < 1.0 else h)
+        start = consistent_start(model, run.scheme, at)
         kept = compilation.accepted(model, x, start.v, state.memory, late)
         held = state.speed.copy(), state.parts.copy(), state.work.copy()
         put(state, first_state(model, start, run.step.method.c, kept, late))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..dynamics.compiled_step import stepping
-from ..dynamics.dividing import divided, restart
+from ..dynamics.dividing import restart, retry_filtered
 from ..systems import compiled as compilation
 
 if TYPE_CHECKING:
@@ -38,9 +38,10 @@ def take_piece(run: OpenRun, place: float, to: float) -> None:
     h, state = run.scheme.step, run.step.state
     begin, span = h * (run.done + place), h * (to - place)
     if span >= TINY * h:
-        status, _ = divided(run, stepping.DONE, begin, span, -1, 0)
+        status = retry_filtered(run, run.packed.take_span(begin, span), begin)
         if status != stepping.DONE:
             raise Unreached(status)
+        restart(state, run.step.work)
         return
     way = span * state.v + 0.5 * span**2 * state.acceleration
     state.x[:] += way

@@ -28,8 +28,8 @@ from ..systems.forces import on_rows as forces
 from ..systems.layouts import Storage
 from ..systems.prepared import prepare
 from ..systems.system import System, driven_rows, is_linear, keep_constraints
-from .compiled_step import factors, large, settling, stepping, woodbury
-from .compiled_step.step import Doors, Method, State, Step, StepJob, Workspace
+from .compiled_step import factors, large, parts, settling, stepping, woodbury
+from .compiled_step.step import Doors, Levels, Method, State, Step, StepJob, Workspace
 from .histories import finite_signals
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
@@ -153,12 +153,10 @@ def start_of(model: Compiled) -> Instant:
     return Instant(0.0, model.system.x0, model.system.v0, np.zeros(model.constraints, bool), first=True)
 
 
-def consistent_start(
-    model: Compiled, scheme: GeneralizedAlpha, at: Instant | None = None, span: float | None = None, filtered: bool = False
-) -> Start:
+def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | None = None, filtered: bool = False) -> Start:
     """x, v with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0, of the rows that hold.
 
-    The first step from there is one of `span` [s], if not that of the scheme. Plates take M + (gh C + K) / bh in place of M: under
+    Plates take M + (gh C + K) / bh in place of M: under
     a load that starts as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry them on. So
     does whatever is `filtered`, with C and K of its forces too: what that leaves out is of second order in h. An impulse, of drives
     that begin with a rate or of joints that lock, changes velocities by `jump`. By M alone a drive would turn one node of a beam,
@@ -200,7 +198,7 @@ def consistent_start(
     a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
     change = still if steady else solve(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
     am, af, _, beta = scheme.coefficients
-    late, h = am - af, span or h  # a is q'' at t + (am - af) h
+    late = am - af  # a is q'' at t + (am - af) h
     return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
 
 
@@ -402,7 +400,7 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int, memor
     """A step with its space and room for so many states; `memory` as in `first_state`."""
     n, m = model.system.size, model.constraints
     apart = (woodbury.fill, woodbury.close, woodbury.correct) if columns_apart(model) else ()
-    routines = evaluation.evaluate, *factors.doors(model.layout.storage), settling.settle, *apart
+    routines = evaluation.evaluate, *factors.doors(model.layout.storage), settling.settle, stepping.take, parts.divide, *apart
     doors = Doors(*(one.address for one in routines))
     job = StepJob(
         signals=np.zeros((0, 0)),
@@ -415,10 +413,11 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int, memor
         counters=np.zeros(4, np.int64),
         done=np.zeros(2, np.int64),
     )
+    none = np.zeros(0, np.int64)
     space, state = compilation.space(model), first_state(model, start, method.c, memory)
     space.gradients[evaluation.ACCEPTED] = state.gradients
     state = state._replace(gradients=space.gradients[evaluation.ACCEPTED])  # one memory, so that a step copies them once
-    return Step(space, model.arrays, doors, state, workspace(model), method, job)
+    return Step(space, model.arrays, doors, state, workspace(model), method, job, Levels(none, none, none, 0, 0, none))
 
 
 def columns_apart(model: Compiled) -> int:

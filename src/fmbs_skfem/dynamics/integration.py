@@ -17,8 +17,9 @@ from . import rest
 from .checkpoint import Record, Resumed
 from .compiled_step import stepping
 from .compiled_step.large import Large
+from .compiled_step.packing import HALVINGS
 from .compiled_step.single_steps import SingleSteps
-from .dividing import HALVINGS, divided
+from .dividing import retry_filtered
 from .histories import leading_values, signals_of_steps
 from .initial import Instant, Start, consistent_start, first_step, startable
 from .loose_rows import open_at_start
@@ -210,19 +211,18 @@ def march(run: OpenRun, many: int) -> None:
     end = run.done + many
     while run.done < end:
         run.make_room(run.done + 1)
-        # a step that begins in parts is not tried whole: it touches still
-        status = whole_steps(run, end - run.done) if run.step.state.parts[0] == 0 else stepping.TOO_LONG
+        status = take_steps(run, end - run.done)
         if status != stepping.DONE:
-            return divide(run, status)
+            take_filtered(run, status)
 
 
-def whole_steps(run: OpenRun, many: int) -> int:
-    """Take some steps as long as they need not be halved; the status."""
+def take_steps(run: OpenRun, many: int) -> int:
+    """Take some steps, or fewer; the status."""
     scheme, many = run.scheme, run.last_stored(run.done + many) - run.done
     signals, broken = signals_of_steps(run.model.system, scheme.step, run.steps, run.done, many)
-    status, taken = run.take(run.step.method, signals, run.rows_from(run.done + 1))
+    status, taken = run.take(signals, run.rows_from(run.done + 1))
     run.done += taken
-    if status == stepping.DONE and broken is not None:
+    if status == stepping.DONE and taken == len(signals) and broken is not None:
         broken.partial = trajectory(run)
         raise broken
     return status
@@ -235,14 +235,11 @@ def take_step(run: OpenRun) -> None:
             one.before(run)
         assert run.source is not None
         run.make_room(run.done + 1)
-        status = stepping.TOO_LONG
-        if run.step.state.parts[0] == 0:
-            status = run.source.take(run)
+        status = run.source.take(run)
         if status == stepping.DONE:
             run.done += 1
         else:
-            run.model.check()
-            divide(run, status)
+            take_filtered(run, status)
         for one in run.close:
             one.after(run)
     except SolverError as error:
@@ -250,16 +247,16 @@ def take_step(run: OpenRun) -> None:
         raise
 
 
-def divide(run: OpenRun, status: int) -> None:
-    """Take the next step in parts, with a status that says why; SolverError where it cannot be taken."""
-    h, state = run.scheme.step, run.step.state
-    halved, reached = divided(run, status, h * run.done, h, run.row(run.done + 1), max(1, int(state.parts[0])))
-    if halved != stepping.DONE:
-        failed = failure(run, halved, reached)
+def take_filtered(run: OpenRun, status: int) -> None:
+    """Take the first step from filtered accelerations; SolverError where it cannot be taken, and of any other step that failed."""
+    status = retry_filtered(run, status, run.scheme.step * run.done)
+    if status != stepping.DONE:
+        failed = failure(run, status, run.packed.reached)
         if text := next((text for one in run.observers if (text := one.explain(run))), ""):
             raise SolverError(text, Reason.GROWING, failed.time, failed.worst, failed.partial) from failed
         raise failed
     run.done += 1
+    run.store()
 
 
 def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:

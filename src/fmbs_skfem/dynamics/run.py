@@ -10,8 +10,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from ..core.compiling.structs import Routine
-from ..core.errors import SolverError
 from ..core.storage.records import dataclass
 from ..systems import compiled
 from ..systems.compiled import Compiled
@@ -22,8 +20,8 @@ from . import checkpoint as checkpoints
 from .checkpoint import Checkpoint, Resumed, Rows, RunState
 from .compiled_step import stepping
 from .compiled_step.large import Large
-from .compiled_step.step import Method, Step
-from .dividing import HALVINGS
+from .compiled_step.packing import HALVINGS, PackedStep
+from .compiled_step.step import Step
 from .measuring import Meter, motion_of
 from .observers import Observer, Source
 from .scheme import GeneralizedAlpha, Newton, method_of
@@ -31,7 +29,6 @@ from .tracing import Tracer
 from .trajectory import COLUMNS, Happening, Statistics, Trajectory
 
 Found = TypeVar("Found", bound=Observer)
-BEHIND = ("factorise", "solve", "settle")  #: doors of `stepping` behind which large models keep their factors
 EQUAL = 1e-9  #: of a step, within which instants are one
 STOPPED, BY = "stopped", "stopped by"  #: in checkpoints: when an observer has stopped the run [s], and its name in bytes
 
@@ -165,25 +162,16 @@ class OpenRun:
         """Places of kept values in the memory of forces."""
         return [int(k) for k in responses.kept(self.model)]
 
-    def take(self, method: Method, signals: np.ndarray, rows: np.ndarray) -> tuple[int, int]:
-        """Take a step for every row of `signals`, to be stored in `rows` of the trajectory: the status and the steps done."""
-        status = self.call(stepping.advance, method, signals, np.ascontiguousarray(rows[: len(signals)]))
-        return status, int(self.step.job.done[0])
+    @cached_property
+    def packed(self) -> PackedStep:
+        """The step as compiled code takes it; its arrays stay those of `step`."""
+        return PackedStep(self.model, self.step, self.large)
 
-    def call(self, routine: Routine, method: Method, signals: np.ndarray, rows: np.ndarray) -> int:
-        """What a routine of `stepping` returns for rows of `signals`."""
-        now = self.step._replace(method=method, job=self.step.job._replace(signals=signals, rows=rows))
-        doors = self.large.doors(lambda: now) if self.large else ()
-        behind = {name: door.address for name, door in zip(BEHIND, doors, strict=False)}
-        found = routine(now._replace(doors=now.doors._replace(**behind)))
-        self.model.check()
-        for name, door in zip(BEHIND, doors, strict=False):
-            try:
-                door.check()
-            except SolverError:
-                if name != "factorise":  # whose status says that there are no factors
-                    raise
-        return found
+    def take(self, signals: np.ndarray, rows: np.ndarray) -> tuple[int, int]:
+        """Take a step for every row of `signals`, to be stored in `rows` of the trajectory: the status and the steps done."""
+        status = self.packed.advance(signals, rows[: len(signals)], self.scheme.step * self.done)
+        self.packed.check()
+        return status, int(self.step.job.done[0])
 
 
 def facts_of(run: OpenRun) -> dict[str, str]:

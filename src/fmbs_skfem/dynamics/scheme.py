@@ -139,10 +139,15 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compile
     system = model.system
     slow = newton.slow if newton.slow is not None else LAZY if has_dear_factors(model) else BRISK
     am, af, gamma, beta = scheme.coefficients
-    bh, gh = (1 - am) / (h**2 * beta * (1 - af)), gamma / (h * beta)
-    c = h**2 * beta
     control = newton.tolerance * system.scale, newton.iterations, slow, round_off(system)
-    return Method(h, am, af, gamma, beta, bh, gh, c, *control, SHARP * c, True, model.pattern is not None)
+    return of_length(Method(0.0, am, af, gamma, beta, 0.0, 0.0, 0.0, *control, 0.0, True, model.pattern is not None), h)
+
+
+def of_length(method: Method, h: float) -> Method:
+    """The method with the coefficients of another step h [s]."""
+    c = h**2 * method.beta
+    bh, gh = (1 - method.am) / (c * (1 - method.af)), method.gamma / (h * method.beta)
+    return method._replace(h=h, bh=bh, gh=gh, c=c, sharp=SHARP * c)
 
 
 def round_off(system: System) -> float:

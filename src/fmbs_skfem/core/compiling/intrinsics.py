@@ -115,14 +115,16 @@ def opener(kind: type) -> Callable[[Any], Any]:
 
 @intrinsic
 def invoke(typing: Any, address: Any, table: Any, more: Any) -> Any:
-    """Call the routine at an address inside compiled code; what it returns."""
+    """Call the routine at an address inside compiled code on a table, a pointer or a number; what it returns."""
+    pointed = isinstance(table, types.CPointer)
 
     def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         integer = ir.IntType(64)
         target = ir.FunctionType(integer, [integer.as_pointer(), integer]).as_pointer()
-        return builder.call(builder.inttoptr(values[0], target), [values[1], values[2]])
+        start = values[1] if pointed else builder.inttoptr(values[1], integer.as_pointer())
+        return builder.call(builder.inttoptr(values[0], target), [start, values[2]])
 
-    return types.int64(types.int64, types.CPointer(types.int64), types.int64), code
+    return types.int64(types.int64, table if pointed else types.int64, types.int64), code
 
 
 @intrinsic

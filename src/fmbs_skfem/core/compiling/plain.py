@@ -66,7 +66,8 @@ def opener(kind: type) -> Callable[[Any], Opened]:
 
 def invoke(address: int, table: int, more: int) -> int:
     """Call the routine at an address; what it returns."""
-    return int(KNOWN[address](table, more) if address in KNOWN else FUNCTION(int(address))(int(table), int(more)))
+    table, more = int(table), int(more)  # those read from arrays are numbers of numpy
+    return int(KNOWN[address](table, more) if address in KNOWN else FUNCTION(int(address))(table, more))
 
 
 def call(address: int, arrays: Sequence[np.ndarray], integers: Sequence[int], number: float) -> None:

@@ -114,6 +114,12 @@ def width(kind: Any) -> int:
     return 1 if kind in SCALARS else sum(width(part) for _, part in fields(kind))
 
 
+def place_of(kind: type, name: str) -> int:
+    """Where the integers of a field begin among those of a struct."""
+    names = [field for field, _ in fields(kind)]
+    return sum(width(part) for _, part in fields(kind)[: names.index(name)])
+
+
 def opener(kind: type) -> Callable[[Any], Any]:
     """A function for compiled code: the struct at an address, a pointer or a number. Its arrays own nothing."""
     return Deferred(functools.partial(make_opener, kind))

@@ -33,7 +33,7 @@ from ...core import machine_memory
 from ...core.algebra import direct, krylov, pardiso, supernodes
 from ...core.algebra.linalg import distinct, is_identity
 from ...core.algebra.rotations import nearest
-from ...core.compiling.structs import Callback
+from ...core.compiling.structs import Callback, place_of, unpacked
 from ...core.storage.records import dataclass
 from ...systems import compiled, evaluation
 from ...systems.compiled import Compiled
@@ -42,11 +42,12 @@ from ...systems.system import project, reads
 from ...systems.terms import elastic as terms
 from ..scheme import Solver
 from . import factors, settling
-from .step import Step
+from .step import Method, Step
 
 LOOSE = 1e-5  #: relative residual of the multigrid solution, the contraction of the Newton iteration
 ROUND = 1e-12  #: size of a rigid motion, over the largest, that is round-off
 # a hundredth and a hundred times of it give the same motion of a crank-slider: frames have no stiffness, or that of a body
+METHOD = place_of(Step, "method")  #: where it begins in a packed step
 EMPTY = 1e-8  #: diagonal of W, relative to the largest, below which an interface unknown counts as massless
 
 
@@ -81,12 +82,17 @@ class Large:
         self.inverse: Inverse | None = None
         self.now = Standing([])
 
-    def doors(self, step: Callable[[], Step]) -> tuple[Callback, Callback, Callback]:
-        """`factorise`, `solve` and `settle` of `stepping.Doors` for what `step` is at the call."""
+    def doors(self, step: Step) -> tuple[Callback, Callback, Callback]:
+        """`factorise`, `solve` and `settle` of `stepping.Doors`, for a step of any method."""
+
+        def now(table: int) -> Step:
+            # parts of a step share all but its method
+            return step._replace(method=unpacked(Method, table + 8 * METHOD))
+
         return (
-            Callback(lambda table, more: self.factorise(step())),
-            Callback(lambda table, more: self.solve(step(), table)),
-            Callback(lambda table, more: self.settle(step(), table)),
+            Callback(lambda table, more: self.factorise(now(table))),
+            Callback(lambda table, more: self.solve(now(table), table)),
+            Callback(lambda table, more: self.settle(now(table), table)),
         )
 
     def factorise(self, step: Step) -> None:

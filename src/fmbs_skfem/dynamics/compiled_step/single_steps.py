@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...core.compiling.structs import Routine, address_of, packed
+from ...core.compiling.structs import Routine
 from ...systems.system import System, driven_rows
 from ..histories import leading_signals
 from ..observers import Looks, Source
 from ..scheme import GeneralizedAlpha
-from . import stepping
 
 if TYPE_CHECKING:
     from ..run import OpenRun
@@ -38,13 +37,12 @@ class SingleSteps(Source):
         # likewise the row of the trajectory: a step one by one costs some 2.5 us beside the compiled one, and 14 us with an
         # observer for 290 us without this struct
         self.stored = np.array([-1])
-        self.table, self.address = np.zeros(0, np.int64), 0  #: of the packed step, once there is one
 
     def take(self, run: OpenRun) -> int:
         # inputs may have changed since the last step, so that the row is written anew for each
         self.fill(run.done)
         self.stored[0] = run.row(run.done + 1)
-        return self.call(run, stepping.advance)
+        return run.packed.advance(self.row, self.stored, self.scheme.step * run.done)
 
     def recorded(self) -> System:
         return self.system
@@ -69,16 +67,8 @@ class SingleSteps(Source):
 
     def call(self, run: OpenRun, routine: Routine) -> int:
         """Call a routine of steps on the run."""
-        # their factors are functions of Python: nothing can be kept packed
-        if run.large:
-            return run.call(routine, run.step.method, self.row, self.stored)
-        if self.address == 0:
-            job = run.step.job._replace(signals=self.row, rows=self.stored)
-            run.step = run.step._replace(job=job)
-            # once a run: packing finds all addresses of a model
-            self.table = packed(run.step)
-            self.address = address_of(self.table)
-        return int(routine.call(self.address, 0))
+        run.packed.give(self.row, self.stored)
+        return run.packed.call(routine)
 
 
 def one_row(system: System, scheme: GeneralizedAlpha, number: float) -> np.ndarray:

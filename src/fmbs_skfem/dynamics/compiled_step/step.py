@@ -90,6 +90,8 @@ class Doors(NamedTuple):
     solve: int  #: rhs <- KKT^-1 rhs; its argument is 1 where the front of rhs is zero
     apply: int  #: rows <- W^-1 rows, see `factors`
     settle: int  #: the accepted velocities onto (4)
+    take: int  #: one step, by its row of signals
+    divide: int  #: the step that failed, in parts, if `Levels` has some
     fill: int = 0  #: `woodbury.fill`, and the two behind it; 0 where no derivatives of low rank are apart from W
     close: int = 0
     correct: int = 0
@@ -109,6 +111,23 @@ class StepJob(NamedTuple):
     done: Integers  #: (2,) steps that were taken; those so far in which something passed through what it touches
 
 
+# addresses, so that a trial of another length changes no number and packs nothing
+class Levels(NamedTuple):
+    """The step of a job in parts: the lengths that are tried, one after the other, each a `Step` of its own method and signals.
+
+    All share space, state, work space and counters.
+    """
+
+    tables: Integers  #: (t,) addresses of these steps; none where steps are not divided
+    halvings: Integers  #: (t,) of each
+    kept: Integers  #: addresses of `Kept`, one for every array of the state
+    before: int  #: address of the copy of the state
+    histories: int  #: fills the signals of a trial, its number + t times the row of the job; 0 where there are none
+    #: (4,) rows of signals that are numbers in the last trial, its parts that were taken; row of the job in which something passed
+    #: through what it touches for the first time, -1 for none, and halvings of that step
+    found: Integers
+
+
 class Step(NamedTuple):
     """All that the routines of a step read and write."""
 
@@ -119,9 +138,26 @@ class Step(NamedTuple):
     work: Workspace
     method: Method
     job: StepJob
+    levels: Levels
+
+
+class Kept(NamedTuple):
+    """An array of a state, and its copy before a step; numbers of eight bytes, whatever they are."""
+
+    now: Integers
+    before: Integers
+
+
+class Rows(NamedTuple):
+    """How a `StepJob` begins: what differs from call to call."""
+
+    signals: Matrix
+    rows: Integers
 
 
 # places in an array and no fields: compiled steps add to them, Python reads them while a run is watched
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters of a job
 
 opened = opener(Step)
+opened_state = opener(State)
+opened_kept = opener(Kept)

@@ -90,7 +90,7 @@ def algorithmic(method: Method, new: float, old: float, a: float) -> float:
 @jit
 def extrapolate(history: np.ndarray, order: int, guess: np.ndarray) -> None:
     """Polynomial extrapolation by one step."""
-    # values at equal steps alone: steps of another size begin with one known value (`dividing.restart`)
+    # values at equal steps alone: `parts` finds those of another distance
     latest, before, first = history[0], history[1], history[2]
     if order <= 0:
         for i in range(len(guess)):
@@ -130,23 +130,29 @@ def remember(history: np.ndarray, new: np.ndarray) -> None:
 
 
 @jit
+def add_known(s: State, norm: np.ndarray, acceleration: np.ndarray, multipliers: np.ndarray) -> None:
+    """Put q'' and multipliers of a step that is done before the earlier ones, and choose the predictor of the next step."""
+    # before the history is moved on: the guesses of this step are judged by what it has found
+    s.order[0], s.change[0] = best_order(norm, s.history, s.known[0], acceleration)
+    remember(s.history, acceleration)
+    remember(s.past, multipliers)
+    # an order that was not known before has not been judged: it is tried once, and judged by the next step
+    if s.known[0] < HISTORY:
+        s.known[0] += 1
+        s.order[0] = min(s.order[0] + 1, s.known[0] - 1)
+
+
+@jit
 def accept(table: Any) -> None:
-    """Take over the converged trial state and choose the predictor of the next step."""
+    """Take over the converged trial state."""
     S = opened(table)
     s, t = S.state, S.space
-    # before the history is moved on: the guesses of this step are judged by what it has found
-    s.order[0], s.change[0] = best_order(S.arrays.norm, s.history, s.known[0], t.acceleration)
     for i in range(len(s.x)):
         # of the old q'', which is overwritten below
         s.a[i] = algorithmic(S.method, t.acceleration[i], s.acceleration[i], s.a[i])
         t.way[i] = t.x[i] - s.x[i]
         s.x[i], s.v[i], s.acceleration[i] = t.x[i], t.v[i], t.acceleration[i]
-    remember(s.history, t.acceleration)
-    remember(s.past, t.multipliers)
-    # an order that was not known before has not been judged: it is tried once, and judged by the next step
-    if s.known[0] < HISTORY:
-        s.known[0] += 1
-        s.order[0] = min(s.order[0] + 1, s.known[0] - 1)
+    add_known(s, S.arrays.norm, t.acceleration, t.multipliers)
     for k in range(len(s.multipliers)):
         s.multipliers[k] = t.multipliers[k]
     # forces read the trial state here: what touches and sticks is that of the converged iteration
@@ -397,36 +403,49 @@ def iterate(table: Any, step: int) -> int:
 
 
 @routine
+def take(table: Any, row: Any) -> int:
+    """Take a step with a row of signals at its end; the status. On failure the space keeps the trial state."""
+    S = opened(table)
+    signals = S.job.signals[row]
+    # in the state before the step, with signals of both its ends
+    begun = change_signals(table, signals)
+    for i in range(len(signals)):
+        S.space.signals[i] = signals[i]
+    predict(table)
+    status = iterate(table, S.job.counters[STEPS])
+    if status == DONE and too_long(table):
+        status = TOO_LONG
+    if status != DONE:
+        # shorter steps begin with factors of their own, of exact tangents
+        S.work.kind[:] = 0
+        return status
+    accept(table)
+    # two solutions a step, for nothing on steady joints, whose velocities are at the end of a step, too: 0.110 for 0.089 s of the
+    # reduced double pendulum with points
+    if (len(S.arrays.laws.records) > 0 or not kernels.steady(S.arrays.terms)) and invoke(S.doors.settle, table, 0) != 0:
+        return STOPPED
+    # behind the settled velocities, which dampers and friction read
+    add_work(table, begun, signals)
+    S.job.counters[STEPS] += 1
+    return DONE
+
+
+@routine
 def advance(table: Any, _: Any) -> int:
-    """Take the steps of the job; the status, and the number of steps done in the job.
+    """Take the steps of the job, one that fails in parts; the status, and the number of steps done in the job.
 
     On failure the state stays at the last good step, and the space keeps the trial state.
     """
     S = opened(table)
-    # on steady joints velocities are at the end of a step, too
-    job, moving = S.job, len(S.arrays.laws.records) > 0 or not kernels.steady(S.arrays.terms)
+    job = S.job
     for k in range(len(job.signals)):
-        # in the state before the step, with signals of both its ends
-        begun = change_signals(table, job.signals[k])
-        for i in range(job.signals.shape[1]):
-            S.space.signals[i] = job.signals[k, i]
-        predict(table)
-        status = iterate(table, job.counters[STEPS])
-        if status == DONE and too_long(table):
-            status = TOO_LONG
+        job.done[0] = k
+        # what begins in parts touches still, and is not tried whole
+        status = invoke(S.doors.take, table, k) if S.state.parts[0] == 0 else TOO_LONG
         if status != DONE:
-            # shorter steps begin with factors of their own, of exact tangents
-            S.work.kind[:] = 0
-            job.done[0] = k
+            status = invoke(S.doors.divide, table, status)
+        if status != DONE:
             return status
-        accept(table)
-        # two solutions a step, for nothing on steady joints: 0.110 for 0.089 s of the reduced double pendulum with points
-        if moving and invoke(S.doors.settle, table, 0) != 0:
-            job.done[0] = k
-            return STOPPED
-        # behind the settled velocities, which dampers and friction read
-        add_work(table, begun, job.signals[k])
-        job.counters[STEPS] += 1
         if job.rows[k] >= 0:
             store(S.state, S.method.c, job.rows[k], job)
     job.done[0] = len(job.signals)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
+from ...core.compiling.structs import address_of, place_of, unpacked
 from ...core.errors import Reason
 from ...core.storage.records import dataclass
 from ...systems import evaluation
-from ..compiled_step import stepping
-from ..compiled_step.step import State
-from ..dividing import HALVINGS, put, restart
-from ..histories import leading_signals
+from ..compiled_step import parts, stepping
+from ..compiled_step.packing import HALVINGS, METHOD, TRIALS
+from ..compiled_step.step import Method
+from ..dividing import put
 from ..integration import REASONS
 from ..run import OpenRun
-from ..scheme import method_of
+
+ITERATIONS = METHOD + place_of(Method, "iterations")  #: where their largest number is in a packed step
 
 
 @dataclass(frozen=True)
@@ -38,47 +38,37 @@ def replay(run: OpenRun) -> tuple[Attempt, ...]:
 
     The iteration is repeated with one correction more each time, so that its course shows without another copy of the step.
     """
-    halvings = (0, HALVINGS) if run.large else range(HALVINGS + 1)
-    return tuple(attempt(run, 2**k) for k in halvings)
+    return tuple(attempt(run, k) for k in ((0, HALVINGS) if run.large else range(HALVINGS + 1)))
 
 
-def attempt(run: OpenRun, parts: int) -> Attempt:
+def attempt(run: OpenRun, halvings: int) -> Attempt:
     """The failed step in equal parts, up to the one that fails.
 
     They are not judged, as in the last tries of each length: Newton's iteration ends them, and no leap.
     """
-    model, system, work, space = run.model, run.model.system, run.step.work, run.step.space
-    method = method_of(run.scheme, run.newton, run.scheme.step / parts, model)._replace(judging=False)
-    state = State(*(part.copy() for part in run.step.state))
-    n = system.size
-    job = run.step.job._replace(
-        out=np.zeros((3, 1, n)), multipliers=np.zeros((1, model.constraints)), counters=np.zeros_like(run.step.job.counters)
-    )
-    apart = replace(run, step=run.step._replace(state=state, job=job))
-    for part in (state.multipliers, state.past):
-        part *= method.c / run.step.method.c
-    work.kind[0] = 0
-    if parts > 1:
-        restart(state, work)
-    start = [part.copy() for part in state]
-    signals, _ = leading_signals(system, run.scheme.step * (run.done + (np.arange(parts) + 1) / parts), method.h)
-    rows = np.full(parts, -1)
-    status, taken = apart.take(method, signals, rows)
-    time = run.scheme.step * (run.done + min(taken + 1, parts) / parts)
-    if status == stepping.DONE:
-        return Attempt(method.h, time, None, (), ())
-    put(state, start)
-    apart.take(method, signals[:taken], rows)
-    held = [*work, space.W]
-    last, kept, corrections, residuals = status, [part.copy() for part in held], [], []
-    for many in range(1, method.iterations + 1):
+    whole, model, space, trial = run.packed, run.model, run.step.space, TRIALS.index((halvings, False))
+    assert whole.lengths is not None  # of a step that failed in all of them
+    table = whole.lengths.tables[trial].copy()
+    method, held = unpacked(Method, address_of(table[METHOD:])), [*run.step.work, space.W]
+    before = [part.copy() for part in (*run.step.state, run.step.job.counters)]
+    whole.call(parts.begin, trial)
+    status, taken, count = stepping.DONE, -1, int(whole.lengths.found[parts.NUMBERS])
+    while status == stepping.DONE and taken + 1 < count:
+        kept, taken = [part.copy() for part in held], taken + 1
+        status = stepping.take(table, taken)
+    corrections, residuals, last = [], [], status
+    for many in range(1, method.iterations + 1 if last != stepping.DONE else 0):
         put(held, kept)
-        status, _ = apart.take(method._replace(iterations=many), signals[taken : taken + 1], rows)
+        table[ITERATIONS] = many
+        status = stepping.take(table, taken)
         if status == stepping.SINGULAR or status == stepping.DONE:
             break
-        corrections.append(float(np.sqrt(model.arrays.norm @ space.f**2)) / system.scale)
+        corrections.append(float(np.sqrt(model.arrays.norm @ space.f**2)) / model.system.scale)
         evaluation.evaluate(run.step)
         residuals.append(float(np.linalg.norm(space.f)) / method.c)
         if status != stepping.NOT_CONVERGED:
             break
-    return Attempt(method.h, time, REASONS[last], tuple(corrections), tuple(residuals))
+    put([*run.step.state, run.step.job.counters], before)
+    whole.check()
+    outcome = None if last == stepping.DONE else REASONS[last]
+    return Attempt(method.h, whole.time_of((taken + 1) / 2**halvings), outcome, tuple(corrections), tuple(residuals))

@@ -1,0 +1,173 @@
+"""A step of a run as integers, packed once, and with its parts once one of them is wanted.
+
+Packing finds some hundred addresses, which takes as long as twenty small steps. Calls put what differs into the integers: signals
+and rows of the trajectory, and for what events leave of a step the method of another span.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...core.compiling.structs import Callback, Routine, address_of, packed, place_of
+from ...core.errors import SolverError
+from ...core.notices import notify
+from ...systems.compiled import Compiled
+from ...systems.system import driven_rows
+from ..histories import leading_signals
+from ..scheme import of_length
+from . import parts, stepping
+from .large import Large
+from .step import Kept, Levels, Method, Rows, State, Step
+
+HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
+#: halvings that are tried, and whether steps are judged: judged ones first, from long to short; where the shortest fails as well
+#: longer ones stand as they are, so that nothing that went through fails, and a failure shows the shortest
+TRIALS = [*((k, True) for k in range(HALVINGS)), *((k, False) for k in range(HALVINGS, -1, -1)), (HALVINGS, False)]
+BEHIND = ("factorise", "solve", "settle")  #: doors of `stepping` behind which large models keep their factors
+NONE = np.zeros(0, np.int64)
+
+
+class PackedStep:
+    """A step at an address; `signals` and `rows` of its job are those of the last call."""
+
+    def __init__(self, model: Compiled, step: Step, large: Large | None) -> None:
+        self.model, self.step = model, step
+        self.begin, self.span = 0.0, step.method.h  #: of the first step of a call, and the length of each [s]
+        self.doors = large.doors(step) if large else ()
+        behind = {name: door.address for name, door in zip(BEHIND, self.doors, strict=False)}
+        self.table = packed(step._replace(doors=step.doors._replace(**behind)))
+        self.address, self.given = address_of(self.table), (step.job.signals, step.job.rows)
+        self.lengths: Lengths | None = None  #: of parts; few runs need them, and they take as long as ten small steps
+
+    def advance(self, signals: np.ndarray, rows: np.ndarray, begin: float) -> int:
+        """Take a step for every row of `signals`, from a time `begin` [s] on, to be stored in `rows` of the trajectory; the status.
+
+        The job has the number of steps that were taken; it may be smaller although none failed.
+        """
+        self.give(signals, rows)
+        if self.lengths is not None and self.span != self.step.method.h:
+            self.lengths.set_span(self.step.method.h)
+        self.begin, self.span = begin, self.step.method.h
+        status = self.call(stepping.advance)
+        if status == stepping.DONE or self.lengths is not None:
+            return status
+        status, done = self.divide(status), self.step.job.done
+        if status == stepping.DONE:
+            if rows[done[0]] >= 0:
+                stepping.store(self.step.state, self.step.method.c, rows[done[0]], self.step.job)
+            done[0] += 1
+        return status
+
+    def take_span(self, begin: float, span: float) -> int:
+        """Take a span of time [s] at once, or in parts, as a piece of a step: nothing is stored; the status."""
+        self.begin, self.span, self.step.job.done[0] = begin, span, 0
+        if self.lengths is not None:
+            self.lengths.set_span(span)
+        return self.divide(stepping.DONE)
+
+    def divide(self, status: int) -> int:
+        """Take the step that failed with a status in parts; the status."""
+        if self.lengths is None:
+            self.lengths = Lengths(self)
+        return self.call(parts.divide, status)
+
+    def give(self, signals: np.ndarray, rows: np.ndarray) -> None:
+        """What the next calls take: a row of signals for every step, and where its state is stored."""
+        if self.given[0] is not signals or self.given[1] is not rows:
+            put(self.table, JOB, packed(Rows(signals, rows)))
+            # the integers hold no array
+            self.given = signals, rows
+
+    def call(self, routine: Routine, more: int = 0) -> int:
+        """What a routine of `stepping` returns for what was given; a warning where the shortest parts go through what touches."""
+        status = int(routine.call(self.address, more))
+        if status != stepping.DONE:
+            self.check()
+        if self.lengths is not None and self.lengths.found[parts.LEAP] >= 0:
+            self.warn_of_leaps(self.lengths.found)
+        return status
+
+    def check(self) -> None:
+        """Raise what went wrong in functions of Python."""
+        self.model.check()
+        for name, door in zip(BEHIND, self.doors, strict=False):
+            try:
+                door.check()
+            except SolverError:
+                if name != "factorise":  # whose status says that there are no factors
+                    raise
+        if self.lengths is not None:
+            self.lengths.door.check()
+
+    @property
+    def reached(self) -> float:
+        """How far the last trial of a step that failed has come [s]."""
+        assert self.lengths is not None
+        found, broken = self.lengths.found, self.lengths.broken
+        if broken is not None and found[parts.TAKEN] == found[parts.NUMBERS]:
+            return broken.time
+        return self.time_of(int(found[parts.TAKEN]) / 2**HALVINGS)
+
+    def time_of(self, place: float) -> float:
+        """Of a place in the step that was taken last, 0 to 1 [s]."""
+        return self.begin + self.span * (int(self.step.job.done[0]) + place)
+
+    def warn_of_leaps(self, found: np.ndarray) -> None:
+        """A warning where the shortest step is too long for what touches."""
+        begin, h = self.begin + self.span * int(found[parts.LEAP]), self.span / 2 ** int(found[parts.LENGTH])
+        found[parts.LEAP] = -1
+        where = f"what touches went through to the other side between t = {begin:.6g} and {begin + self.span:.6g} s"
+        why = "it moves too fast, or is pressed in by more than half of what is thin"
+        notify(f"{where}, even in steps of {h:.3g} s: {why}; take a smaller step, or more stiffness")
+
+
+class Lengths:
+    """The step of a run in all lengths of its parts, and what `Levels` has addresses of."""
+
+    def __init__(self, whole: PackedStep) -> None:
+        self.whole, self.system, state = whole, whole.model.system, whole.step.state
+        count = len(self.system.signals) * (4 if driven_rows(self.system.constraints).any() else 1)
+        self.signals = np.zeros((2**HALVINGS, count))  #: of all trials, one at a time
+        self.broken: SolverError | None = None  #: why the histories of the last trial end before it
+        self.before = State(*(part.copy() for part in state))
+        pairs = [(part.view(np.int64).reshape(-1) for part in pair) for pair in zip(state, self.before, strict=True)]
+        self.kept, self.copy = [packed(Kept(*pair)) for pair in pairs], packed(self.before)
+        self.door = Callback(self.find_signals)
+        self.found = np.array([0, 0, -1, 0])
+        self.tables = np.tile(whole.table, (len(TRIALS), 1))
+        self.addresses = addresses(list(self.tables)), np.array([halvings for halvings, _ in TRIALS]), addresses(self.kept)
+        histories = self.door.address if count else 0
+        put(whole.table, LEVELS, packed(Levels(*self.addresses, address_of(self.copy), histories, self.found)))
+        for table, (halvings, _) in zip(self.tables, TRIALS, strict=True):
+            put(table, JOB, packed(Rows(self.signals[: 2**halvings], NONE)))
+        self.set_span(whole.span)
+
+    def set_span(self, span: float) -> None:
+        """Parts of a step of this length [s]."""
+        each = [packed(of_length(self.whole.step.method, span / 2**halvings)) for halvings in range(HALVINGS + 1)]
+        for table, (halvings, judging) in zip(self.tables, TRIALS, strict=True):
+            put(table, METHOD, each[halvings])
+            table[JUDGING] = judging
+
+    def find_signals(self, _: int, place: int) -> None:
+        """Signals at the ends of all parts of a trial in a row of the job."""
+        row, trial = divmod(place, len(TRIALS))
+        count, begin, span = 2 ** TRIALS[trial][0], self.whole.begin + self.whole.span * row, self.whole.span
+        found, self.broken = leading_signals(self.system, begin + span * (np.arange(count) + 1) / count, span / count)
+        self.signals[: len(found)], self.found[parts.NUMBERS] = found, len(found)
+
+
+def put(table: np.ndarray, first: int, integers: np.ndarray) -> None:
+    """Replace some integers of a packed struct."""
+    table[first : first + len(integers)] = integers
+
+
+def addresses(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """Where the numbers of arrays are, (k,)."""
+    return np.array([address_of(one) for one in arrays], np.int64)
+
+
+METHOD, JOB, LEVELS = (place_of(Step, name) for name in ("method", "job", "levels"))
+JUDGING = METHOD + place_of(Method, "judging")

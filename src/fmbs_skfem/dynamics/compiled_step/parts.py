@@ -1,0 +1,187 @@
+r"""A step in equal parts, inside of the compiled step: h / 2, h / 4, ... until one of these lengths takes it.
+
+Nothing that is known is lost on the way. Earlier q'' and multipliers at the new distance are those of the parabola through the
+three that are known,
+
+    q''(t - d h) = (1 - d) (2 - d) / 2 q''_0 + d (2 - d) q''_1 - d (1 - d) / 2 q''_2,
+
+multipliers and the second difference of q'' grow with c and with h^2, and the algorithmic acceleration, which is q'' at the time
+t + (am - af) h, moves on by
+
+    (am - af) (h_new - h_old) q''',    q''' = (q''_0 - q''_1) / h,
+
+both ways by the difference of whole steps: where a force begins in the last part, that of two parts would be 64 times as large, and
+two divided steps behind each other move it there and back by the same. Where the last step says that q'' goes on better as it is
+than along that difference (order 0 of the predictor), a stays.
+
+Source (changes of the step in generalized-alpha): Bruels and Arnold, The generalized-alpha scheme as a linear multistep integrator,
+J. Comput. Nonlinear Dyn. 3 (2008) 041007, doi 10.1115/1.2960475.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...core.compiling.jit import jit
+from ...core.compiling.structs import invoke, routine
+from ...systems import kernels
+from .step import HALVED, STEPS, Levels, Method, State, opened, opened_kept, opened_state
+from .stepping import DONE, NOT_FINITE, STOPPED, TOO_LONG, add_known
+
+NUMBERS, TAKEN, LEAP, LENGTH = range(4)  #: places in `Levels.found`
+
+
+@routine
+def divide(table: Any, status: Any) -> int:
+    """A step that failed with a status in two or more equal parts, or in one if it has not been tried (DONE); the status.
+
+    The trials of `Levels` follow each other. Where forces began or ended too fast for longer steps, the next step begins in half as
+    many parts, and the shortest stand. On failure the state is that before the step, and the space keeps the last trial state.
+    """
+    S = opened(table)
+    s, job, levels = S.state, S.job, S.levels
+    touching, steps, leapt = status == TOO_LONG, job.counters[STEPS], job.done[1]
+    first = 0 if status == DONE else max(1, s.parts[0])
+    # once a division: whole steps save nothing
+    copy_state(levels, False)
+    for trial in range(first, len(levels.tables)):
+        # what touches divides steps by plan: only failures of the iteration speak against a motion
+        job.counters[HALVED] += status != TOO_LONG and status != DONE
+        status = take_parts(table, trial)
+        job.counters[STEPS] = steps
+        if status == DONE:
+            join(table, levels.tables[trial])
+            job.counters[STEPS] += 1
+            # a touch takes some steps: the next one begins near what this one needed, and grows back
+            s.parts[0] = max(levels.halvings[trial] - 1, 0) if touching else 0
+            if leapt == 0 and job.done[1] > 0:
+                levels.found[LEAP], levels.found[LENGTH] = job.done[0], levels.halvings[trial]
+            return DONE
+        # every trial begins with the same state, whatever the one before has left
+        copy_state(levels, True)
+        job.done[1] = leapt
+        if status == STOPPED:
+            return STOPPED
+        touching = touching or status == TOO_LONG
+    return int(status)
+
+
+@routine
+def begin(table: Any, trial: Any) -> int:
+    """What a trial begins with, from the state before the step: what is known, no factors, and histories."""
+    S = opened(table)
+    levels = S.levels
+    P = opened(levels.tables[trial])
+    part(S.state, S.method, P.method, may_touch(table))
+    S.work.kind[0] = 0
+    levels.found[NUMBERS] = len(P.job.signals)
+    if levels.histories == 0:
+        return DONE
+    # histories are functions of Python: asked for once a trial, and of models that have some
+    return STOPPED if invoke(levels.histories, table, trial + len(levels.tables) * S.job.done[0]) != 0 else DONE
+
+
+@jit
+def take_parts(table: Any, trial: int) -> int:
+    """The parts of a trial; the status, and the number of those that were taken."""
+    S = opened(table)
+    levels = S.levels
+    level = levels.tables[trial]
+    P = opened(level)
+    if begin(table, trial) != DONE:
+        return STOPPED
+    for k in range(levels.found[NUMBERS]):
+        levels.found[TAKEN] = k
+        status = invoke(S.doors.take, level, k)
+        if status != DONE:
+            return status
+    levels.found[TAKEN] = levels.found[NUMBERS]
+    return DONE if levels.found[NUMBERS] == len(P.job.signals) else NOT_FINITE
+
+
+@jit
+def copy_state(levels: Levels, back: bool) -> None:
+    """Copy a state into the room for it, or back."""
+    for place in levels.kept:
+        kept = opened_kept(place)
+        for i in range(len(kept.now)):
+            if back:
+                kept.now[i] = kept.before[i]
+            else:
+                kept.before[i] = kept.now[i]
+
+
+@jit
+def may_touch(table: Any) -> bool:
+    """Whether forces may begin or end within a step."""
+    return len(opened(table).arrays.forces.judged) > 0
+
+
+@jit
+def part(s: State, whole: Method, short: Method, touching: bool) -> None:
+    """What is known of whole steps becomes that of shorter ones; where forces begin or end (`touching`) not the earlier ones."""
+    ratio = short.h / whole.h
+    scale_multipliers(s, short.c / whole.c)
+    if touching:
+        # a mass that meets what is thin was guessed, and found, on its other side
+        s.known[0], s.order[0], s.change[0] = 1, 0, np.inf
+        return
+    if s.known[0] == 1:
+        # as at the start of a motion, where the joints give a its place
+        for i in range(len(s.a)):
+            s.a[i] = s.acceleration[i] + ratio * (s.a[i] - s.acceleration[i])
+    move_algorithmic(s, whole, short.h - whole.h)
+    resample(s.history, s.known[0], ratio)
+    resample(s.past, s.known[0], ratio)
+    s.change[0] *= ratio * ratio
+
+
+@jit
+def join(table: Any, level: int) -> None:
+    """Parts of the step are one: what was known before it goes on with its end."""
+    S, P = opened(table), opened(level)
+    s, before, whole, short = S.state, opened_state(S.levels.before), S.method, P.method
+    scale_multipliers(s, whole.c / short.c)
+    for k in range(len(s.history)):
+        kernels.copy(before.history[k], s.history[k])
+        kernels.copy(before.past[k], s.past[k])
+    s.known[0] = before.known[0]
+    add_known(s, S.arrays.norm, s.acceleration, s.multipliers)
+    if not may_touch(table):
+        move_algorithmic(s, whole, whole.h - short.h)
+    # factors are those of parts
+    S.work.kind[0] = 0
+
+
+@jit
+def move_algorithmic(s: State, whole: Method, longer: float) -> None:
+    """The algorithmic acceleration for steps that are `longer` [s], where differences of q'' say how it goes on."""
+    # by an order of the predictor that has been judged: differences of what no step resolves say nothing
+    if s.order[0] == 0 or s.known[0] < 3:
+        return
+    factor = (whole.am - whole.af) * longer / whole.h
+    for i in range(len(s.a)):
+        s.a[i] += factor * (s.history[0, i] - s.history[1, i])
+
+
+@jit
+def scale_multipliers(s: State, factor: float) -> None:
+    """Multipliers, which have c in them, for another c."""
+    for k in range(len(s.multipliers)):
+        s.multipliers[k] *= factor
+        for row in range(len(s.past)):
+            s.past[row, k] *= factor
+
+
+@jit
+def resample(rows: np.ndarray, known: int, ratio: float) -> None:
+    """The latest of three rows stays, the earlier ones move to a distance of `ratio` and of twice of it."""
+    for i in range(rows.shape[1]):
+        latest, before, first = rows[0, i], rows[1, i], rows[2, i]
+        # one that is not known is on the line of the others
+        first = first if known > 2 else 2.0 * before - latest
+        for k in range(1, known):
+            d = k * ratio
+            rows[k, i] = 0.5 * (1.0 - d) * (2.0 - d) * latest + d * (2.0 - d) * before - 0.5 * d * (1.0 - d) * first
