@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,6 +55,7 @@ class Panel:
 
     label: str
     curves: Mapping[str, Array]
+    bands: Mapping[str, float] = field(default_factory=dict)  #: errors of some of them, drawn as a band on both sides
 
 
 def panel_grid(
@@ -68,6 +70,8 @@ def panel_grid(
     for axes, panel in zip(grid.flat, shown, strict=False):
         for number, (name, values) in enumerate(panel.curves.items()):
             axes.plot(times, values, label=plain(name), color=palette.colour(number), ls=charts.dashes(number), lw=1.3)
+            if band := panel.bands.get(name):
+                axes.fill_between(times, values - band, values + band, color=palette.colour(number), alpha=0.25, lw=0.0)
         _mark(axes, marks)
         _finish(axes, panel.label)
         if len(panel.curves) > 1:

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 
@@ -53,6 +53,19 @@ class SceneBody(Declared, ABC):
     @abstractmethod
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         """The body; `cells` replaces the cells of one that is divisible, `allow_outside` permits files outside the project."""
+
+    @property
+    def open(self) -> bool:
+        """Whether an accuracy may choose its cells."""
+        return False
+
+    def with_cells(self, cells: int) -> Self:
+        """The body with that many cells, of one that is `open`."""
+        return self
+
+    def finer(self, times: int) -> Self | None:
+        """The body with so many times its cells a direction, itself where it has none; None where nobody knows how."""
+        return self
 
     def files(self) -> dict[str, str]:
         """Keys of the files that it is made of, and what stands there."""
@@ -96,6 +109,7 @@ class Cable(SceneBody):
     origin: Position | None = None
     rotation: fields.Rotation | None = None
     refine: Annotated[int, whole(1, 1000)] = 1
+    cells: Annotated[Count | None, "of equal length in place of those of the mesh, or more of them by `refine`"] = None
     made_of: ClassVar[str] = "mesh"
     divisible: ClassVar[bool] = True
 
@@ -106,6 +120,8 @@ class Cable(SceneBody):
             yield "material", Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
         if self.continuity >= self.degree:
             yield "continuity", Problem(f"a continuity below the degree {self.degree}", str(self.continuity))
+        if self.cells is not None and self.refine > 1:
+            yield "refine", Problem("no refine beside cells", str(self.refine), "delete one of the two")
         if self.law is not None and self.law not in laws.KNOWN:
             yield "law", unknown("law", "laws", self.law, laws.KNOWN)
         if self.law is not None and self.curvature != "exact":
@@ -124,11 +140,22 @@ class Cable(SceneBody):
         if isinstance(self.section, Given) and self.material is not None:
             yield "material", "does nothing beside a given section, whose EA, EI and rhoA are complete"
 
+    @property
+    def open(self) -> bool:
+        return self.cells is None and self.refine == 1
+
+    def with_cells(self, cells: int) -> Self:
+        return replace(self, cells=cells)
+
+    def finer(self, times: int) -> Self:
+        return replace(self, refine=times * self.refine) if self.cells is None else replace(self, cells=times * self.cells)
+
     def figures(self, part: Body, gravity: float) -> BodyFigures:
         return figures.of_line(part, self.section.stiffness(self.material), self.degree, gravity)
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
-        path, divided = meshes.path(self.mesh, scene.folder, allow_outside), cells is not None or self.refine > 1
+        path, cells = meshes.path(self.mesh, scene.folder, allow_outside), self.cells if cells is None else cells
+        divided = cells is not None or self.refine > 1
         return bodies.cable(
             self.name,
             curves.cut(curves.read(path, self.line, scene.repair, self.unit), cells, self.refine)
@@ -292,6 +319,9 @@ class Plate(ThinBody):
     made_of: ClassVar[str] = "mesh"
     flat: ClassVar[bool] = True
 
+    def finer(self, times: int) -> None:
+        return None
+
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         yield from planar_slopes(self.rims, dim)
         if self.arcs is not None and self.interpolation and not surfaces.INTERPOLATIONS[self.interpolation].arcs:
@@ -352,6 +382,9 @@ class Shell(ThinBody):
     def files(self) -> dict[str, str]:
         return {key: name for key, name in (("nurbs", self.nurbs), ("mesh", self.mesh)) if name is not None}
 
+    def finer(self, times: int) -> Self:
+        return replace(self, cells=times * self.cells)
+
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         yield from planar_slopes(self.rims, dim)
         if (self.nurbs is None) == (self.mesh is None):
@@ -406,6 +439,9 @@ class PlacedPart(SceneBody, word="part"):
     check: bool = True
     made_of: ClassVar[str] = "file"
     has_surface: ClassVar[bool] = True
+
+    def finer(self, times: int) -> None:
+        return None
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         if self.tolerance is not None and self.modes is not None:

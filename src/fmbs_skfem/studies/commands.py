@@ -59,7 +59,7 @@ def check(source: SceneSource, *, duration: Duration = None, **shared: Unpack[Sh
     from . import checking
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return checking.check_scene(job, jobs.read_scene(job))
+        return checking.check_scene(job, jobs.read_scene(job, plans=False))
 
 
 def checksums(folder: Folder, **shared: Unpack[OutputOptions]) -> Result:

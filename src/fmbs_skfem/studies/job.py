@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ..scenes import Scene
     from ..systems import System
     from .options import JobOptions
+    from .planning.planned import Planned
 
     Source = str | Path | Scene  #: a scene, or the file of a scene or of a saved reduced model
 
@@ -82,6 +83,8 @@ class Job:
     new: list[Path] = field(default_factory=list)  #: the folders that were made for it, the innermost first
     trajectory: Trajectory | None = None  #: the motion, once there is one
     compiled: list[str] = field(default_factory=list)  #: functions whose compilation has begun
+    accuracy: str | float | None = None  #: errors that outputs may have, in place of those of the scene
+    plan: Planned | None = None  #: what was found for an accuracy
     warned: str = ""  #: the first warning about a result, where warnings are to be errors
 
     def hear_compilation(self, name: str) -> None:
@@ -192,22 +195,69 @@ def refused(job: Job, warning: str = "") -> Warned | None:
     return Warned(f"{found} (an error by --strict)") if found else None
 
 
-def read_scene(job: Job) -> Scene:
-    """The scene of a job with its parameters and the duration of a dynamic analysis replaced."""
+def read_scene(job: Job, plans: bool = True) -> Scene:
+    """The scene of a job with its parameters and the duration of a dynamic analysis replaced.
+
+    What its accuracy leaves open is found by pilot runs; without `plans` it has some step and the cells of its meshes.
+    """
     from .. import scenes
-    from ..scenes import build, times
+    from ..scenes import build
 
     scene, duration = job.scene or scenes.read(job.path, job.changes, job.repair), job.duration
     build.check_files(scene, job.allow_outside)
-    if duration is None:
-        return fit_step(scene)
-    if not scene.analysis.moves:
-        raise InputError(say("--duration", "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
+    for option, value in (("--duration", duration), ("--accuracy", job.accuracy)):
+        if value is not None and not scene.analysis.moves:
+            raise InputError(say(option, "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
+    if duration is not None:
+        scene = with_duration(scene, duration)
+    if job.accuracy is not None:
+        scene = with_accuracy(scene, job.accuracy)
+    return plan(job, fit_step(scene), plans) if scene.analysis.moves else scene
+
+
+def with_duration(scene: Scene, duration: float) -> Scene:
+    """The scene over a time [s] of its own."""
+    from ..scenes import build, times
+
     analysis = build.dynamic(scene)
-    step = analysis.step
+    step = analysis.counted().step
     if not step <= duration <= times.STEPS * step:
         raise InputError(say("--duration", f"1 to {times.STEPS} steps of {step:g} s", f"{duration:g} s"))
-    return fit_step(replace(scene, analysis=replace(analysis, duration=duration)))
+    return replace(scene, analysis=replace(analysis, duration=duration))
+
+
+def with_accuracy(scene: Scene, text: str | float) -> Scene:
+    """The scene with an accuracy of its own: `1e-3`, `1 mm`, or errors by output, `C=1 mm, motor=2 %`."""
+    from ..core.values.fields import Context
+    from ..core.values.problems import Problem
+    from ..scenes import accuracy, build
+
+    pairs = [part.split("=", 1) for part in text.split(",")] if isinstance(text, str) and "=" in text else []
+    value = {pair[0].strip(): pair[-1].strip() for pair in pairs} if pairs else text
+    try:
+        wanted = accuracy.accuracy(value, Context())
+        for _, problem in accuracy.of_outputs(wanted, scene.outputs, ()):
+            raise Problem(problem.expected, problem.got, problem.remedy)
+    except Problem as problem:
+        raise InputError(say("--accuracy", problem.expected, problem.got, problem.remedy)) from problem
+    return replace(scene, analysis=replace(build.dynamic(scene), accuracy=wanted))
+
+
+def plan(job: Job, scene: Scene, plans: bool) -> Scene:
+    """The scene with what its accuracy leaves open found, or with some step."""
+    from ..scenes import build, where
+    from .planning import pilots, planned
+
+    analysis = build.dynamic(scene)
+    if analysis.accuracy is None and not analysis.open:
+        return scene
+    if analysis.accuracy is None and plans:
+        expected, remedy = "an accuracy, for which the step is found", "add accuracy: 1e-3, or --accuracy 1e-3"
+        raise InputError(say(f"{where(scene, 'analysis')}: accuracy", expected, "none beside step: auto", remedy))
+    if not plans:
+        return pilots.with_cells(scene, None, None)
+    job.plan = planned.find(scene, job.allow_outside, job.progress("choosing step and mesh"))
+    return job.plan.scene(scene)
 
 
 def fit_step(scene: Scene) -> Scene:
@@ -220,6 +270,8 @@ def fit_step(scene: Scene) -> Scene:
     if not scene.analysis.moves or scene.ranges:
         return scene
     analysis = build.dynamic(scene)
+    if analysis.open:
+        return scene
     spans = [every for every in (analysis.every, scene.reduction and scene.reduction.snapshots) if isinstance(every, tuple)]
     counted = [time for parts in spans for span in parts for time in (span.every, span.until) if time is not None]
     if scene.reduction is not None and isinstance(scene.reduction.snapshots, float):

@@ -106,6 +106,14 @@ class Shared(ValueOptions, total=False):
     """Options of studies of scenes."""
 
     allow_outside: Annotated[bool, Option("Permit meshes outside the scene's project folder.")]
+    accuracy: Annotated[
+        str | float | None,
+        Option(
+            "Errors that outputs may have: a part of their ranges (1e-3, 0.1 %), a quantity (1 mm), or by output "
+            "(C=1 mm, motor=2 %). Step and cells that the scene leaves open are found for it.",
+            "ERROR",
+        ),
+    ]
     repair: Annotated[bool, Option("Merge nodes of meshes that are at one place.")]
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
@@ -11,13 +13,14 @@ from ... import dynamics
 from ...core.errors import InputError, say
 from ...core.notices import Progress
 from ...core.storage.records import dataclass
-from ...core.values.fields import Time, quantity
+from ...core.values.fields import Takes, Time, quantity
 from ...core.values.problems import Found, Keys, Problem
 from ...dynamics import GeneralizedAlpha, Newton, Trajectory, rest
 from ...dynamics.scheme import Start
 from ...dynamics.tracing import FEW
 from .. import field_kinds as fields
 from .. import times
+from ..accuracy import Wanted, of_outputs
 from ..field_kinds import Spans
 from ..yamlfile import Oddity
 from . import static as statics
@@ -29,6 +32,14 @@ if TYPE_CHECKING:
     from ..schema import Scene
 
 ITERATIONS, FACTORED = 2.5, 0.2  #: of a time step, usually
+LEFT_OUT, AUTO = 0.0, math.inf  #: steps that are found for the accuracy
+FIRST = 500  #: steps that are counted with where none is known yet
+TIME = quantity("s", "> 0")
+STEP = Takes(
+    lambda value, context: AUTO if value == "auto" else float(TIME.read(value, context)),
+    TIME.schema | {"description": "a time [s] > 0, or auto: found for the accuracy"},
+    show=lambda value: "auto" if value in (LEFT_OUT, AUTO) else value,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,12 +51,17 @@ class Dynamic(History):
     Without `constraints`, linear ones are eliminated, except where plates are large: sparse factors need them as multipliers.
     `solver` is that of large models: this package's, or PARDISO (the extra `pardiso`).
 
+    In place of the step an `accuracy` may be given: a part of the range of every output (1e-3, 0.1 %), an error (1 mm), or errors
+    by output ({C: 1 mm, motor: 2 %}). Then the step, and the cells of lines that have none, are found by pilot runs, and every
+    number comes with its error. A step that stands beside it stays.
+
     {type: dynamic, duration: 2 s, step: 1 ms}
     """
 
     constraints: Form = None
     duration: Time
-    step: Time
+    step: Annotated[float, STEP] = LEFT_OUT
+    accuracy: Wanted | None = None
     rho_inf: Annotated[
         float,
         quantity("", ">= 0", "<= 1"),
@@ -63,6 +79,11 @@ class Dynamic(History):
         return self.start == "reference"
 
     @property
+    def open(self) -> bool:
+        """Whether its step is to be found."""
+        return self.step in (LEFT_OUT, AUTO)
+
+    @property
     def scheme(self) -> GeneralizedAlpha:
         return GeneralizedAlpha(self.step, self.rho_inf, self.start)
 
@@ -76,7 +97,13 @@ class Dynamic(History):
         """What `dynamics.integrate` takes as `every`: states to be kept."""
         return times.kept(self.every, self.step, self.duration)
 
+    def counted(self) -> Dynamic:
+        """The analysis with some step, for what is said of it before one is found."""
+        return self if not self.open else replace(self, step=self.duration / FIRST)
+
     def instants(self) -> np.ndarray:
+        if self.open:
+            return self.counted().instants()
         if self.duration > times.STEPS * self.step:
             got = f"{self.duration:g} s in steps of {self.step:g} s"
             raise InputError(say("duration", f"at most {times.STEPS} steps", got, "shorten it, or lengthen the step"))
@@ -106,8 +133,14 @@ class Dynamic(History):
             refuse_unsupported(scene, raw, f"\n{rest.FREE}")
 
     def problems_in(self, scene: Scene) -> Iterator[Found]:
-        """Steps that fit into the duration, and spans of time that fit to the steps."""
+        """Steps that fit into the duration, spans of time that fit to the steps, and an accuracy of outputs that there are."""
         key = ("analysis", "step")
+        if self.accuracy is not None:
+            yield from of_outputs(self.accuracy, scene.outputs, ("analysis", "accuracy"))
+        if self.open:
+            if self.accuracy is None and self.step == LEFT_OUT:
+                yield key, Problem("a step, or an accuracy for which one is found", "neither", "add step: 1 ms or accuracy: 1e-3")
+            return
         if self.step > self.duration:
             yield key, Problem(f"a step of at most the duration {self.duration:g} s", f"{self.step:g} s")
         if self.duration > times.STEPS * self.step:
@@ -128,6 +161,8 @@ class Dynamic(History):
 
     def idle(self, scene: Scene) -> Iterator[Oddity]:
         key = ("reduction", "snapshots")
+        if self.open and isinstance(self.every, int) and self.every > 1:
+            yield ("analysis", "every"), f"{self.every} steps are a time that nobody knows before the step is found: give a time"
         yield from self.ends(("analysis", "every"), self.every)
         for name, controller in scene.controllers.items():
             if controller.sample > self.duration * (1.0 + times.NEAR):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,15 +33,16 @@ def figures_of(
     across: str = "time [s]",
     marks: Sequence[tuple[float, str]] = (),
     silent: Collection[str] = (),
+    errors: Mapping[str, float] = MappingProxyType({}),
 ) -> Figures:
-    """The columns (s,) of `outputs` that are finite over `times` (s,), in at most PANELS panels, with marks.
+    """The columns (s,) of `outputs` that are finite over `times` (s,), in at most PANELS panels, with marks and bands of errors.
 
     Columns that are `silent`, see `find_noise`, are drawn as zero. There is no figure of a single instant.
     """
     finite = {name: values for name, values in columns.items() if np.isfinite(values).all()}
     if len(times) < 2 or not finite:
         return Figures()
-    found = arrange(outputs, finite, silent)
+    found = arrange(outputs, finite, silent, errors)
     shown = sum(len(panel.curves) for panel in found)
     left = f" ({shown} of {len(finite)} columns, the others are in {OUTPUTS})" if shown < len(finite) else ""
     return Figures({"outputs": partial(panel_grid, times, found, title=title + left, across=across, marks=marks)})
@@ -63,7 +65,12 @@ def find_noise(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray], s
     return frozenset(column for column, force in forces.items() if 0.0 < force <= limit)
 
 
-def arrange(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray], noise: Collection[str] = ()) -> list[Panel]:
+def arrange(
+    outputs: Mapping[str, Output],
+    known: Mapping[str, np.ndarray],
+    noise: Collection[str] = (),
+    errors: Mapping[str, float] = MappingProxyType({}),
+) -> list[Panel]:
     """Panels of the known columns (s,), in the order of the outputs: at most PANELS, the first ones of every output.
 
     Columns of `noise` are drawn as zero, and say so.
@@ -85,8 +92,9 @@ def arrange(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray], nois
             names = {column: labels.get(column, column.removeprefix(f"{name}_")) for column in group}
             names = names if len(set(names.values())) == len(names) else {column: column for column in group}
             silent = group.keys() <= set(noise)
-            curves = {names[one] + SILENT * (one in noise and not silent): values for one, values in group.items()}
-            found.append((rank, Panel(title + SILENT * silent, curves)))
+            named = {one: names[one] + SILENT * (one in noise and not silent) for one in group}
+            bands = {named[one]: errors[one] for one in group if one in errors and one not in noise}
+            found.append((rank, Panel(title + SILENT * silent, {named[one]: group[one] for one in group}, bands)))
     last = sorted(rank for rank, _ in found)[:PANELS][-1]
     first = [panel for rank, panel in found if rank < last]
     room = iter(range(PANELS - len(first)))

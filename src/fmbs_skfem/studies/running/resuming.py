@@ -14,6 +14,7 @@ from ...results import segments
 from .. import job as jobs
 from .. import reports
 from ..job import Job
+from ..planning.planned import Planned
 from . import compiling, runs, solving
 from .outcome import Run
 
@@ -30,7 +31,10 @@ def resume_run(job: Job) -> Run:
         same = {name: asked[name] for name in ("changes", "allow_outside", "repair", "duration", "checkpoint")}
         own = replace(job, path=Path(asked["scene"]), out=out, made=out, **same)
         own.listener.begin(own)
-        task = runs.scene_task(own, jobs.read_scene(own))
+        # found once, before the run was stopped
+        own.plan = Planned(**asked["plan"]) if asked.get("plan") else None
+        scene = jobs.read_scene(own, plans=False)
+        task = runs.scene_task(own, own.plan.scene(scene) if own.plan else scene)
         compare(out, asked["provenance"], reports.plain(task.facts["provenance"]))
         solving.warm_up(task, compiling.announce(own))
         record = segments.Recorder(out, asked, asked["checkpoint"], found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from functools import partial
 from math import isfinite
 from pathlib import Path
@@ -33,6 +34,8 @@ def run_source(job: Job, step: float | None = None, picture: bool = False) -> Ru
     if models.is_model(job):
         if given:
             raise InputError(say(given, "a scene", f"{job.path}", "a reduced model runs anew in seconds"))
+        if job.accuracy is not None:
+            raise InputError(say("--accuracy", "a scene", f"{job.path}", "a reduced model has the accuracy of its training"))
         return models.run_saved(job, step, picture)
     if picture:
         raise InputError(say("--picture", "a saved reduced model (.h5)", f"{job.path}", "draw a scene with fmbs render"))
@@ -105,6 +108,7 @@ def scene_task(job: Job, scene: Scene) -> RunTask:
         "allow_outside": job.allow_outside,
         "repair": job.repair,
         "checkpoint": job.checkpoint,
+        "plan": None if job.plan is None else asdict(job.plan),
         "fingerprint": facts["fingerprint"],
         "provenance": reports.plain(facts["provenance"]),
     }

@@ -8,6 +8,7 @@ What is run is a `RunTask`: full models over time and equilibria from `runs.scen
 from __future__ import annotations
 
 import contextlib
+import math
 import time
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -107,6 +108,7 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
         **({"beyond_training": [asdict(one) for one in beyond]} if beyond else {}),
         **({} if trajectory.part_errors is None else {"part_errors": trajectory.part_errors}),
         **({} if trajectory.part_check is None else {"part_check": trajectory.part_check}),
+        **({} if job.plan is None else {"accuracy": asdict(job.plan)}),
         "outputs": {name: extremes(values) for name, values in outputs.items()},
         **({"stress_errors": uncertain} if uncertain else {}),
         "units": probes.column_units(task.system.outputs),
@@ -118,13 +120,14 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
     across, marks = "time [s]" if task.scheme else "load factor", [(one.time, one.name) for one in trajectory.events]
     noise = (report.get("acceleration_noise") or 0.0) * trajectory.system.weight
     silent = panels.find_noise(task.system.outputs, outputs, trajectory.system.scale, noise)
-    figures = panels.figures_of(task.system.outputs, trajectory.times, outputs, task.title, across, marks, silent)
+    errors = job.plan.errors if job.plan else {}
+    figures = panels.figures_of(task.system.outputs, trajectory.times, outputs, task.title, across, marks, silent, errors)
 
     def write(out: Path) -> list[Path]:
         return [*write_outputs(out, trajectory.times, outputs, report, job.units), *files]
 
     missing = jobs.deliver(job, report, write, figures, draw and partial(draw, trajectory))
-    view: list[ReportTable | str] = [summary(task, report), *task.remarks]
+    view: list[ReportTable | str] = [summary(task, report), *([job.plan.words] if job.plan else []), *task.remarks]
     view += [*([table_of_events(trajectory)] if trajectory.events else [])]
     view += describe_path(trajectory)
     view += [*([table_of_outputs(report, silent)] if outputs else []), *errors_of_stresses(report)]
@@ -184,13 +187,17 @@ def extremes(values: np.ndarray) -> dict[str, float]:
 
 
 def table_of_outputs(report: Mapping[str, Any], silent: Collection[str] = ()) -> ReportTable:
-    """Smallest, largest and last value of every column; zero where they are round-off, in all that is `silent` or beside others."""
-    rows = []
+    """Smallest, largest and last value of every column; zero where they are round-off, in all that is `silent` or beside others.
+
+    Beside them stand errors, where a run was asked for an accuracy.
+    """
+    rows, errors = [], report.get("accuracy", {}).get("errors", {})
     for name, ends in report["outputs"].items():
         least = np.inf if name in silent else DIGITS * max(abs(value) for value in ends.values())
         heading = panels.heading_of(report["units"], report["labels"], name) + SILENT * (name in silent)
-        rows.append((heading, *(0.0 if abs(value) < least else value for value in ends.values())))
-    return ReportTable("Outputs (SI units)", ("output", "min", "max", "final"), rows)
+        shown = [0.0 if abs(value) < least else value for value in ends.values()]
+        rows.append((heading, *shown, *([errors.get(name, math.nan)] if errors else [])))
+    return ReportTable("Outputs (SI units)", ("output", "min", "max", "final", *(["+-"] if errors else [])), rows)
 
 
 def errors_of_stresses(report: Mapping[str, Any]) -> list[str]:

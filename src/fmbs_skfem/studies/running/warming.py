@@ -25,7 +25,7 @@ SHORT = 0.02  #: duration of trainings [s]
 
 def reduce(sample: str, job: Job) -> Result:
     """A training with a hyper-reduction."""
-    scene = jobs.read_scene(job)
+    scene = jobs.read_scene(job, plans=False)
     return reducing.reduce_scene(job, scene, None, plans.plan_with(scene, "component", None, None, None, sample))
 
 

@@ -1,0 +1,196 @@
+"""Pilot runs of a scene: with other cells of its lines and other steps, their outputs at common instants."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from ...core.errors import InputError, SolverError, say
+from ...core.notices import Notice
+from ...dynamics import output_errors
+from ...scenes import build
+from ...scenes.schema import Scene
+from ...systems.compiled import compile_system
+from ...systems.system import System
+
+INSTANTS = 200  #: at which runs are compared, at least; with 25 of them 3 of 30 plans missed what 200 saw
+DIVIDED = 20  #: steps that a run may divide to count as resolved
+CELLS = 4  #: with which chains of meshes begin
+FLOOR = 5e4  #: errors over a run beside Newton's tolerance: 2e-12 leaves 3e-8 of a double pendulum in 3 s, 1e-10 leaves 7e-7
+GRID = 100_000  #: steps a duration may have at least because of other times of its scene
+
+
+class Found(NamedTuple):
+    """Outputs of a pilot run."""
+
+    times: np.ndarray  #: (s,) [s]
+    columns: Mapping[str, np.ndarray]  #: (s,) each
+    events: tuple[float, ...] = ()  #: when they happened [s]
+
+
+class ScenePilots:
+    """Runs of a scene, and their differences beside its accuracy.
+
+    A level of cells is the number of them in every line that has none of its own; where all have theirs, how many times as many
+    these become in every direction.
+    """
+
+    def __init__(self, scene: Scene, allow_outside: bool = False) -> None:
+        self.scene, self.allow_outside = scene, allow_outside
+        self.analysis = build.dynamic(scene)
+        if self.analysis.accuracy is None:
+            raise InputError(say("analysis.accuracy", "an accuracy", "none"))
+        self.accuracy = self.analysis.accuracy
+        bodies = scene.bodies.items()
+        self.open = [name for name, body in bodies if body.open]
+        fine = {name: body.finer(2) for name, body in bodies if not body.open}
+        meshed = [name for name, found in fine.items() if found is not scene.bodies[name]]
+        self.refined = [] if self.open else [name for name in meshed if fine[name] is not None]
+        self.unjudged = [name for name in meshed if name not in self.refined]  #: bodies whose cells stay as they are
+        self.grid = grid_of(scene)
+        self.systems: dict[int, System] = {}
+        self.titles: tuple[str, ...] = ()  #: of the columns that are compared
+        self.units: dict[str, str] = {}
+
+    @property
+    def order(self) -> int:
+        """Differences of meshes fall by 2^order at most: by that of positions of the finest splines."""
+        return 1 + max((getattr(self.scene.bodies[name], "degree", None) or 3 for name in self.open or self.refined), default=3)
+
+    @property
+    def rough(self) -> bool:
+        """Whether forces jump: those that act on one side."""
+        forces = compile_system(next(iter(self.systems.values()))).arrays.forces
+        return len(forces.judged) > 0 or not forces.smooth
+
+    def scene_of(self, level: int) -> Scene:
+        """The scene with a level of cells, without an accuracy."""
+        bodies = dict(self.scene.bodies)
+        for name in self.refined if level > 1 else ():
+            if (finer := bodies[name].finer(level)) is not None:
+                bodies[name] = finer
+        return with_cells(replace(self.scene, bodies=bodies), level or None, None)
+
+    def system(self, level: int) -> System:
+        if level not in self.systems:
+            scene = self.scene_of(level)
+            self.systems[level] = build.chosen_form(scene, build.system(scene, None, self.allow_outside))
+        return self.systems[level]
+
+    def run(self, cells: int, steps: int) -> Found | None:
+        """Outputs at INSTANTS instants or more; None where steps fail, or many are divided."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Notice)
+            analysis = build.dynamic(with_cells(self.scene, None, steps))
+            stride = max(1, steps // self.begin)
+            try:
+                motion = replace(analysis, every=stride).solve_for_outputs(self.system(cells))
+            except SolverError:
+                return None
+            if motion.statistics.halved > DIVIDED:
+                return None
+            found = Found(motion.times, output_errors.columns(motion), tuple(one.time for one in motion.events))
+        self.require_room(found)
+        return found
+
+    def require_room(self, found: Found) -> None:
+        """Refuse an accuracy below what the iteration of every step leaves, in a motion with these outputs."""
+        floor = FLOOR * self.analysis.tolerance
+        system = next(iter(self.systems.values()))
+        for error in output_errors.between(found.columns, found.columns, system.outputs).values():
+            bound = self.accuracy.bound(error)
+            least = 0.0 if bound is None else floor * error.range if bound.unit else floor
+            if bound is not None and bound.value < least:
+                expected = f"an error of {error.output} of at least {least:.1g} {bound.unit}".strip()
+                remedy = f"Newton's tolerance of {self.analysis.tolerance:g} leaves that, by round-off and over all steps"
+                raise InputError(say("analysis.accuracy", expected, f"{bound.value:g}", remedy))
+
+    def differ(self, one: Found, other: Found) -> np.ndarray:
+        """(2, k): differences of columns from `other` over what is wanted, 0 where nothing is; and in their units."""
+        first, second = output_errors.common_times("pilot runs", one.times, other.times)
+        between = between_events(other.times[second], one.events, other.events)
+        first, second = first[between], second[between]
+        system = next(iter(self.systems.values()))
+        pick = lambda found, rows: {name: values[rows] for name, values in found.columns.items()}  # noqa: E731
+        nothing = output_errors.round_off(system, other.times)
+        errors = output_errors.between(pick(other, second), pick(one, first), system.outputs, nothing=nothing)
+        self.titles, self.units = tuple(errors), {column: error.unit for column, error in errors.items()}
+        wanted = self.accuracy.parts(errors)
+        if not wanted:
+            known = ", ".join(sorted({error.unit for error in errors.values()}))
+            raise InputError(say("analysis.accuracy", f"an error of outputs in one of {known}", self.accuracy))
+        return np.array([[wanted.get(column, 0.0) for column in errors], [error.error for error in errors.values()]])
+
+    @property
+    def begin(self) -> int:
+        """The fewest steps: INSTANTS or more, of which other times of the scene are whole numbers."""
+        return self.grid * math.ceil(INSTANTS / self.grid)
+
+    def fewest(self) -> int:
+        """Cells with which chains begin: CELLS, twice as many while a line has more named points inside."""
+        for cells in (CELLS, 2 * CELLS, 4 * CELLS):
+            try:
+                self.system(cells)
+            except InputError:
+                continue
+            return cells
+        self.system(8 * CELLS)
+        return 8 * CELLS
+
+    def trusted(self, one: Found, other: Found) -> float:
+        """The time [s] up to which two runs agree within the accuracy."""
+        low, high = 0, len(other.times) - 1
+        while low < high:  # differences never fall with more of the motion
+            middle = (low + high + 1) // 2
+            end = other.times[middle] * (1.0 + 1e-9)
+            early = [
+                Found(found.times[found.times <= end], {name: values[found.times <= end] for name, values in found.columns.items()})
+                for found in (one, other)
+            ]
+            if middle >= 2 and self.differ(*early)[0].max() > 1.0:
+                high = middle - 1
+            else:
+                low = middle
+        return float(other.times[low])
+
+
+def between_events(times: np.ndarray, one: Sequence[float], other: Sequence[float]) -> np.ndarray:
+    """Which times (s,) [s] lie on the same side of every event in both runs, which jump there at times of their own."""
+    found = np.ones(len(times), bool)
+    for a, b in zip(one, other, strict=False):
+        found &= (times < min(a, b)) | (times > max(a, b))
+    return found
+
+
+def until(found: Found, time: float) -> Found:
+    """A run up to a time [s]."""
+    early = found.times <= time
+    return Found(found.times[early], {name: values[early] for name, values in found.columns.items()}, found.events)
+
+
+def with_cells(scene: Scene, cells: int | None, steps: int | None) -> Scene:
+    """The scene with cells for all lines that have none, and a number of steps, as far as they are given; without an accuracy."""
+    analysis = build.dynamic(scene)
+    step = analysis.duration / steps if steps else analysis.counted().step
+    bodies = {name: body.with_cells(cells) if cells and body.open else body for name, body in scene.bodies.items()}
+    return replace(scene, bodies=bodies, analysis=replace(analysis, step=step, accuracy=None))
+
+
+def grid_of(scene: Scene) -> int:
+    """The fewest equal steps of a motion of which all other times that count steps are whole numbers."""
+    analysis, spans = build.dynamic(scene), []
+    for every in (analysis.every, scene.reduction.snapshots if scene.reduction else None):
+        spans += [time for span in every for time in (span.every, span.until)] if isinstance(every, tuple) else []
+        spans += [every] if isinstance(every, float) else []
+    spans += [one.sample for one in scene.controllers.values()]
+    parts = [Fraction(time / analysis.duration).limit_denominator(GRID) for time in spans if time is not None]
+    grid = math.lcm(*(part.denominator for part in parts)) if parts else 1
+    if grid > GRID:
+        raise InputError(say("analysis.accuracy", f"times of the scene that fit into {GRID} equal steps", f"{grid}", "round them"))
+    return grid

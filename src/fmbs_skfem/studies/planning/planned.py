@@ -1,0 +1,108 @@
+"""A scene with an accuracy becomes one with the cells and the step that meet it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, field
+from typing import Any
+
+from ...core.errors import Reason, SolverError, listed
+from ...core.notices import Progress, notify
+from ...core.storage.records import dataclass
+from ...scenes import build, times
+from ...scenes.schema import Scene
+from .pilots import ScenePilots, with_cells
+from .planner import Limits, Pilot, Unresolved, plan, size
+
+COMMON = 40  #: instants that all numbers of steps have in common, at least
+USUAL = 6  #: pilot runs of a plan
+
+
+@dataclass(frozen=True)
+class Planned:
+    """What was found for an accuracy, in plain values: a part of reports, from which the same scene is made again."""
+
+    wanted: str
+    met: bool
+    why_not: str  #: sensitive, steps, cells, doubt; nothing where it is met
+    steps: int
+    step: float  #: [s]
+    cells: int | None  #: of every line that has none of its own; None where all have
+    of_step: float  #: largest error of the step, over what is wanted
+    of_mesh: float | None  #: of the mesh; None where no mesh is judged
+    driven_by: str  #: the column whose error is largest beside what is wanted of it
+    trusted_until: float | None  #: time up to which a motion can be trusted that more steps do not settle [s]
+    errors: dict[str, float]  #: of columns, in their units
+    pilots: list[dict[str, Any]] = field(default_factory=list)  #: all runs: cells, steps, whether resolved, difference over wanted
+
+    @property
+    def words(self) -> str:
+        """What was chosen and what it errs by, in a sentence."""
+        cells = f"{self.cells} cells a line, " if self.cells else ""
+        chosen = f"accuracy {self.wanted}: {cells}{self.steps} steps of {self.step:.4g} s, found by {len(self.pilots)} pilot runs"
+        mesh = "unknown" if self.of_mesh is None else f"{self.of_mesh:.2g}"
+        shares = f"error over what is wanted: step {self.of_step:.2g}, mesh {mesh}, largest in {self.driven_by}"
+        return f"{chosen}; {shares}"
+
+    def scene(self, scene: Scene) -> Scene:
+        """The scene with what was found for it."""
+        return with_cells(scene, self.cells, self.steps)
+
+
+def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = None) -> Planned:
+    """Cells and step for the accuracy of a scene; warnings of what is not met, or not judged.
+
+    SolverError where no number of steps resolves the motion, InputError for an accuracy that no output has the unit of.
+    """
+    analysis, pilots = build.dynamic(scene), ScenePilots(scene, allow_outside)
+    given = not analysis.open
+    unit = pilots.grid * math.ceil(COMMON / pilots.grid)
+    limits = Limits(times.STEPS // unit * unit, unit=unit)
+    steps = round(analysis.duration / analysis.step) if given else pilots.begin
+    cells = pilots.fewest() if pilots.open else 1 if pilots.refined else 0
+    made = 0
+
+    def see(pilot: Pilot) -> None:
+        nonlocal made
+        made += 1
+        if progress:
+            progress(made / (made + USUAL))  # nobody knows how many there will be
+
+    try:
+        found = plan(pilots, cells, steps, bool(pilots.open), not given, limits, see)
+    except Unresolved as error:
+        text = f"{error.steps} steps of {analysis.duration / error.steps:.3g} s do not resolve the motion"
+        raise SolverError(f"analysis.accuracy: {text}; look at loads and joints, or give a step", Reason.NOT_CONVERGED) from error
+    errors = dict(zip(pilots.titles, found.errors.T.tolist(), strict=True))
+    result = Planned(
+        str(pilots.accuracy),
+        found.met,
+        found.why or ("" if found.met else "steps" if given else "cells"),
+        found.steps,
+        analysis.duration / found.steps,
+        found.cells if pilots.open else None,
+        size(found.time),
+        size(found.mesh) if cells else None if pilots.unjudged else 0.0,
+        max(errors, key=lambda name: errors[name][0]),
+        pilots.trusted(*found.last) if found.last else None,
+        {name: own for name, (_, own) in errors.items()},
+        [asdict(one) for one in found.pilots],
+    )
+    warn(result, given, pilots.unjudged)
+    return result
+
+
+def warn(found: Planned, given: bool, unjudged: Sequence[str]) -> None:
+    """Warnings of an accuracy that is not met, and of what nobody has judged."""
+    if found.trusted_until is not None:
+        text = f"more steps do not settle {found.driven_by}: runs of {found.steps // 2} and {found.steps} steps agree"
+        notify(f"{text} within the accuracy up to t = {found.trusted_until:.4g} s only")
+    elif not found.met:
+        parts = {"step": found.of_step, "mesh": found.of_mesh or 0.0}
+        what = max(parts, key=lambda name: parts[name])
+        remedy = "leave the step out to have it found" if given and what == "step" else "ask for less"
+        about = f"the error is about {sum(parts.values()):.2g} times what is wanted, mostly by the {what}"
+        notify(f"the accuracy {found.wanted} is not met: {about}; {remedy}")
+    if unjudged:
+        notify(f"errors are without those of the meshes of {listed(unjudged)}, which are as they are given")

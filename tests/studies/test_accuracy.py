@@ -1,0 +1,143 @@
+"""`accuracy` of an analysis: step and cells are found, errors stand beside the numbers, what is given stays."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import scenes, studies
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.studies.planning.pilots import ScenePilots
+
+from ..cli.calls import fmbs, scene
+
+SWING = "{type: dynamic, duration: 0.5 s, rho_inf: 0.8, accuracy: %s}"
+RAMP = "sin(pi * t / 1.0)**2"
+
+
+def true_parts(path: Path, run: studies.Run) -> dict[str, float]:
+    """Errors of a run over what is wanted, beside one of four times its cells and steps."""
+    pilots, plan = ScenePilots(scenes.read(path)), run.report["accuracy"]
+    found, finer = (pilots.run(times * plan["cells"], times * plan["steps"]) for times in (1, 4))
+    assert found is not None
+    assert finer is not None
+    errors = pilots.differ(found, finer)[0]
+    return dict(zip(pilots.titles, errors.tolist(), strict=True))
+
+
+@pytest.mark.parametrize("wanted", ["1e-2", "1e-3", "0.05 %"])
+def test_errors_are_below_what_is_wanted(tmp_path: Path, wanted: str) -> None:
+    path = scene(tmp_path, SWING % wanted, RAMP)
+    run = studies.run(path)
+    plan = run.report["accuracy"]
+    assert plan["met"]
+    parts = true_parts(path, run)
+    assert max(parts.values()) <= 1.0
+    assert run.report["steps"] == plan["steps"]
+    assert plan["errors"].keys() == run.outputs.keys()
+
+
+def test_the_planned_scene_is_a_scene_with_these_cells_and_this_step(tmp_path: Path) -> None:
+    path = scene(tmp_path, SWING % "1e-2", RAMP)
+    found = studies.run(path)
+    plan = found.report["accuracy"]
+    text = (
+        path.read_text()
+        .replace("accuracy: 1e-2", f"step: {plan['step']!r}")
+        .replace("line: beam", f"line: beam\n    cells: {plan['cells']}")
+    )
+    same = tmp_path / "same.yaml"
+    same.write_text(text)
+    given = studies.run(same)
+    for name, values in found.outputs.items():
+        np.testing.assert_array_equal(values, given.outputs[name])
+    assert "accuracy" not in given.report
+
+
+def test_errors_by_output_in_their_units(tmp_path: Path) -> None:
+    path = scene(tmp_path, SWING % "{tip: 2 um}", RAMP)
+    plan = studies.run(path).report["accuracy"]
+    assert plan["met"]
+    assert plan["driven_by"].startswith("tip")
+    assert max(plan["errors"]["tip_x"], plan["errors"]["tip_y"]) <= 2e-6
+    coarser = studies.run(scene(tmp_path, SWING % "{tip: 2 mm}", RAMP)).report["accuracy"]
+    assert coarser["steps"] < plan["steps"]
+    everywhere = studies.run(scene(tmp_path, SWING % "2 um", RAMP)).report["accuracy"]
+    assert everywhere["steps"] == plan["steps"]
+
+
+def test_a_step_that_is_given_stays(tmp_path: Path) -> None:
+    path = scene(tmp_path, "{type: dynamic, duration: 0.5 s, step: 10 ms, accuracy: 1e-3}", RAMP)
+    with pytest.warns(Notice, match="not met.*mostly by the step; leave the step out"):
+        plan = studies.run(path).report["accuracy"]
+    assert plan["steps"] == 50
+    assert not plan["met"]
+    assert plan["of_step"] > 1.0
+    assert plan["of_mesh"] < 1.0
+
+
+def test_cells_that_are_given_stay(tmp_path: Path) -> None:
+    path = scene(tmp_path, SWING % "1e-2", RAMP)
+    path.write_text(path.read_text().replace("line: beam", "line: beam\n    cells: 2"))
+    run = studies.run(path)
+    assert run.trajectory.system.size <= 2 * 2 * 3
+    assert run.report["accuracy"]["cells"] is None
+    assert run.report["accuracy"]["of_mesh"] > 0.0
+
+
+def test_the_command_shows_errors(tmp_path: Path) -> None:
+    path = scene(tmp_path, "{type: dynamic, duration: 0.5 s, step: auto}", RAMP)
+    called = fmbs("run", path, "--accuracy", "1e-2", "--out", tmp_path / "out")
+    assert called.code == 0
+    assert "+-" in called.out
+    assert "pilot runs" in called.out
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert report["accuracy"]["wanted"] == "0.01 of the range"
+    by_output = fmbs("run", path, "--accuracy", "tip=1 mm, clamp=5 %", "--json", "--out", tmp_path / "other")
+    assert by_output.json["accuracy"]["wanted"] == "tip: 0.001 m, clamp: 0.05 of the range"
+
+
+def test_a_check_plans_nothing(tmp_path: Path) -> None:
+    called = fmbs("check", scene(tmp_path, SWING % "1e-6", RAMP))
+    assert called.code == 0
+
+
+@pytest.mark.parametrize(
+    ("analysis", "text"),
+    [
+        ("{type: dynamic, duration: 1 s}", "a step, or an accuracy"),
+        (SWING % "{top: 1 mm}", "did you mean 'tip'|outputs"),
+        (SWING % "{tip: 1 N}", "an error in m"),
+        (SWING % "2.0", "below 1"),
+        (SWING % "0 mm", "above 0"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(tmp_path: Path, analysis: str, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        scenes.read(scene(tmp_path, analysis))
+
+
+def test_an_accuracy_that_no_output_has_the_unit_of_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="an error of outputs in one of"):
+        studies.run(scene(tmp_path, SWING % "1 rad", RAMP))
+
+
+def test_an_accuracy_below_round_off_is_refused_with_the_floor(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="at least"):
+        studies.run(scene(tmp_path, SWING % "1e-12", RAMP))
+
+
+def test_a_resumed_run_plans_nothing_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, out = scene(tmp_path, SWING % "1e-4", RAMP), tmp_path / "out"
+    whole = studies.run(path, out=tmp_path / "whole", checkpoint=0.0)
+    stopped = fmbs("run", path, "--out", out, "--checkpoint", "0.001", "--time-limit", "0.001")
+    assert stopped.code == 6
+    monkeypatch.setattr("fmbs_skfem.studies.planning.planned.plan", None)
+    gone_on = studies.resume(out)
+    for name, values in whole.outputs.items():
+        np.testing.assert_array_equal(values, gone_on.outputs[name])
+    assert gone_on.report["accuracy"] == whole.report["accuracy"]

@@ -1,0 +1,118 @@
+"""Plans for runs whose errors are known: a / n^4 of the mesh and b / m^2 of the step, beside a truth that nobody sees."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fmbs_skfem.studies.planning.planner import SAFETY, Limits, Unresolved, plan
+
+SHAPE = np.sin(np.linspace(0.0, 3.0, 50))
+
+
+class Known:
+    """Runs of two columns: a shape in which both errors add, and one with a tenth of them of which nothing is wanted."""
+
+    order = 4
+
+    def __init__(
+        self, mesh: float, step: float, rough: bool = False, least: int = 0, noise: float = 0.0, power: float = 2.0
+    ) -> None:
+        self.mesh, self.step, self.rough, self.least, self.noise, self.power = mesh, step, rough, least, noise, power
+        self.runs: list[tuple[int, int]] = []
+
+    def error(self, cells: int, steps: int) -> float:
+        return (self.mesh / cells**4 if cells else 0.0) + self.step / steps**self.power
+
+    def run(self, cells: int, steps: int) -> np.ndarray | None:
+        self.runs.append((cells, steps))
+        if steps < self.least:
+            return None
+        wild = self.noise * np.random.default_rng([cells, steps]).uniform(-1.0, 1.0, len(SHAPE))
+        return self.error(cells, steps) * SHAPE + wild
+
+    def differ(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        found = float(np.abs(one - other).max())
+        return np.array([[found, 0.0], [found, 0.1 * found]])
+
+
+@pytest.mark.parametrize("mesh", [1.0, 1e3, 1e6])
+@pytest.mark.parametrize("step", [1e3, 1e6, 1e9])
+def test_known_errors_are_met_and_not_overdone(mesh: float, step: float) -> None:
+    runs = Known(mesh, step)
+    found = plan(runs, 4, 200)
+    assert found.met
+    true = runs.error(found.cells, found.steps)
+    assert true <= 1.0
+    assert float(found.errors[0].max()) >= true * 0.99  # what it foretells is never less
+    cheaper = [(found.cells - 1, found.steps // 2), (found.cells // 2, found.steps // 2)]
+    if found.cells > 2 and found.steps > 200:
+        assert min(runs.error(*one) for one in cheaper) > 0.5 * SAFETY
+    assert found.errors[1, 1] == pytest.approx(0.1 * found.errors[1, 0])
+
+
+def test_every_run_is_made_once_and_the_last_one_is_chosen() -> None:
+    runs = Known(1e3, 1e6)
+    found = plan(runs, 4, 200)
+    assert len(runs.runs) == len(set(runs.runs)) == len(found.pilots) <= 8
+    assert runs.runs[-2:] == [(found.cells, found.steps), (found.cells, found.steps // 2)]  # what is chosen, and its proof
+    again = plan(Known(1e3, 1e6), 4, 200)
+    assert again.pilots == found.pilots
+
+
+def test_steps_that_resolve_nothing_are_doubled() -> None:
+    found = plan(Known(1.0, 1e4, least=1500), 4, 200)
+    assert [one.resolved for one in found.pilots[:4]] == [False, False, False, True]
+    assert found.met
+    assert found.steps >= 1600
+    with pytest.raises(Unresolved):
+        plan(Known(1.0, 1e4, least=10**9), 4, 200, limits=Limits(steps=10_000))
+
+
+def test_what_is_given_stays() -> None:
+    runs = Known(1e3, 1e6)
+    fixed = plan(runs, 4, 500, free_steps=False)
+    assert fixed.steps == 500
+    assert not fixed.met
+    assert float(fixed.time[0, 0]) == pytest.approx(1e6 / 500**2, rel=0.05)
+    runs = Known(1e3, 1e6)
+    fixed = plan(runs, 1, 200, free_cells=False)
+    assert fixed.cells == 1
+    assert not fixed.met
+    assert float(fixed.mesh[0, 0]) >= 1e3
+    assert plan(Known(0.0, 1e6), 0, 200).met
+
+
+@pytest.mark.parametrize("noise", [30.0, 100.0, 1000.0])
+def test_a_motion_that_more_steps_do_not_settle_is_named(noise: float) -> None:
+    found = plan(Known(1.0, 1e6, noise=noise), 4, 200, limits=Limits(steps=10**6))
+    assert found.why == "sensitive"
+    assert not found.met
+    assert found.last is not None
+    assert len(found.pilots) < 12
+
+
+def test_rough_forces_are_met_by_the_larger_of_two_differences() -> None:
+    runs = Known(1.0, 3e3, rough=True, power=1.0)
+    found = plan(runs, 4, 200)
+    assert found.met
+    assert runs.error(found.cells, found.steps) <= 1.0
+    smooth = plan(Known(1.0, 1e6, rough=True), 4, 200)
+    assert smooth.steps <= 2.5 * plan(Known(1.0, 1e6), 4, 200).steps
+
+
+def test_limits_are_said() -> None:
+    found = plan(Known(1.0, 1e12), 4, 200, limits=Limits(steps=3200))
+    assert found.why == "steps"
+    assert found.steps <= 3200
+    assert not found.met
+    found = plan(Known(1e12, 1e4), 4, 200, limits=Limits(cells=64))
+    assert found.why == "cells"
+    assert found.cells <= 64
+    assert not found.met
+
+
+def test_numbers_of_steps_are_multiples_of_a_unit() -> None:
+    found = plan(Known(1.0, 3.3e6), 4, 240, limits=Limits(unit=40))
+    assert found.steps % 40 == 0
+    assert found.met
