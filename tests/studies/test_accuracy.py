@@ -72,7 +72,7 @@ def test_errors_by_output_in_their_units(tmp_path: Path) -> None:
 
 def test_a_step_that_is_given_stays(tmp_path: Path) -> None:
     path = scene(tmp_path, "{type: dynamic, duration: 0.5 s, step: 10 ms, accuracy: 1e-3}", RAMP)
-    with pytest.warns(Notice, match="not met.*mostly by the step; leave the step out"):
+    with pytest.warns(Notice, match="not met.*mostly by the step; leave the step out to have"):
         plan = studies.run(path).report["accuracy"]
     assert plan["steps"] == 50
     assert not plan["met"]
@@ -83,7 +83,8 @@ def test_a_step_that_is_given_stays(tmp_path: Path) -> None:
 def test_cells_that_are_given_stay(tmp_path: Path) -> None:
     path = scene(tmp_path, SWING % "1e-2", RAMP)
     path.write_text(path.read_text().replace("line: beam", "line: beam\n    cells: 2"))
-    run = studies.run(path)
+    with pytest.warns(Notice, match="mostly by the mesh; leave cells and refine out"):
+        run = studies.run(path)
     assert run.trajectory.system.size <= 2 * 2 * 3
     assert run.report["accuracy"]["cells"] is None
     assert run.report["accuracy"]["of_mesh"] > 0.0
@@ -141,3 +142,15 @@ def test_a_resumed_run_plans_nothing_anew(tmp_path: Path, monkeypatch: pytest.Mo
     for name, values in whole.outputs.items():
         np.testing.assert_array_equal(values, gone_on.outputs[name])
     assert gone_on.report["accuracy"] == whole.report["accuracy"]
+
+
+def test_samples_of_a_sweep_have_the_cells_and_the_step_of_the_plan(tmp_path: Path) -> None:
+    path = scene(tmp_path, SWING % "1e-2", RAMP)
+    path.write_text(path.read_text().replace("{load: 0.5 N}", "{load: {value: 0.5 N, range: [0.4 N, 0.6 N]}}"))
+    swept = studies.sweep(path, samples=2, workers=1, out=tmp_path / "out", plots=False)
+    assert swept.report["status"] == "ok"
+    planned = scenes.read(path).chosen(6, 1e-3)
+    again = planned.again({"load": 0.55})
+    assert again.bodies["beam"] == planned.bodies["beam"]
+    assert again.analysis == planned.analysis
+    assert again.parameters["load"] == 0.55

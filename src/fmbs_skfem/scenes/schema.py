@@ -9,7 +9,7 @@ Every section is a dataclass or a family, declared once (`mappings`), and knows 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -158,12 +158,24 @@ class Scene:
     used: frozenset[str] = field(default=frozenset(), metadata=HIDDEN)
     repair: bool = field(default=False, metadata=HIDDEN)  #: whether nodes of meshes that are at one place are merged
     read: Callable[[Changes], Scene] | None = field(default=None, metadata=HIDDEN, repr=False, compare=False)  #: for other values
+    #: cells of lines that have none of their own, and the step [s], as they were found for an accuracy
+    choice: tuple[int | None, float | None] | None = field(default=None, metadata=HIDDEN)
 
     def again(self, changed: Changes) -> Scene:
         """The same scene with other values of parameters, on top of those it was read with; warnings are not repeated."""
         if self.read is None:
             raise InputError(say("scene", "one that was read from a file or a text", "one made in Python"))
-        return self.read({**self.changed, **changed})
+        found = self.read({**self.changed, **changed})
+        return found if self.choice is None else found.chosen(*self.choice)
+
+    def chosen(self, cells: int | None, step: float | None) -> Scene:
+        """The scene with these cells in all lines that have none, and a step [s], as far as they are given; without an accuracy."""
+        from . import build
+
+        found = build.dynamic(self)
+        step = found.counted().step if step is None else step
+        bodies = {name: body.with_cells(cells) if cells and body.open else body for name, body in self.bodies.items()}
+        return replace(self, bodies=bodies, analysis=replace(found, step=step, accuracy=None), choice=(cells, step))
 
     def run(self, **options: Any) -> Any:
         """`studies.run` of this scene, with its options: a `studies.Run`."""

@@ -246,7 +246,7 @@ def with_accuracy(scene: Scene, text: str | float) -> Scene:
 def plan(job: Job, scene: Scene, plans: bool) -> Scene:
     """The scene with what its accuracy leaves open found, or with some step."""
     from ..scenes import build, where
-    from .planning import pilots, planned
+    from .planning import planned
 
     analysis = build.dynamic(scene)
     if analysis.accuracy is None and not analysis.open:
@@ -255,7 +255,7 @@ def plan(job: Job, scene: Scene, plans: bool) -> Scene:
         expected, remedy = "an accuracy, for which the step is found", "add accuracy: 1e-3, or --accuracy 1e-3"
         raise InputError(say(f"{where(scene, 'analysis')}: accuracy", expected, "none beside step: auto", remedy))
     if not plans:
-        return pilots.with_cells(scene, None, None)
+        return scene.chosen(None, None)
     job.plan = planned.find(scene, job.allow_outside, job.progress("choosing step and mesh"))
     return job.plan.scene(scene)
 

@@ -75,7 +75,7 @@ class ScenePilots:
         for name in self.refined if level > 1 else ():
             if (finer := bodies[name].finer(level)) is not None:
                 bodies[name] = finer
-        return with_cells(replace(self.scene, bodies=bodies), level or None, None)
+        return replace(self.scene, bodies=bodies).chosen(level or None, None)
 
     def system(self, level: int) -> System:
         if level not in self.systems:
@@ -87,7 +87,7 @@ class ScenePilots:
         """Outputs at INSTANTS instants or more; None where steps fail, or many are divided."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Notice)
-            analysis = build.dynamic(with_cells(self.scene, None, steps))
+            analysis = build.dynamic(self.scene.chosen(None, self.analysis.duration / steps))
             stride = max(1, steps // self.begin)
             try:
                 motion = replace(analysis, every=stride).solve_for_outputs(self.system(cells))
@@ -121,6 +121,9 @@ class ScenePilots:
         nothing = output_errors.round_off(system, other.times)
         errors = output_errors.between(pick(other, second), pick(one, first), system.outputs, nothing=nothing)
         self.titles, self.units = tuple(errors), {column: error.unit for column, error in errors.items()}
+        # as parts of ranges over the whole motion, however few instants two runs have in common
+        whole = {name: float(np.ptp(values)) for name, values in other.columns.items()}
+        errors = {name: replace(one, relative=one.relative * shrunk(one.range, whole[name])) for name, one in errors.items()}
         wanted = self.accuracy.parts(errors)
         if not wanted:
             known = ", ".join(sorted({error.unit for error in errors.values()}))
@@ -160,6 +163,11 @@ class ScenePilots:
         return float(other.times[low])
 
 
+def shrunk(part: float, whole: float) -> float:
+    """The range of some instants over that of all."""
+    return part / whole if whole > part > 0.0 else 1.0
+
+
 def between_events(times: np.ndarray, one: Sequence[float], other: Sequence[float]) -> np.ndarray:
     """Which times (s,) [s] lie on the same side of every event in both runs, which jump there at times of their own."""
     found = np.ones(len(times), bool)
@@ -172,14 +180,6 @@ def until(found: Found, time: float) -> Found:
     """A run up to a time [s]."""
     early = found.times <= time
     return Found(found.times[early], {name: values[early] for name, values in found.columns.items()}, found.events)
-
-
-def with_cells(scene: Scene, cells: int | None, steps: int | None) -> Scene:
-    """The scene with cells for all lines that have none, and a number of steps, as far as they are given; without an accuracy."""
-    analysis = build.dynamic(scene)
-    step = analysis.duration / steps if steps else analysis.counted().step
-    bodies = {name: body.with_cells(cells) if cells and body.open else body for name, body in scene.bodies.items()}
-    return replace(scene, bodies=bodies, analysis=replace(analysis, step=step, accuracy=None))
 
 
 def grid_of(scene: Scene) -> int:

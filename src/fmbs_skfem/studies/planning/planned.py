@@ -12,7 +12,7 @@ from ...core.notices import Progress, notify
 from ...core.storage.records import dataclass
 from ...scenes import build, times
 from ...scenes.schema import Scene
-from .pilots import ScenePilots, with_cells
+from .pilots import ScenePilots
 from .planner import Limits, Pilot, Unresolved, plan, size
 
 COMMON = 40  #: instants that all numbers of steps have in common, at least
@@ -47,7 +47,7 @@ class Planned:
 
     def scene(self, scene: Scene) -> Scene:
         """The scene with what was found for it."""
-        return with_cells(scene, self.cells, self.steps)
+        return scene.chosen(self.cells, self.step)
 
 
 def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = None) -> Planned:
@@ -101,7 +101,8 @@ def warn(found: Planned, given: bool, unjudged: Sequence[str]) -> None:
     elif not found.met:
         parts = {"step": found.of_step, "mesh": found.of_mesh or 0.0}
         what = max(parts, key=lambda name: parts[name])
-        remedy = "leave the step out to have it found" if given and what == "step" else "ask for less"
+        kept = {"step": given, "mesh": found.cells is None}[what]
+        remedy = f"leave {'cells and refine' if what == 'mesh' else 'the step'} out to have that found" if kept else "ask for less"
         about = f"the error is about {sum(parts.values()):.2g} times what is wanted, mostly by the {what}"
         notify(f"the accuracy {found.wanted} is not met: {about}; {remedy}")
     if unjudged:

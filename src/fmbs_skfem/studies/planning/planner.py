@@ -246,7 +246,9 @@ class Planner:
         if half == steps or size(foretold) <= SURE * SAFETY * SHARE:
             return foretold
         difference = self.differ((cells, half), (cells, steps))
-        return None if difference is None else difference / ((steps / half) ** time.power - 1.0)
+        # where differences fall slowly nobody knows how slowly they do on this mesh
+        power = time.power if time.ratio >= EVEN else math.log2(FALLS[0])
+        return None if difference is None else difference / ((steps / half) ** power - 1.0)
 
     def unsettled(self, time: Chain, mesh: np.ndarray, one: tuple[int, int], other: tuple[int, int]) -> Plan:
         """The plan of a motion that two runs do not settle, nor all those before them."""
@@ -293,8 +295,8 @@ class Planner:
             if 2 * steps > self.limits.steps:
                 return chain, first, "steps"
 
-    def chain_of_cells(self, cells: int, steps: int, goal: float, single: bool) -> tuple[Chain, str]:
-        """The chain of meshes at one step, and why it falls short of its goal, if it does."""
+    def chain_of_cells(self, cells: int, steps: int, goal: float, single: bool) -> tuple[Chain, int, str]:
+        """The chain of meshes at one step, the steps that it took, and why it falls short of its goal, if it does."""
         differences: list[np.ndarray] = []
         most = 2.0**self.pilots.order
         while True:
@@ -310,11 +312,11 @@ class Planner:
             differences.append(found)
             chain = Chain(cells, tuple(differences), LEAST, most, FIRST)
             if single or is_enough(chain, goal, STRETCH, 1.0):
-                return chain, ""
+                return chain, steps, ""
             if is_wild(chain):
-                return chain, "sensitive"
+                return chain, steps, "sensitive"
             if 2 * cells > self.limits.cells:
-                return chain, "cells"
+                return chain, steps, "cells"
 
 
 class Unresolved(Exception):
@@ -365,7 +367,7 @@ def plan(
     if not cells:
         return done.proved(chosen, time, None, why, free_steps)
     rest = SAFETY - time.error(chosen[1])
-    mesh, short = done.chain_of_cells(cells, first, max(rest, LEFT), single=not free_cells)
+    mesh, first, short = done.chain_of_cells(cells, first, max(rest, LEFT), single=not free_cells)
     if short == "sensitive":
         return done.unsettled(time, mesh.errors(mesh.fine), (mesh.fine // 2, first), (mesh.fine, first))
     if free_cells:
