@@ -16,7 +16,7 @@ from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.parts import bodies as parts
 from fmbs_skfem.parts.excitation import Excitation, excite
-from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, eliminate, layouts
+from fmbs_skfem.systems import At, System, assemble, check_system, compile_system, eliminate, layouts, matrices
 from fmbs_skfem.systems.compiled import elastic_tangent, storage
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads, springs
@@ -98,3 +98,32 @@ def test_many_parts_are_in_blocks_and_one_is_dense() -> None:
     assert storage(star(False)).storage is layouts.Storage.BLOCKS
     one = assemble([arm()], [joints.Pin("A", At("arm", "left"))])
     assert storage(eliminate(one)).storage is layouts.Storage.DENSE
+
+
+@pytest.mark.parametrize("sparse", [True, False])
+def test_matrices_alike_in_all_components_are_stored_once(sparse: bool) -> None:
+    """B (x) I serves all components by B; one entry that differs, or couples two of them, makes it a plain matrix."""
+    B = np.array([[2.0, 0.0, 1.0], [0.0, 3.0, 0.0], [1.0, 0.0, 4.0]])
+    whole = np.kron(B, np.eye(2))
+    form = csr_array if sparse else np.asarray
+    found, components = matrices.vectorwise(form(whole), 2)
+    assert components == 2
+    assert_array_equal(csr_array((found.data, found.indices, found.indptr), shape=(3, 3)).toarray(), B)
+    for i, j, value in ((2, 2, 3.5), (0, 5, 1e-30)):
+        other = whole.copy()
+        other[i, j] = value
+        plain, components = matrices.vectorwise(form(other), 2)
+        assert components == 1
+        assert_array_equal(csr_array((plain.data, plain.indices, plain.indptr), shape=(6, 6)).toarray(), other)
+
+
+def test_orders_of_unknowns_give_the_same_matrix() -> None:
+    A = np.arange(20.0).reshape(4, 5) % 3
+    order = np.array([3, 0, 4, 2, 1])
+    given = csr_array(A)
+    found = matrices.permuted(given, order)
+    assert_array_equal(found.toarray(), A[:, order])
+    found.sum_duplicates()
+    assert_array_equal(given.toarray(), A)
+    square, order = A[:, :4], np.array([3, 0, 2, 1])
+    assert_array_equal(matrices.permuted(csr_array(square), order, True).toarray(), square[order][:, order])

@@ -19,7 +19,7 @@ from ..bodies.finer import finer, knows_more
 from ..bodies.laws import Law
 from ..bodies.plate import local_table
 from ..core.algebra import ranks
-from ..core.algebra.linalg import alike, diagonal
+from ..core.algebra.linalg import alike, diagonal, entries, others
 from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
 from ..core.notices import notify
@@ -421,16 +421,16 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     redundancy.refuse_gaps(dropped, found.gap, tolerance * system.scale)
     if dropped:
         redundancy.notify_left_out(dropped)
-    kept = np.setdiff1d(np.arange(system.size), found.dependent)
+    kept = others(system.size, found.dependent)
     if not len(kept):
         return without_motion(system, rows, found, A @ system.x0 + a)
     place = np.full(system.size, -1)
     place[kept] = np.arange(len(kept))
-    S = found.solution.tocoo()
+    row, column, values = entries(found.solution)
     T = csr_array(
         (
-            np.concatenate([np.ones(len(kept)), S.data]),
-            (np.concatenate([kept, found.dependent[S.row]]), np.concatenate([place[kept], place[S.col]])),
+            np.concatenate([np.ones(len(kept)), values]),
+            (np.concatenate([kept, found.dependent[row]]), np.concatenate([place[kept], place[column]])),
         ),
         shape=(system.size, len(kept)),
     )

@@ -16,10 +16,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, eye_array, triu
+from scipy.sparse import csr_array, eye_array, triu
 
 from ..core.algebra import saddle, supernodes
-from ..core.algebra.linalg import as_dense, distinct, is_sparse, mirrored
+from ..core.algebra.linalg import as_csr, as_dense, distinct, entries, is_sparse, is_zero, mirrored, others, rows_at
 from ..core.algebra.supernodes import Tree
 from ..core.storage.records import dataclass
 from .lengths import LIGHT
@@ -122,10 +122,10 @@ class Layout:
             return np.ascontiguousarray(as_dense(A))
         if self.storage is Storage.BAND:
             return lower_band(A, self.place, self.width)
-        entries = coo_array(A)
-        i, j = self.place[entries.row], self.place[entries.col]
-        found, low = np.zeros((1, self.pattern.nnz)), (i >= j) & (entries.data != 0.0)
-        np.add.at(found[0], self.flat(i[low], j[low]), entries.data[low])
+        row, column, values = entries(A)
+        i, j = self.place[row], self.place[column]
+        found, low = np.zeros((1, self.pattern.nnz)), (i >= j) & (values != 0.0)
+        np.add.at(found[0], self.flat(i[low], j[low]), values[low])
         return found
 
     def matrix(self, W: np.ndarray) -> csr_array | np.ndarray:
@@ -156,14 +156,16 @@ def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layo
     # before the pattern is made: that of a fine plate takes memory that its run needs
     if system.size >= WIDE:
         return Layout(Storage.SPARSE, natural, system.size - 1)
-    pattern, small = coupling(system, parts, pairs), system.size <= DENSE
-    # small systems are dense, without a search for a band
-    order, width = (natural, system.size - 1) if small else band_order(pattern)
-    # a band of a third of the size or more has nearly as many numbers as dense factors, in shorter rows
-    dense = small or (3 * width > system.size and system.size <= 4 * BAND)
+    small = system.size <= DENSE
     full = any(terms.numbers_read(one.gather) > 0.0 for one in system.elastic)  # of which bands are narrow, and plates turn
     # with friction W is unsymmetric, which L D L^T is not; plates of full size turn, which factors of `large` can
-    blocks = None if full or skew or not parts.storages else in_blocks(pattern)
+    whole = full or skew or not parts.storages
+    # small systems are dense, without a search for a band
+    pattern = None if small and whole else coupling(system, parts, pairs)
+    order, width = (natural, system.size - 1) if small or pattern is None else band_order(pattern)
+    # a band of a third of the size or more has nearly as many numbers as dense factors, in shorter rows
+    dense = small or (3 * width > system.size and system.size <= 4 * BAND)
+    blocks = None if whole or pattern is None else in_blocks(pattern)
     loose = massless(system, parts)
     # band and blocks factor W alone, which is singular there; dense factors take W and the joints in one
     if dense or (loose and system.size <= 8 * DENSE):
@@ -191,8 +193,9 @@ def in_blocks(pattern: csr_array) -> Layout:
 def coupling(system: System, parts: Pieces, pairs: np.ndarray) -> csr_array:
     """Pattern of the iteration matrix (n, n)."""
     # sizes, so that entries of different sign do not cancel and vanish from the pattern
-    touched = [abs(csr_array(A)) for A in (system.mass, system.damping, system.stiffness)]
-    pattern = touched[0] + touched[1] + touched[2]
+    pattern = abs(as_csr(system.mass))
+    for A in (system.damping, system.stiffness):
+        pattern = pattern if is_zero(A) else pattern + abs(as_csr(A))
     read = [local for local in map(terms.couplings, parts.storages) if local.size]
     if read:  # one product for all: sums of many patterns cost as many times the whole one
         cells = np.cumsum([0, *(local.shape[1] for local in read)])
@@ -200,27 +203,27 @@ def coupling(system: System, parts: Pieces, pairs: np.ndarray) -> csr_array:
         columns = np.concatenate([local.ravel() for local in read])
         incidence = csr_array((np.ones(len(rows)), (rows, columns)), shape=(cells[-1], len(parts.offset))) @ abs(parts.matrix)
         pattern = pattern + incidence.T @ incidence
-    probes = abs(csr_array(system.probes.matrix))
     # only rows with second derivatives couple unknowns: linear joints leave the pattern as it is
-    i, j = pairs.T
-    pattern = pattern + probes.T @ csr_array((np.ones(len(i)), (i, j)), shape=(probes.shape[0],) * 2) @ probes
-    pattern = csr_array(pattern + pattern.T)
+    if len(pairs):
+        probes, (i, j) = abs(as_csr(system.probes.matrix)), pairs.T
+        pattern = pattern + probes.T @ csr_array((np.ones(len(i)), (i, j)), shape=(probes.shape[0],) * 2) @ probes
+    pattern = as_csr(pattern + pattern.T)
     pattern.eliminate_zeros()
     return pattern
 
 
 def massless(system: System, parts: Pieces) -> bool:
     """Whether unknowns have neither mass nor elastic energy, as axes of thin rigid parts: only joints determine them."""
-    rows = [terms.couplings(one).ravel() for one in parts.storages]
-    read = distinct(np.concatenate([np.zeros(0, np.int64), *rows]))
+    read = distinct(np.concatenate([np.zeros(0, np.int64), *(terms.couplings(one).ravel() for one in parts.storages)]))
     # what an elastic energy reads has a stiffness: no pivot of W is zero there
-    held = distinct(nonzeros(parts.matrix[read])[1])
+    rows = parts.matrix[read] if isinstance(parts.matrix, np.ndarray) else rows_at(parts.matrix, read)
+    held = distinct(nonzeros(rows)[1])
     return prepare(system).find("massless", (system.mass, system.metric, held.tobytes()), lambda: weightless(system, held))
 
 
 def weightless(system: System, held: np.ndarray) -> bool:
     """Whether some unknowns beside those that are held (h,) have no mass."""
-    free = np.setdiff1d(np.arange(system.size), held)
+    free = others(system.size, held)
     # nearly all systems: nothing is factored
     if not len(free):
         return False

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csr_array, vstack
+from scipy.sparse import csr_array
 
 from ..bodies.body import Body, Cells, locate, probe
-from ..core.algebra.linalg import as_csr
+from ..core.algebra.linalg import as_csr, stacked
 from ..core.errors import InputError, closest, listed, say
 from ..core.storage.records import dataclass
 from ..core.values import mappings
@@ -79,7 +79,7 @@ class ProbeRows:
 
     def affine(self) -> Affine:
         """All rows as y = matrix @ q + offset, matrix (j, q) and offset (j,)."""
-        matrix = as_csr(vstack(self.rows)) if self.rows else csr_array((0, self.size))
+        matrix = stacked(self.rows) if self.rows else csr_array((0, self.size))
         return Affine(matrix, np.concatenate([np.zeros(0), *self.offsets]))
 
 

@@ -21,7 +21,7 @@ from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import spsolve
 
 from ..bodies.laws import Law
-from ..core.algebra.linalg import is_sparse
+from ..core.algebra.linalg import as_csr, is_sparse, is_zero
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from ..core.storage.validation import Attributes, Indices, Inside, Number, Range, Reals
@@ -341,7 +341,7 @@ def linear_part(system: System) -> tuple[np.ndarray, csr_array, np.ndarray]:
     They are the rows of `is_linear`, in the order of `system.constraints.names`, as a sparse array.
     """
     rows, A, a = linear_rows(system)
-    return rows, csr_array(A), a
+    return rows, as_csr(A), a
 
 
 def linear_rows(system: System) -> tuple[np.ndarray, Matrix, np.ndarray]:
@@ -360,7 +360,7 @@ def linear_rows(system: System) -> tuple[np.ndarray, Matrix, np.ndarray]:
         A = np.zeros((len(rows), system.size))
         np.add.at(A, row, value[:, None] * P[i])
         return rows, A, a
-    return rows, csr_array(csr_array((value, (row, i)), shape=(len(rows), len(P.indptr) - 1)) @ P), a
+    return rows, as_csr(csr_array((value, (row, i)), shape=(len(rows), len(P.indptr) - 1)) @ P), a
 
 
 def keep_constraints(system: System, rows: np.ndarray) -> System:
@@ -386,18 +386,23 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     """
 
     kept = chosen(V)
+    across = V.T if isinstance(V, np.ndarray) else as_csr(V.T)
 
     def square(A: Matrix) -> Matrix:
+        if is_sparse(A) and is_zero(A) and is_sparse(V):  # of damping and springs that most systems do not have
+            return csr_array((V.shape[1], V.shape[1]))
         if kept is not None and is_sparse(A):
-            return csr_array(csr_array(A[kept])[:, kept])
-        product = V.T @ (A @ V)
-        return csr_array(product) if is_sparse(product) else product
+            return as_csr(as_csr(A[kept])[:, kept])
+        product = across @ (A @ V)
+        if is_sparse(product):
+            product.sum_duplicates()  # which sorts each row: matrices are in one form however they were made
+        return product
 
     def compose(affine: Affine) -> Affine:
         if kept is not None and is_sparse(affine.matrix):
-            return Affine(csr_array(affine.matrix[:, kept]), affine(d))
+            return Affine(as_csr(affine.matrix[:, kept]), affine(d))
         product = affine.matrix @ V
-        return Affine(csr_array(product) if is_sparse(product) else product, affine(d))
+        return Affine(as_csr(product) if is_sparse(product) else product, affine(d))
 
     def carry(elastic: Elastic) -> Elastic:
         return replace(elastic, gather=terms.carry(elastic.gather, elastic.name, lift, V, d))
@@ -413,7 +418,7 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
         elastic=tuple(carry(e) for e in system.elastic),
         probes=compose(system.probes),
         sensors=compose(system.sensors),
-        loads=replace(system.loads, constant=V.T @ (system.loads.constant - pull), springs=moved_springs(system, V, d, pull)),
+        loads=replace(system.loads, constant=across @ (system.loads.constant - pull), springs=moved_springs(system, V, d, pull)),
         x0=project(V, system.x0 - d),
         v0=project(V, system.v0),
         near=project(V, system.near - d) if len(system.near) else system.near,
@@ -425,6 +430,8 @@ def project(V: Matrix, x: np.ndarray) -> np.ndarray:
 
     Sparse V by the normal equations, dense V by least squares; a V that only chooses unknowns takes them as they are.
     """
+    if not x.any():
+        return np.zeros((V.shape[1], *x.shape[1:]))
     if (kept := chosen(V)) is not None:
         return np.asarray(x[kept])
     if not isinstance(V, np.ndarray):
@@ -434,7 +441,7 @@ def project(V: Matrix, x: np.ndarray) -> np.ndarray:
 
 def moved_springs(system: System, V: Matrix, d: np.ndarray, pull: np.ndarray) -> np.ndarray:
     """Constant part (r,) of the force of linear springs in unknowns z of x = V z + d, pull = K d without its round-off."""
-    size = abs(system.stiffness) @ np.abs(d)
+    size = np.zeros(0) if is_zero(system.stiffness) else abs(system.stiffness) @ np.abs(d)
     if not size.any():
         return V.T @ system.loads.springs if len(system.loads.springs) else system.loads.springs
     own = system.loads.springs if len(system.loads.springs) else np.zeros(system.size)
@@ -453,5 +460,5 @@ def chosen(V: Matrix) -> np.ndarray | None:
     """The rows (r,) that a sparse V takes as they are, one a column, where it does nothing else: held edges, fixed points."""
     if isinstance(V, np.ndarray) or V.nnz != V.shape[1] or np.any(V.data != 1.0):
         return None
-    rows = csr_array(V.T).indices
-    return rows if (np.diff(csr_array(V).indptr) <= 1).all() and (np.diff(csr_array(V.T).indptr) == 1).all() else None
+    across = as_csr(V.T)
+    return across.indices if (np.diff(as_csr(V).indptr) <= 1).all() and (np.diff(across.indptr) == 1).all() else None

@@ -111,6 +111,43 @@ def diagonal(blocks: Sequence[csr_array]) -> csr_array:
     return csr_array((np.concatenate([block.data for block in blocks]), indices, indptr), shape=(int(rows[-1]), int(columns[-1])))
 
 
+def stacked(blocks: Sequence[csr_array]) -> csr_array:
+    """Sparse blocks (i, j) of equal width one below the other, in a third of the time of `vstack`; a single one as it is."""
+    if len(blocks) == 1:
+        return blocks[0]
+    entries = np.cumsum([0, *(len(block.indices) for block in blocks)])
+    indptr = np.concatenate([[0], *(block.indptr[1:] + first for block, first in zip(blocks, entries, strict=False))])
+    data, indices = (np.concatenate([getattr(block, name) for block in blocks]) for name in ("data", "indices"))
+    return csr_array((data, indices, indptr), shape=(len(indptr) - 1, blocks[0].shape[1]))
+
+
+def entries(A: Array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows, columns and values (z,) of the entries of a sparse A (m, n), row by row, or of all numbers of a dense one.
+
+    In a fifth of the time of `tocoo`; the arrays may be those of A.
+    """
+    if isinstance(A, np.ndarray):
+        i, j = np.indices(A.shape).reshape(2, -1)
+        return i, j, A.ravel()
+    A = as_csr(A)
+    return np.repeat(np.arange(A.shape[0]), np.diff(A.indptr)), A.indices, A.data
+
+
+def rows_at(A: csr_array, numbers: np.ndarray) -> csr_array:
+    """Rows (i,) of a sparse A (m, n) in any order, as A[numbers] has them, in half of the time."""
+    long = np.diff(A.indptr)[numbers]
+    starts = np.append(0, np.cumsum(long))
+    entry = np.arange(starts[-1]) + np.repeat(A.indptr[numbers] - starts[:-1], long)
+    return csr_array((A.data[entry], A.indices[entry], starts), shape=(len(numbers), A.shape[1]))
+
+
+def others(count: int, some: np.ndarray) -> np.ndarray:
+    """Numbers (i,) from 0 to `count` - 1 that are not among `some` (k,), ascending."""
+    free = np.ones(count, dtype=bool)
+    free[some] = False
+    return np.flatnonzero(free)
+
+
 def squares(v: np.ndarray, M: Array) -> np.ndarray:
     """Squared norms v_i^H M v_i (i,) of columns v (n, i), which may be complex, in a symmetric matrix M (n, n)."""
     return np.asarray(np.real(np.sum(np.conj(v) * (M @ v), axis=0)))

@@ -10,10 +10,11 @@ count alike, is zero before: a column of nothing else would make a constraint of
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array, vstack
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from ...core.algebra import ranks
+from ...core.algebra.linalg import distinct, entries, others, stacked
 from ...core.storage.records import dataclass
 
 # without it 1e-17 became a constraint: a simply supported plate of 8 x 8 cells vibrated 2 % too fast and buckled 3.5 % too late
@@ -45,7 +46,7 @@ def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np
     # before anything is compared: round-off would join blocks that have nothing in common
     A = without_round_off(A, u)
     # blocks of a few rows, as dense as they like, in place of one of thousands
-    labels = connected_components(csr_array(abs(A) @ abs(A).T), directed=False)[1]
+    labels = labels_of(A)
     alone = (np.bincount(labels)[labels] == 1) & (np.diff(A.indptr) == 1)
     order = np.flatnonzero(~alone)
     order = order[np.argsort(labels[order], kind="stable")]
@@ -53,11 +54,20 @@ def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np
     parts = [solve_alone(A, a, np.flatnonzero(alone)), *(solve_block(A, a, rows, tolerance, u) for rows in blocks)]
     return Echelon(
         np.concatenate([part.dependent for part in parts]),
-        csr_array(vstack([part.solution for part in parts])),
+        stacked([part.solution for part in parts]),
         np.concatenate([part.fixed for part in parts]),
         np.concatenate([part.left for part in parts]),
         np.concatenate([part.gap for part in parts]),
     )
+
+
+def labels_of(A: csr_array) -> np.ndarray:
+    """Numbers (m,) of the parts of A (m, n) whose rows share no column with other parts, in the order of their first rows."""
+    m, n = A.shape
+    # rows and columns are the points of a graph, entries its lines
+    indptr = np.append(A.indptr, np.full(n, A.indptr[-1]))
+    links = csr_array((np.ones(len(A.indices)), A.indices + m, indptr), shape=(m + n, m + n))
+    return np.asarray(connected_components(links, directed=False)[1][:m])
 
 
 def solve_alone(A: csr_array, a: np.ndarray, rows: np.ndarray) -> Echelon:
@@ -72,11 +82,18 @@ def solve_alone(A: csr_array, a: np.ndarray, rows: np.ndarray) -> Echelon:
 
 def without_round_off(A: csr_array, units: np.ndarray) -> csr_array:
     """A (m, n) without what is ROUND_OFF of its row in `units` (n,)."""
-    size = abs(A).multiply(units).tocsr()
-    largest = size.max(axis=1).toarray().ravel()
-    kept = size.data > ROUND_OFF * np.repeat(largest, np.diff(size.indptr))
-    row = np.repeat(np.arange(A.shape[0]), np.diff(A.indptr))
-    return csr_array((A.data[kept], (row[kept], A.indices[kept])), shape=A.shape)
+    row, column, values = entries(A)
+    size, largest = np.abs(values) * units[column], np.zeros(A.shape[0])
+    np.maximum.at(largest, row, size)
+    kept = size > ROUND_OFF * largest[row]
+    found = by_rows(row[kept], column[kept], values[kept], A.shape)
+    found.sum_duplicates()
+    return found
+
+
+def by_rows(row: np.ndarray, column: np.ndarray, values: np.ndarray, shape: tuple[int, int]) -> csr_array:
+    """Entries (z,) that stand row by row as a sparse array."""
+    return csr_array((values, column, np.append(0, np.cumsum(np.bincount(row, minlength=shape[0])))), shape=shape)
 
 
 def solve_block(A: csr_array, a: np.ndarray, rows: np.ndarray, tolerance: float, units: np.ndarray) -> Echelon:
@@ -85,18 +102,18 @@ def solve_block(A: csr_array, a: np.ndarray, rows: np.ndarray, tolerance: float,
     columns = sizes(work)[1]
     pivots, left, right = eliminated(work, -a[rows], tolerance, units[used])
     first, mine = np.array(pivots, dtype=np.int64).reshape(-1, 2).T
-    others = np.setdiff1d(np.arange(len(used)), mine)
-    S = -work[np.ix_(first, others)]
-    S[np.abs(S) * columns[mine, None] <= tolerance * columns[others]] = 0.0
+    rest = others(len(used), mine)
+    S = -work[np.ix_(first, rest)]
+    S[np.abs(S) * columns[mine, None] <= tolerance * columns[rest]] = 0.0
     i, j = np.nonzero(S)
-    solution = csr_array((S[i, j], (i, used[others[j]])), shape=(len(mine), A.shape[1]))
+    solution = by_rows(i, used[rest[j]], S[i, j], (len(mine), A.shape[1]))
     return Echelon(used[mine], solution, right[first], rows[left], right[left])
 
 
 def dense(A: csr_array, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The columns (j,) that some rows (i,) of A (m, n) use, and the block (i, j) of those rows and columns."""
     spans = [slice(A.indptr[row], A.indptr[row + 1]) for row in rows]
-    used = np.unique(np.concatenate([A.indices[span] for span in spans]))
+    used = distinct(np.concatenate([A.indices[span] for span in spans]))
     block = np.zeros((len(rows), len(used)))
     for k, span in enumerate(spans):
         np.add.at(block[k], np.searchsorted(used, A.indices[span]), A.data[span])

@@ -20,10 +20,10 @@ from functools import singledispatch
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_array, vstack
+from scipy.sparse import csr_array
 
 from ...bodies import laws
-from ...core.algebra.linalg import as_dense, is_sparse
+from ...core.algebra.linalg import as_dense, is_sparse, stacked
 from ...core.compiling.entries import view
 from ...core.compiling.structs import Callback, Routine, Shorts, Vector, address_of, packed, routine, unpacked
 from ...core.errors import InputError, say
@@ -151,7 +151,7 @@ class Lifts:
     def whole(self) -> tuple[Matrix, np.ndarray]:
         """Matrix (p, n) and offset (p,) of p from the unknowns, sparse where all parts of it are."""
         rows = self.rows or [self.lift.matrix[:0]]
-        matrix = csr_array(vstack(rows)) if all(map(is_sparse, rows)) else np.concatenate([as_dense(row) for row in rows])
+        matrix = stacked(rows) if all(map(is_sparse, rows)) else np.concatenate([as_dense(row) for row in rows])
         return matrix, np.ascontiguousarray(np.concatenate(self.offsets))
 
 
