@@ -1,6 +1,6 @@
 """True errors of scenes that ask for an accuracy, and what finding step and mesh costs.
 
-    python benchmarks/accuracy.py [--accuracy 1e-2,1e-3] [--out FILE.md] [NAMES]
+    python benchmarks/accuracy.py [--accuracy 1e-2,1e-3] [--log] [NAMES]
 
 Thirty-odd mechanisms of beams, rigid bodies, stops, contact, tables and drives. Every one is planned for every accuracy, run so,
 and held against a run of four times the cells of its finest plan and four times the steps. Costs are CPU seconds of one BLAS
@@ -14,9 +14,10 @@ import statistics
 import tempfile
 import time
 import warnings
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -29,6 +30,7 @@ from fmbs_skfem.studies.planning import planned
 from fmbs_skfem.studies.planning.pilots import ScenePilots
 
 ROOT = Path(__file__).resolve().parents[1]
+RESULTS = ROOT / "benchmarks" / "results"
 MESH = ROOT / "meshes" / "beam_20.msh"  #: one metre along x, left to right
 PLASTIC = "{young_modulus: 1 GPa, density: 1800 kg/m^3}"
 STEEL = "{young_modulus: 210 GPa, density: 7850 kg/m^3}"
@@ -296,7 +298,7 @@ EXAMPLES = (
 )
 
 
-def of_names(names: list[str], folder: Path) -> Iterator[tuple[str, Scene]]:
+def of_names(names: Sequence[str], folder: Path) -> Iterator[tuple[str, Scene]]:
     """Scenes by name."""
     (folder / MESH.name).write_bytes(MESH.read_bytes())
     for name, text in SCENES.items():
@@ -321,71 +323,94 @@ def timed(pilots: ScenePilots, cells: int, steps: int) -> tuple[float, object]:
     return time.process_time() - begin, found
 
 
-def judged(name: str, scene: Scene, wanted: list[float]) -> Iterator[dict[str, object]]:
+@dataclass(frozen=True)
+class Row:
+    """One scene with one accuracy."""
+
+    name: str
+    accuracy: float
+    cells: int | None
+    steps: int
+    true: float  #: error over what is wanted
+    estimated: float  #: the same, foretold
+    why_not: str
+    trusted: float | None  #: time [s]
+    pilots: int
+    run_s: float  #: CPU of the run that was chosen
+    plan_s: float  #: CPU of the plan, with all builds
+    log: list[dict[str, Any]]
+
+    @property
+    def words(self) -> str:
+        """The cells of its line of a table."""
+        told = self.why_not + (f", trusted to {self.trusted:.3g} s" if self.trusted is not None else "")
+        numbers = (
+            f"{self.true:.2f} | {self.estimated:.2f} | {told} | {self.pilots} | {1e3 * self.run_s:.1f} | {1e3 * self.plan_s:.0f}"
+        )
+        return f"| {self.name} | {self.accuracy:g} | {self.cells or ''} | {self.steps} | {numbers} |"
+
+
+def judged(name: str, scene: Scene, wanted: Sequence[float]) -> Iterator[Row]:
     """A row for every accuracy."""
     runs = []
     for accuracy in wanted:
         mine = wanting(scene, accuracy)
-        plan = planned.find(mine)
+        planned.find(mine)
         begin = time.process_time()
         plan = planned.find(mine)
         spent, pilots = time.process_time() - begin, ScenePilots(mine)
         level = plan.cells or (1 if pilots.refined else 0)
-        pilots.system(level)
-        timed(pilots, level, plan.steps)
+        pilots.run(level, plan.steps)
         chosen, found = timed(pilots, level, plan.steps)
         runs.append((accuracy, plan, level, found, spent, chosen, pilots))
     for accuracy, plan, _, found, spent, chosen, pilots in runs:
         # of its own steps four times as many, so that all of its instants are compared
-        reference = runs[-1][-1].run(4 * max(run[2] for run in runs), 4 * plan.steps)
-        error = pilots.differ(found, reference)[0] if reference is not None and found is not None else np.array([np.nan])
-        yield {
-            "name": name,
-            "accuracy": accuracy,
-            "cells": plan.cells,
-            "steps": plan.steps,
-            "true": float(error.max()),
-            "estimated": plan.of_step + (plan.of_mesh or 0.0),
-            "why_not": plan.why_not,
-            "trusted": plan.trusted_until,
-            "pilots": len(plan.pilots),
-            "run_ms": 1e3 * chosen,
-            "plan_ms": 1e3 * spent,
-            "log": plan.pilots,
-        }
+        reference = pilots.run(4 * max(run[2] for run in runs), 4 * plan.steps)
+        error = pilots.differ(found, reference)[0].max() if reference is not None and found is not None else np.nan
+        foretold = plan.of_step + (plan.of_mesh or 0.0)
+        costs = len(plan.pilots), chosen, spent, plan.pilots
+        yield Row(name, accuracy, plan.cells, plan.steps, float(error), foretold, plan.why_not, plan.trusted_until, *costs)
 
 
-def main() -> None:
-    """Rows, and what they amount to."""
+HEADS = ("scene", "accuracy", "cells", "steps", "true error over wanted", "foretold", "told", "pilots", "run [ms]", "plan [ms]")
+
+
+def main(names: Sequence[str] = (), wanted: Sequence[float] = (1e-2, 1e-3), log: bool = False) -> list[Row]:
+    """Rows of scenes by name, all without, and what they amount to."""
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as folder, threadpool_limits(limits=1, user_api="blas"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for name, scene in of_names(names, Path(folder)):
+            try:
+                for row in judged(name, scene, wanted):
+                    rows.append(row)
+                    print(row.words, flush=True)
+                    if log:
+                        print("   ", [(one["cells"], one["steps"], one["difference"]) for one in row.log])
+            except FmbsError as error:
+                print(f"| {name} | {type(error).__name__}: {str(error)[:150]} |", flush=True)
+    text = page(rows)
+    print(text.splitlines()[2])
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    (RESULTS / "accuracy.md").write_text(text, encoding="utf-8")
+    return rows
+
+
+def page(rows: Sequence[Row]) -> str:
+    """All rows as a table, below a sentence."""
+    told = [row for row in rows if not row.why_not]
+    met, worst = sum(row.true <= 1.0 for row in told), max((row.true for row in told), default=0.0)
+    ratio = statistics.median(row.plan_s / row.run_s for row in told) if told else 0.0
+    text = f"{len(rows)} plans, {len(told)} of which promise their accuracy: {met} keep it, the worst errs by {worst:.2f} of it. "
+    text += f"A plan costs {ratio:.1f} times the run that it chooses, in the median."
+    lines = ["# Accuracies that were asked for", "", text, "", f"| {' | '.join(HEADS)} |", "|" + "---|" * len(HEADS)]
+    return "\n".join([*lines, *(row.words for row in rows)]) + "\n"
+
+
+if __name__ == "__main__":
     asked = argparse.ArgumentParser()
     asked.add_argument("names", nargs="*")
     asked.add_argument("--accuracy", default="1e-2,1e-3")
     asked.add_argument("--log", action="store_true")
     given = asked.parse_args()
-    warnings.simplefilter("ignore")
-    rows = []
-    with tempfile.TemporaryDirectory() as folder, threadpool_limits(limits=1, user_api="blas"):
-        for name, scene in of_names(given.names, Path(folder)):
-            try:
-                for row in judged(name, scene, [float(one) for one in given.accuracy.split(",")]):
-                    rows.append(row)
-                    log = row.pop("log")
-                    print(
-                        " ".join(f"{value:.3g}" if isinstance(value, float) else str(value) for value in row.values()), flush=True
-                    )
-                    if given.log:
-                        print(
-                            "   ", [(one["cells"], one["steps"], one["difference"] and round(one["difference"], 3)) for one in log]
-                        )
-            except FmbsError as error:
-                print(name, type(error).__name__, str(error)[:150], flush=True)
-    told = [row for row in rows if not row["why_not"]]
-    met = [row for row in told if row["true"] <= 1.0]
-    worst = max((row["true"] for row in told), default=0.0)
-    ratio = [row["plan_ms"] / row["run_ms"] for row in told]
-    promises = f"{len(rows)} plans, {len(told)} promise, {len(met)} of these met, worst {worst:.2f}"
-    print(f"{promises}; cost of plans over the run {statistics.median(ratio):.1f}")
-
-
-if __name__ == "__main__":
-    main()
+    main(given.names, [float(one) for one in given.accuracy.split(",")], given.log)

@@ -43,6 +43,18 @@ def test_full_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (tmp_path / "full_models.md").read_text(encoding="utf-8").startswith("# ")
 
 
+@pytest.mark.parametrize(
+    "name", ["resting", "switched_off", "corners", "with_a_mass", "rigid_pendulum", "free_flight", "quintic", "energy"]
+)
+def test_accuracy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """Scenes at rest, forces off the grid, corners: what is promised is kept, beside four times the cells and steps."""
+    rows = script("accuracy", tmp_path, monkeypatch).main([name], [1e-2])
+    assert len(rows) == 1
+    assert rows[0].why_not == ""
+    assert rows[0].true <= 1.0
+    assert (tmp_path / "accuracy.md").read_text(encoding="utf-8").startswith("# ")
+
+
 def test_contacts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Landing takes place after 0.2 s on a floor that is near; the reduced model follows."""
     rows = script("contacts", tmp_path, monkeypatch, DURATION=0.3, REPEATS=1, NEAR=-0.2, CELLS=(10,)).main(10)

@@ -11,6 +11,8 @@ import pytest
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.scenes import build
+from fmbs_skfem.studies.planning import planned
 from fmbs_skfem.studies.planning.pilots import ScenePilots
 
 from ..cli.calls import fmbs, scene
@@ -147,10 +149,61 @@ def test_a_resumed_run_plans_nothing_anew(tmp_path: Path, monkeypatch: pytest.Mo
 def test_samples_of_a_sweep_have_the_cells_and_the_step_of_the_plan(tmp_path: Path) -> None:
     path = scene(tmp_path, SWING % "1e-2", RAMP)
     path.write_text(path.read_text().replace("{load: 0.5 N}", "{load: {value: 0.5 N, range: [0.4 N, 0.6 N]}}"))
-    swept = studies.sweep(path, samples=2, workers=1, out=tmp_path / "out", plots=False)
-    assert swept.report["status"] == "ok"
-    planned = scenes.read(path).chosen(6, 1e-3)
-    again = planned.again({"load": 0.55})
-    assert again.bodies["beam"] == planned.bodies["beam"]
-    assert again.analysis == planned.analysis
+    chosen = scenes.read(path).chosen(6, 1e-3)
+    again = chosen.again({"load": 0.55})
+    assert again.bodies["beam"] == chosen.bodies["beam"]
+    assert again.analysis == chosen.analysis
     assert again.parameters["load"] == 0.55
+    case = scenes.family(chosen)[1]({"load": 0.45})
+    assert case.scheme.step == 1e-3
+    assert case.system.size == build.system(chosen).size
+
+
+CHAOS = """\
+schema: 1
+dimension: 2
+bodies:
+  a: {type: rigid, mass: 1 kg, inertia: 0.01 kg m^2, center: [0.25 m, 0], points: {left: [0, 0], right: [0.5 m, 0]}}
+  b: {type: rigid, mass: 1 kg, inertia: 0.01 kg m^2, center: [0.75 m, 0], points: {left: [0.5 m, 0], right: [1 m, 0]}}
+joints:
+  O: {type: pin, at: a.left, to: ground}
+  A: {type: pin, at: a.right, to: b.left}
+loads:
+  weight: {type: gravity, acceleration: [0, -9.81 m/s^2]}
+analysis: {type: dynamic, duration: 30 s, accuracy: 1e-2}
+outputs:
+  tip: {type: position, at: b.right}
+"""
+
+
+def test_a_chaotic_motion_is_named_with_the_time_up_to_which_it_can_be_trusted() -> None:
+    """A double pendulum of two rigid rods: what a hundred times as many steps say agrees up to that time, and not to the end."""
+    scene = scenes.loads(CHAOS)
+    with pytest.warns(Notice, match="more steps do not settle tip_.*agree within the accuracy up to t ="):
+        plan = planned.find(scene)
+    assert plan.why_not == "sensitive"
+    trusted = plan.trusted_until
+    assert trusted is not None
+    assert 0.5 < trusted < 10.0
+    pilots = ScenePilots(scene)
+    pilots.system(0)
+    mine, sharp = pilots.run(0, plan.steps), pilots.run(0, 64 * plan.steps)
+    assert mine is not None
+    assert sharp is not None
+    assert pilots.trusted(mine, sharp) >= 0.7 * trusted
+    assert pilots.differ(mine, sharp)[0].max() > 10.0
+
+
+def test_a_plan_can_be_made_again(tmp_path: Path) -> None:
+    scene_ = scenes.read(scene(tmp_path, SWING % "1e-3", RAMP))
+    assert planned.find(scene_) == planned.find(scene_)
+
+
+def test_an_output_that_stands_still_asks_for_nothing(tmp_path: Path) -> None:
+    path = scene(tmp_path, SWING % "1e-2", RAMP)
+    with_still = path.read_text() + "  root: {type: position, at: beam.left}\n"
+    plan = studies.run(path, plots=False).report["accuracy"]
+    path.write_text(with_still)
+    again = studies.run(path, plots=False).report["accuracy"]
+    assert (again["cells"], again["steps"]) == (plan["cells"], plan["steps"])
+    assert again["errors"]["root_x"] < 1e-15
