@@ -362,3 +362,16 @@ def test_a_space_that_keeps_something_can_be_pickled() -> None:
     again = pickle.loads(pickle.dumps(space))
     assert_array_equal(again.knots, space.knots)
     assert again.__dict__.keys() == {"degree", "knots", "weights"}
+
+
+def test_tables_of_one_space_are_shared_and_cannot_be_altered() -> None:
+    space = line.uniform(6)
+    found, anew = line.gauss_table(space, 3, 2), line.tabulate(space, 3, 2)
+    assert line.gauss_table(space, 3, 2) is found
+    assert line.gauss_table(space, 4, 2) is not found
+    for name in ("values", "nodes", "weights", "points"):
+        assert_array_equal(getattr(found, name), getattr(anew, name))
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(found, name)[0] = 0
+    anew.values[:] = 0.0  # that of `tabulate` is the caller's own
+    assert found.values.any()

@@ -127,3 +127,12 @@ def test_orders_of_unknowns_give_the_same_matrix() -> None:
     assert_array_equal(given.toarray(), A)
     square, order = A[:, :4], np.array([3, 0, 2, 1])
     assert_array_equal(matrices.permuted(csr_array(square), order, True).toarray(), square[order][:, order])
+
+
+def test_bands_become_the_matrix_they_were_made_of() -> None:
+    """In the order of the unknowns, without entries for zeros."""
+    A = np.array([[4.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 2.0], [0.0, 0.0, 3.0, -1.0], [0.0, 2.0, -1.0, 5.0]])
+    order = np.array([0, 1, 3, 2])
+    found = matrices.from_lower_band(matrices.lower_band(csr_array(A), np.argsort(order), 1), order)
+    assert_array_equal(found.toarray(), A)
+    assert found.nnz == np.count_nonzero(A)

@@ -310,7 +310,7 @@ def arc_length_table(
 
     of a line with reference coordinates (b, c) [m] at `points` Gauss points p a cell. Only the first two derivatives are converted.
     """
-    table = line.tabulate(space, points, derivatives)
+    table = line.gauss_table(space, points, derivatives)
     gradients = np.einsum("epkb,ebc->epkc", table.values, reference[table.nodes])
     first, second = gradients[:, :, 1], gradients[:, :, 2]
     J = np.linalg.norm(first, axis=2)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from ..core.algebra.linalg import distinct, is_zero, narrowed
+from ..core.algebra.linalg import distinct, is_zero, narrowed, rows_at
 from ..core.compiling.structs import Routine
 from ..core.errors import InputError, say
 from ..systems import evaluation, work
@@ -138,6 +138,8 @@ def on_samples(
     x, v, a = (np.ascontiguousarray(part) for part in (x, v, a))
     held = np.zeros((len(times), model.constraints)) if multipliers is None else np.ascontiguousarray(multipliers)
     before, after = span or (times, times)
+    # drives are evaluated in Python: the same instants are asked for once
+    signals = signal_table(model.system, times)
     samples = Samples(
         space=model.evaluation[0].space,
         arrays=model.arrays,
@@ -146,9 +148,9 @@ def on_samples(
         v=v,
         a=a,
         multipliers=held,
-        signals=signal_table(model.system, times),
-        before=signal_table(model.system, before),
-        after=signal_table(model.system, after),
+        signals=signals,
+        before=signal_table(model.system, before) if span else signals,
+        after=signal_table(model.system, after) if span else signals,
         span=after - before,
         memory=memories(model, times, x, v, a, memory),
         out=np.zeros((len(times), width)),
@@ -304,7 +306,7 @@ def read_sensors(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.nda
     if (trace := trajectory.trace) is not None:
         return trace.values, trace.rates, trace.accelerations
     rows = rows_read(system)
-    matrix, used = remembered(system, "sensors", lambda: narrowed(system.sensors.matrix[rows]))
+    matrix, used = remembered(system, "sensors", lambda: narrowed(rows_at(system.sensors.matrix, rows)))
     y, rate, change = (np.asarray(matrix @ part[:, used].T).T for part in (trajectory.x, trajectory.v, trajectory.a))
     return y + system.sensors.offset[rows], rate, change
 

@@ -9,7 +9,7 @@ Book, 2nd ed., doi:10.1007/978-3-642-59223-2.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -51,9 +51,9 @@ __all__ = [
 class Keeping:
     """A space that keeps what follows from it: it never changes, and bodies of one mesh ask the same several times."""
 
-    def keep(self: S, name: str, make: Callable[[S], Found]) -> Found:
+    def keep(self: S, name: Hashable, make: Callable[[S], Found]) -> Found:
         """What `make` finds of the space, once. Nobody writes to it; copies and pickles are made of the fields alone."""
-        known: dict[str, Any] = self.__dict__.setdefault(KEPT, {})
+        known: dict[Hashable, Any] = self.__dict__.setdefault(KEPT, {})
         if name not in known:
             known[name] = make(self)
         found: Found = known[name]
@@ -187,6 +187,18 @@ def _(space: BSpline | Hermite, points: int = 4, derivatives: int = 2) -> Table:
     found = in_cells(space, np.repeat(np.arange(len(nodes)), points), xi.ravel(), derivatives)
     values[:, :, : derivatives + 1] = found.reshape(len(nodes), points, -1, nodes.shape[1])
     return Table(values, nodes, half * gauss, xi, space.count)
+
+
+def gauss_table(space: BSpline | Hermite, points: int, derivatives: int) -> Table:
+    """The table of `tabulate`, read-only: bodies over one space share it."""
+
+    def make(space: BSpline | Hermite) -> Table:
+        table = tabulate(space, points, derivatives)
+        for array in (table.values, table.weights, table.points):
+            frozen(array)
+        return table
+
+    return space.keep(("table", points, derivatives), make)
 
 
 # ---------------------------------------------------------------------------------------------------------- evaluation

@@ -216,6 +216,9 @@ def places_of(kind: str, items: Iterable[Joint | Load]) -> Iterator[tuple[str, A
 
 def springs(parts: list[Body], dim: int) -> csr_array:
     """Constant stiffness K (q, q) [N/m] of all bodies, alike in every component."""
+    if all(part.stiffness is None for part in parts):
+        size = dim * sum(len(part.reference) for part in parts)
+        return csr_array((size, size))
     own = [csr_array(part.mass.shape) if part.stiffness is None else part.stiffness for part in parts]
     return diagonal([alike(matrix, dim) for matrix in own])
 

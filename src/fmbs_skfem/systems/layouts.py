@@ -133,10 +133,9 @@ class Layout:
         if self.dense:
             return W.copy()
         if self.storage is Storage.BAND:
-            found = from_lower_band(W)
-        else:
-            # one half is stored, since factors read no other
-            found = mirrored(csr_array((W[0], self.pattern.indices, self.pattern.indptr), shape=self.pattern.shape))
+            return from_lower_band(W, self.order)
+        # one half is stored, since factors read no other
+        found = mirrored(csr_array((W[0], self.pattern.indices, self.pattern.indptr), shape=self.pattern.shape))
         return csr_array(found[self.place][:, self.place])
 
 
@@ -207,7 +206,8 @@ def coupling(system: System, parts: Pieces, pairs: np.ndarray) -> csr_array:
     if len(pairs):
         probes, (i, j) = abs(as_csr(system.probes.matrix)), pairs.T
         pattern = pattern + probes.T @ csr_array((np.ones(len(i)), (i, j)), shape=(probes.shape[0],) * 2) @ probes
-    pattern = as_csr(pattern + pattern.T)
+        pattern = pattern + pattern.T  # that of pairs alone may be unsymmetric
+    pattern = as_csr(pattern)
     pattern.eliminate_zeros()
     return pattern
 
@@ -216,8 +216,7 @@ def massless(system: System, parts: Pieces) -> bool:
     """Whether unknowns have neither mass nor elastic energy, as axes of thin rigid parts: only joints determine them."""
     read = distinct(np.concatenate([np.zeros(0, np.int64), *(terms.couplings(one).ravel() for one in parts.storages)]))
     # what an elastic energy reads has a stiffness: no pivot of W is zero there
-    rows = parts.matrix[read] if isinstance(parts.matrix, np.ndarray) else rows_at(parts.matrix, read)
-    held = distinct(nonzeros(rows)[1])
+    held = distinct(nonzeros(rows_at(parts.matrix, read))[1])
     return prepare(system).find("massless", (system.mass, system.metric, held.tobytes()), lambda: weightless(system, held))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from ..core.algebra.linalg import Array, as_csr, entries, mirrored, rows_at
+from ..core.algebra.linalg import Array, as_csr, entries, rows_at
 from .kernels import Csr, Operator
 
 
@@ -111,10 +111,13 @@ def lower_band(A: csr_array | np.ndarray, place: np.ndarray, width: int) -> np.n
     return band
 
 
-def from_lower_band(band: np.ndarray) -> csr_array:
-    """The symmetric sparse array (n, n) of a lower band (n, d + 1), band[j, i - j] = A[i, j]."""
-    n, width = band.shape
-    j = np.repeat(np.arange(n), width)
-    i = j + np.tile(np.arange(width), n)
-    inside = i < n
-    return mirrored(csr_array((band.ravel()[inside], (i[inside], j[inside])), shape=(n, n)))
+def from_lower_band(band: np.ndarray, order: np.ndarray) -> csr_array:
+    """The symmetric sparse array (n, n) of a lower band (n, d + 1), band[j, i - j] = A[i, j], whose place k is unknown order[k]."""
+    n = len(band)
+    j, below = np.nonzero(band)
+    on = j + below < n
+    j, below = j[on], below[on]
+    i, values, off = order[j + below], band[j, below], below > 0
+    j = order[j]
+    places = np.concatenate([i, j[off]]), np.concatenate([j, i[off]])
+    return csr_array((np.concatenate([values, values[off]]), places), shape=(n, n))
