@@ -48,7 +48,7 @@ schema: 1
 dimension: 2
 bodies:
   arm:
-    {type: cable, mesh: MESH, degree: 5, continuity: 4, section: {shape: rectangular, width: 20 mm, height: 6 mm},
+    {type: cable, mesh: MESH, degree: 5, continuity: 3, section: {shape: rectangular, width: 20 mm, height: 6 mm},
      material: {young_modulus: 70 GPa, density: 2700}}
 joints: {shoulder: {type: pin, at: arm.left}}
 loads: {spring: {type: torsion_spring, at: arm.left, stiffness: 60, damping: 8, rest_angle: 1.0}}

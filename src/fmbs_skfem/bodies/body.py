@@ -32,6 +32,7 @@ from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Table
 from .cable_law import curvatures
+from .cable_points import degree_of, points_of
 from .laws import Law
 from .sections import Given, Material, Section, positive
 from .spare_shapes import MissingShapes
@@ -216,8 +217,8 @@ def cable(
 
     `group` picks a named group of lines; `origin` (c,) [m] and `rotation` (c, c) place the mesh, x -> origin + rotation x. Straight
     polylines stay straight, others become a smooth spline through the mesh points; one that is curved in space is `limp`, and said
-    to be. `points` is the number of quadrature points a cell, `degree` by default: for cubics three points differ from exact
-    integration by 6e-11 of the response. `law` is one of r' and r''; `numbers` are those of its section beside EA, EI and kappa0.
+    to be. `points` is the number of quadrature points a cell, see `cable_points` for that by default and those that are refused.
+    `law` is one of r' and r''; `numbers` are those of its section beside EA, EI and kappa0.
     """
     if not ancf and (degree < 2 or not 1 <= continuity < degree):
         got, remedy = f"degree {degree}, continuity {continuity}", "bending needs a slope without jumps"
@@ -234,7 +235,7 @@ def cable(
     reference = line.fit(space, curve)
     data = section.stiffness(material)
     places = curves.named_points(mesh, order, breaks)
-    points, numbers = points or order_of(space), numbers or {}
+    points, numbers = points_of(f"body '{name}'.points", space, points), numbers or {}
     require_line_law(name, law, dim, numbers)
     made = partial(cable_numbers, space, reference, data, law, numbers, points)
     cells = Cells.later(law, np.ascontiguousarray(line.functions(space).T * dim), dim, points, made)
@@ -326,7 +327,7 @@ def mass_matrix(space: line.BSpline | line.Hermite, reference: np.ndarray, densi
 
     One Gauss point a cell more than the degree has: exact where |dr0/dxi| is constant in a cell.
     """
-    table, values, weights = arc_length_table(space, reference, order_of(space) + 1, 1)
+    table, values, weights = arc_length_table(space, reference, degree_of(space) + 1, 1)
     blocks = density * np.einsum("epb,epd,ep->ebd", values[:, :, 0], values[:, :, 0], weights)
     return scatter_blocks(blocks, table.nodes, table.count)
 
@@ -490,8 +491,3 @@ def without_round_off(row: csr_array) -> csr_array:
     row.data[np.abs(row.data - 1.0) <= ROUND_OFF] = 1.0
     row.eliminate_zeros()
     return row
-
-
-def order_of(space: line.BSpline | line.Hermite) -> int:
-    """Polynomial degree of a line."""
-    return space.degree if isinstance(space, line.BSpline) else 3

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Hashable
-from typing import Any, TypeVar
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.polynomial import legendre, polynomial
@@ -149,6 +149,11 @@ def _breaks(space: BSpline) -> Floats:
 @breaks.register
 def _(space: Hermite) -> Floats:
     return space.breaks
+
+
+def is_smooth(space: BSpline | Hermite) -> TypeGuard[BSpline]:
+    """Whether a line is of B-splines without weights that are as smooth at every break as their degree allows, C^(degree - 1)."""
+    return isinstance(space, BSpline) and space.weights is None and space.count == len(breaks(space)) - 1 + space.degree
 
 
 def functions(space: BSpline | Hermite) -> Ints:

@@ -31,9 +31,7 @@ SMALL = 0.05  #: of the length of its cell: weights below it bring back the poin
 
 def locks(space: line.BSpline | line.Hermite) -> bool:
     """Whether a line is a C2 cubic B-spline without weights."""
-    if not isinstance(space, line.BSpline) or space.weights is not None:
-        return False
-    return space.degree == POINTS and space.count == len(line.breaks(space)) + 2
+    return line.is_smooth(space) and space.degree == POINTS
 
 
 def axial_shares(space: line.BSpline | line.Hermite, table: Table, ratio: float) -> Floats:
