@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import field
 from functools import cache, partial
-from itertools import pairwise
 from pathlib import Path
 from threading import Lock
 from typing import Annotated, Any, TypeAlias
@@ -421,8 +420,8 @@ def arc_lengths(body: Body) -> tuple[np.ndarray, np.ndarray]:
 
     Eight intervals a cell, on each of which Simpson's rule integrates |dr0/dxi|.
     """
-    fine = np.concatenate([np.linspace(a, b, 9)[:-1] for a, b in pairwise(line.breaks(body.space))])
-    fine = np.append(fine, line.breaks(body.space)[-1])
+    breaks = line.breaks(body.space)
+    fine = np.append(np.linspace(breaks[:-1], breaks[1:], 9)[:-1].T, breaks[-1])
     speed, middle = (
         np.linalg.norm(own(body, line.sample(body.space, xi, 1)) @ body.reference, axis=1)
         for xi in (fine, 0.5 * (fine[1:] + fine[:-1]))
