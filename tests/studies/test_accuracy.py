@@ -107,6 +107,9 @@ def test_the_command_shows_errors(tmp_path: Path) -> None:
 def test_a_check_plans_nothing(tmp_path: Path) -> None:
     called = fmbs("check", scene(tmp_path, SWING % "1e-6", RAMP))
     assert called.code == 0
+    assert "accuracy 1e-06 of the range: what the scene leaves open of step and cells is found when it runs" in " ".join(
+        called.out.split()
+    )
 
 
 @pytest.mark.parametrize(

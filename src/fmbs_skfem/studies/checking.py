@@ -75,10 +75,13 @@ def check_scene(job: Job, scene: Scene) -> Check:
         "estimates": estimates.estimates(scene, raw, reduced),
         "outputs": [column for output in raw.outputs.values() for column in output.columns],
         "notices": job.notices,
+        **({"accuracy": job.unplanned} if job.unplanned else {}),
     }
     reports.write_report(jobs.settle_folder(job, [NAME], report["fingerprint"], NAME), report, NAME)
     about = f"{report['scene']}: {raw.size} coordinates, {counted.mobility} degrees of freedom of rigid bodies"
-    return Check(about=about, report=report, lines=view(report), scene=scene, system=reduced, mechanism=counted)
+    found = "what the scene leaves open of step and cells is found when it runs; the estimates count with some step and its meshes"
+    lines = [*view(report), *([f"accuracy {job.unplanned}: {found}"] if job.unplanned else [])]
+    return Check(about=about, report=report, lines=lines, scene=scene, system=reduced, mechanism=counted)
 
 
 def compare_checksums(job: Job) -> Result:

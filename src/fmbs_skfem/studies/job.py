@@ -85,6 +85,7 @@ class Job:
     compiled: list[str] = field(default_factory=list)  #: functions whose compilation has begun
     accuracy: str | float | None = None  #: errors that outputs may have, in place of those of the scene
     plan: Planned | None = None  #: what was found for an accuracy
+    unplanned: str = ""  #: an accuracy for which nothing was found
     warned: str = ""  #: the first warning about a result, where warnings are to be errors
 
     def hear_compilation(self, name: str) -> None:
@@ -255,6 +256,7 @@ def plan(job: Job, scene: Scene, plans: bool) -> Scene:
         expected, remedy = "an accuracy, for which the step is found", "add accuracy: 1e-3, or --accuracy 1e-3"
         raise InputError(say(f"{where(scene, 'analysis')}: accuracy", expected, "none beside step: auto", remedy))
     if not plans:
+        job.unplanned = str(analysis.accuracy or "")
         return scene.chosen(None, None)
     job.plan = planned.find(scene, job.allow_outside, job.progress("choosing step and mesh"))
     return job.plan.scene(scene)
