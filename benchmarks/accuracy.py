@@ -1,6 +1,7 @@
 """True errors of scenes that ask for an accuracy, and what finding step and mesh costs.
 
     python benchmarks/accuracy.py [--accuracy 1e-2,1e-3] [--log] [NAMES]
+    python benchmarks/accuracy.py --front NAMES
 
 Thirty-odd mechanisms of beams, rigid bodies, stops, contact, tables and drives. Every one is planned for every accuracy, run so,
 and held against a run of four times the cells of its finest plan and four times the steps. Costs are CPU seconds of one BLAS
@@ -31,6 +32,7 @@ from fmbs_skfem.studies.planning.pilots import ScenePilots
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
+DOCS = ROOT / "docs"
 MESH = ROOT / "meshes" / "beam_20.msh"  #: one metre along x, left to right
 PLASTIC = "{young_modulus: 1 GPa, density: 1800 kg/m^3}"
 STEEL = "{young_modulus: 210 GPa, density: 7850 kg/m^3}"
@@ -396,6 +398,66 @@ def main(names: Sequence[str] = (), wanted: Sequence[float] = (1e-2, 1e-3), log:
     return rows
 
 
+CELLS, STEPS = (2, 3, 4, 6, 8, 12, 16, 24), (200, 400, 800, 1600, 3200, 6400)  #: full models of a picture
+
+
+def front(name: str, wanted: Sequence[float] = (1e-2, 1e-3, 1e-4), repeats: int = 3) -> Path:
+    """A picture of full models with all cells and steps, and of what plans choose: CPU beside true error, parts of the ranges.
+
+    The reference has 48 cells and four times the steps of the finest one. CPU seconds are the least of `repeats` calls of the
+    integration and its outputs.
+    """
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(7.2, 4.6), layout="constrained")
+    with tempfile.TemporaryDirectory() as folder, threadpool_limits(limits=1, user_api="blas"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        _, scene = next(of_names([name], Path(folder)))
+        pilots = ScenePilots(wanting(scene, 1.0 - 1e-9))
+        pilots.system(4)
+        plans = [planned.find(wanting(scene, accuracy)) for accuracy in wanted]
+        finest = max([*STEPS, *(plan.steps for plan in plans)])
+        reference = pilots.run(48, 4 * finest)
+
+        def point(cells: int, steps: int) -> tuple[float, float] | None:
+            tries = [timed(pilots, cells, steps) for _ in range(repeats)]
+            found = tries[0][1]
+            return (
+                None if found is None else (min(seconds for seconds, _ in tries), float(pilots.differ(found, reference)[0].max()))
+            )
+
+        for number, cells in enumerate(CELLS):
+            known = [one for steps in STEPS if (one := point(cells, steps)) is not None]
+            if known:
+                axes.loglog(
+                    *zip(*known, strict=True), "o-", ms=3, lw=0.8, color=plt.cm.viridis(number / len(CELLS)), label=f"{cells} cells"
+                )
+        for accuracy, plan in zip(wanted, plans, strict=True):
+            if (one := point(plan.cells or 0, plan.steps)) is not None:
+                axes.axhline(accuracy, color="0.8", lw=0.8, zorder=0)
+                axes.loglog(
+                    *one, "*", ms=13, color="#D55E00", zorder=5, label="chosen for an accuracy" if accuracy == wanted[0] else None
+                )
+                axes.annotate(
+                    f"{accuracy:g}: {plan.cells} cells, {plan.steps} steps",
+                    one,
+                    xytext=(8, 6),
+                    textcoords="offset points",
+                    fontsize=8,
+                )
+    axes.set_xlabel("CPU of a run [s]")
+    axes.set_ylabel("largest true error of an output, part of its range")
+    axes.set_title(
+        f"{name.removeprefix('example_')}: full models of 200 to 6400 steps, and those that accuracies choose", fontsize=10
+    )
+    axes.legend(fontsize=8, ncols=2, frameon=False)
+    axes.grid(alpha=0.3)
+    path = DOCS / f"accuracy_{name.removeprefix('example_')}.png"
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
+    return path
+
+
 def page(rows: Sequence[Row]) -> str:
     """All rows as a table, below a sentence."""
     told = [row for row in rows if not row.why_not]
@@ -412,5 +474,9 @@ if __name__ == "__main__":
     asked.add_argument("names", nargs="*")
     asked.add_argument("--accuracy", default="1e-2,1e-3")
     asked.add_argument("--log", action="store_true")
+    asked.add_argument("--front", action="store_true", help="draw full models and plans of the scenes named")
     given = asked.parse_args()
+    if given.front:
+        print(*(front(name) for name in given.names), sep="\n")
+        raise SystemExit
     main(given.names, [float(one) for one in given.accuracy.split(",")], given.log)
