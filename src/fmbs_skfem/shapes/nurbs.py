@@ -163,7 +163,7 @@ def local_functions(spline: line.BSpline, ties: Mapping[int, float]) -> tuple[In
     direction, both tied, go round.
     """
     p, last = spline.degree, spline.count - 1
-    functions = line.functions(spline)
+    functions = line.functions(spline).copy()  # which is kept, and read-only
     shares = np.tile(np.eye(p + 1), (len(functions), 1, 1))
     begins, finishes = functions[:, 0].copy(), functions[:, -1].copy()
     for k, t in ties.items():
