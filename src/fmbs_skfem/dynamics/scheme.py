@@ -140,7 +140,7 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compile
     slow = newton.slow if newton.slow is not None else LAZY if has_dear_factors(model) else BRISK
     am, af, gamma, beta = scheme.coefficients
     control = newton.tolerance * system.scale, newton.iterations, slow, round_off(system)
-    return of_length(Method(0.0, am, af, gamma, beta, 0.0, 0.0, 0.0, *control, 0.0, True, model.pattern is not None), h)
+    return of_length(Method(0.0, am, af, gamma, beta, 0.0, 0.0, 0.0, *control, 0.0, True, True, model.pattern is not None), h)
 
 
 def of_length(method: Method, h: float) -> Method:

@@ -149,7 +149,7 @@ class Lengths:
         each = [packed(of_length(self.whole.step.method, span / 2**halvings)) for halvings in range(HALVINGS + 1)]
         for table, (halvings, judging) in zip(self.tables, TRIALS, strict=True):
             put(table, METHOD, each[halvings])
-            table[JUDGING] = judging
+            table[JUDGING], table[AGAIN] = judging, False
 
     def find_signals(self, _: int, place: int) -> None:
         """Signals at the ends of all parts of a trial in a row of the job."""
@@ -170,4 +170,4 @@ def addresses(arrays: Sequence[np.ndarray]) -> np.ndarray:
 
 
 METHOD, JOB, LEVELS = (place_of(Step, name) for name in ("method", "job", "levels"))
-JUDGING = METHOD + place_of(Method, "judging")
+JUDGING, AGAIN = (METHOD + place_of(Method, name) for name in ("judging", "again"))

@@ -26,6 +26,7 @@ class Method(NamedTuple):
     floor: float  #: round-off of q [m]
     sharp: float  #: remaining error of q over the second difference of q'' [s2]
     judging: bool  #: whether steps are refused where forces begin or end too fast, something is passed through, or corrections grow
+    again: bool  #: whether a step that failed is tried once more, from a straight way
     trusting: bool  #: whether a contraction of steps before may be relied on
 
 
