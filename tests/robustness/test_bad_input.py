@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import pickle
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.families import parametric_model
 from fmbs_skfem.reduction import files
 from fmbs_skfem.reduction.hyper import ecsw
+from fmbs_skfem.results.rendering import painter
 from tests.cli import test_check, test_run
 from tests.cli.calls import fmbs
 from tests.dynamics import test_diagnosis, test_failures
@@ -367,7 +367,7 @@ def test_row_44_no_opengl_keeps_the_numbers(tmp_path: Path, monkeypatch: pytest.
     dying = tmp_path / "python"
     dying.write_text("#!/bin/sh\nkill -SEGV $$\n")
     dying.chmod(0o755)
-    monkeypatch.setattr(sys, "executable", str(dying))
+    monkeypatch.setattr(painter, "COMMAND", (str(dying), *painter.COMMAND[1:]))
     done = fmbs("render", beam(tmp_path), "--out", tmp_path / "out", "--json")
     assert done.code == 7, done.err
     assert (done.json["status"], done.json["reason"]) == ("error", "missing feature")
