@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"
 STEPS, RELATIVE, FLOOR = 40, 1e-9, 1e-16  #: below FLOOR numbers are round-off of coordinates of size 1
 #: keys of times, of what follows from them, of the machine, and of hashes of files in which times stand
-PASSING = re.compile(r"(?!.*per_s$).*_u?s|(cpu_s|pays|OUT).*|choice|front|overhead|cost_over_full|versions|machine|threads|sha256")
+PASSING = re.compile(r"(?!.*per_s$).*_u?s|(cpu_s|pays|OUT).*|choice|front|overhead|speedup|versions|machine|threads|sha256")
 TIMES = re.compile(r"[-+.e\d]+ +(?=(ms|s|min|h)\b)|^[\da-f]{64} ")  #: the same in words
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*(e[-+]?\d+)?|inf|nan)")
 PROGRESS = re.compile(r"^(first run: compiling|.*\d+% after ).*\n?", re.MULTILINE)

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.reduction.accuracy.costs import Payoff
 from fmbs_skfem.studies import greedy_training as training
 
 from .calls import fmbs
@@ -60,13 +61,18 @@ def test_a_model_that_is_slower_than_the_full_one_is_told_with_what_pays() -> No
     """Times are given here: 0.05 s of the full model, 0.02 s and 0.1 s of those of the first and the second full run."""
     order: Any = SimpleNamespace(tolerance=1e-2)
     found: Any = SimpleNamespace(full_runs=(SimpleNamespace(cpu_s=0.05), SimpleNamespace(cpu_s=0.07)))
+    found.models = (SimpleNamespace(training_s=0.01),)
     checked = rows((0.02, 3.5e-3), (0.1, 1e-6))
-    cost = training.find_cost(found, checked)
-    assert cost == pytest.approx(2.0)
-    told = r"it takes 2 times as long .*\(fmbs sweep SCENE\), or train with --iterations 1, whose model takes 0\.4 of the time"
+    payoff = training.find_payoff(found, checked, 0.3)
+    assert payoff.speedup == pytest.approx(0.5)
+    assert payoff.training_s == 0.3
+    assert training.find_payoff(found, checked, 0.1).training_s == pytest.approx(0.05 + 0.07 + 0.01)  # of a training that went on
+    told = r"0\.5 times as fast .*\(fmbs sweep SCENE\), or train with --iterations 1, whose model is 2\.5 times as fast"
     with pytest.warns(Notice, match=told):
-        training.warn_of_cost(order, cost, checked)
-    with pytest.warns(Notice, match=r"fmbs sweep SCENE\)$"):
-        training.warn_of_cost(order, cost, rows((0.02, 3.5e-2), (0.1, 1e-6)))
-    for silent in (0.9, math.nan):
-        training.warn_of_cost(order, silent, checked)
+        training.warn_of_cost(order, payoff, checked)
+    for other in ((0.02, 3.5e-2), (0.04, 3.5e-3)):  # too rough, too slow
+        with pytest.warns(Notice, match=r"fmbs sweep SCENE\)$"):
+            training.warn_of_cost(order, payoff, rows(other, (0.1, 1e-6)))
+    with pytest.warns(Notice, match="a run of it fails"):
+        training.warn_of_cost(order, Payoff(0.05, 0.3, math.nan), checked)
+    training.warn_of_cost(order, Payoff(0.05, 0.3, 0.03), checked)

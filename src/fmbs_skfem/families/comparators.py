@@ -23,13 +23,14 @@ import contextlib
 import functools
 import math
 import time as clock
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
 
 from ..core.errors import FmbsError, InputError, say
-from ..core.notices import Progress
+from ..core.notices import Notice, Progress
 from ..core.storage.records import dataclass
 from ..reduction import affine, full_runs, parameters, reduced_models
 from ..reduction.accuracy.output_errors import OutputError
@@ -107,7 +108,8 @@ def compile_training(task: TrainingTask) -> None:
     case = task.family(values)
     short = replace(case, duration=3 * case.scheme.step)
     few = replace(task, family=lambda _: short, interval=case.scheme.step)
-    with contextlib.suppress(FmbsError):  # the comparators themselves say what fails
+    with contextlib.suppress(FmbsError), warnings.catch_warnings():  # the comparators themselves say what fails
+        warnings.simplefilter("ignore", Notice)
         model = reduced_models.make_model(few, [full_runs.full_run(few, values)])
         motion = reduced_models.run_reduced(few, model.cases(values))
         reduced_models.indicator(few, motion, values)

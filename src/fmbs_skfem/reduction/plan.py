@@ -27,6 +27,7 @@ SHARP = 1e-6  #: Newton tolerance of the training run over sqrt(eps)
 # was 5e-7 late at its end
 ENOUGH = 2e-5  #: Newton tolerance of a reduced run over sqrt(eps)
 FINEST = 1e-13  #: smallest Newton tolerance asked for
+USUAL = 1e-12  #: eps where nothing is said
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Plan:
     """
 
     components: Components
-    tolerance: float = 1e-12  #: eps of equation (14)
+    tolerance: float = USUAL  #: eps of equation (14)
     modes: ModeCounts = None  #: instead of eps, for all components or by name
     hyper: HyperReduction = NONE  #: how elastic forces are evaluated
     eliminate: bool = False  #: linear constraints between components

@@ -81,9 +81,12 @@ class Initial:
 
 @dataclass(frozen=True)
 class HyperReduction:
-    """How elastic forces are evaluated: ECSW with relative tolerance eta over elements or points, or another way by its name."""
+    """How elastic forces are evaluated: ECSW with relative tolerance eta over elements or points, or another way by its name.
 
-    tolerance: Tolerance = 1e-3
+    Without a `tolerance` `fmbs reduce` finds it for the accuracy of the analysis; without an accuracy it is 1e-3.
+    """
+
+    tolerance: Tolerance | None = None
     sample: Annotated[str, word(hyper_reduction.KNOWN)] = "points"
 
 
@@ -92,12 +95,13 @@ class Reduction:
     """POD of snapshots taken every `snapshots` seconds, or span by span; without `components` every body is one.
 
     An invariant `basis` holds with a state all its rotations: its modes are vectors and do not know the training's directions.
+    Without `tolerance` and `modes` `fmbs reduce` finds eps for the accuracy of the analysis; without an accuracy it is 1e-12.
     """
 
     snapshots: fields.Snapshots
     components: Annotated[dict[str, list[str]] | None, "names, each with a list of bodies"] = None
     basis: Literal["coordinates", "invariant"] = "coordinates"
-    tolerance: Tolerance = 1e-12
+    tolerance: Tolerance | None = None
     modes: fields.Counts | None = None
     hyper_reduction: HyperReduction | None = field(default_factory=HyperReduction)
     constraints: Literal["keep", "eliminate"] = "keep"

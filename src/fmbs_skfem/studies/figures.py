@@ -20,6 +20,7 @@ from ..systems.connections.joints import Pin, Revolute, Slider
 from ..systems.measures import probes
 from ..systems.measures.probes import AngularVelocity, Position
 from . import job as jobs
+from . import plans
 from .result import Figures
 
 if TYPE_CHECKING:
@@ -147,7 +148,7 @@ def singular_values(scene: Scene, study: Comparison) -> Figure:
     found = spectra(study)
     kept = {name: basis.modes.shape[1] for name, basis in found.items()}
     values = {name: basis.singular_values[basis.singular_values > 0][: 3 * max(kept.values())] for name, basis in found.items()}
-    eps = scene.reduction.tolerance if scene.reduction and scene.reduction.modes is None else None
+    eps = plans.plan(scene).tolerance if scene.reduction and scene.reduction.modes is None else None
     return plots.singular_values(values, kept, eps)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import functools
 import math
 import shutil
+import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -21,7 +22,8 @@ from ..families import comparators, greedy, parametric_model, prediction
 from ..families import training as trainings
 from ..families import training_store as store
 from ..reduction import files, parameters, reduced_models
-from ..reduction.full_runs import OutputMeasure, TrainingTask
+from ..reduction.accuracy.costs import FAST, Payoff
+from ..reduction.full_runs import Measure, OutputMeasure, TrainingTask
 from ..scenes import build, points
 from ..scenes.training_options import Allowed
 from . import holdouts, models, plans, reports
@@ -60,6 +62,8 @@ class TrainingOrder:
         """What errors are, in words."""
         if self.task.measure is None:
             return "error of the displacements over their size"
+        if isinstance(self.task.measure, plans.AccuracyMeasure):
+            return "error of the outputs over the accuracy"
         return "error of the outputs over their tolerances" if self.allowed else "error of the outputs over their ranges"
 
 
@@ -80,7 +84,7 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool)
         comparators.compile_training(order.task)
     made = {"fingerprint": reports.fingerprint(order.scene), "provenance": reports.provenance(order.scene), "notices": job.notices}
     try:
-        advance, place = job.progress("training"), out / STORE if out else None
+        advance, place, begun = job.progress("training"), out / STORE if out else None, clock.process_time()
         found = trainings.train(order.task, order.search, order.options, place, order.tolerance, advance, True, trainings.CHECKS)
     except NoModel as error:
         report = {**describe_error(error), **heading(order), **made}
@@ -88,23 +92,27 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool)
         error.result = Result(about=str(error), report=report, lines=list_files(report))
         raise
     model = make_product(order, found)
+    spent = clock.process_time() - begun
     if out is not None:
         save_model(model, out)
     checked = holdouts.check(job, order, found, model, compare) if len(order.points.holdout) else None
-    doubts, cost = find_doubts(order, found, checked), find_cost(found, checked)
-    warn_of_cost(order, cost, checked)
+    doubts, payoff = find_doubts(order, found, checked), find_payoff(found, checked, spent)
+    warn_of_cost(order, payoff, checked)
     model = replace(model, notes={**model.notes, prediction.DOUBTS: doubts})
     figures = holdouts.figures(order, found, checked)
     report = {
         **report_of(order, found),
-        "status": "no promise" if doubts else "does not pay" if cost >= 1.0 else "ok",
+        "status": "no promise" if doubts else "ok" if payoff.pays else "does not pay",
         "doubts": doubts,
-        "cost_over_full": cost if math.isfinite(cost) else None,
+        **payoff.report,
+        "cpu_s_full": payoff.full_s,
+        "cpu_s": payoff.run_s,
+        "training_s": payoff.training_s,
         **({} if checked is None else {"holdout": holdouts.report_of(order, checked)}),
         **made,
     }
     jobs.deliver(job, report, functools.partial(save_model, model), figures)
-    view: list[ReportTable | str] = [*summarise(report)]
+    view: list[ReportTable | str] = [payoff.words, *summarise(report)]
     if checked is not None:
         view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]
     about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"
@@ -129,14 +137,16 @@ def prepare(
     if compare and not len(chosen.holdout):
         raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))
     allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
-    measure = OutputMeasure(allowed or {}) if scene.outputs else None
+    measure: Measure | None = OutputMeasure(allowed or {}) if scene.outputs else None
+    own = 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
+    if own is None and tolerance is None and job.wanted is not None and scene.outputs:
+        own, measure = plans.tolerance_for(job.wanted)
+    wanted = own if tolerance is None else tolerance
     form = functools.partial(build.chosen_form, scene)
     task = TrainingTask(family, known, plan, interval, form, measure, reports.hash_of_code(scene))
     search = parameters.search(known, chosen.candidates, chosen.samples, chosen.first)
     most = max(section.max_samples, len(search.samples))
     options = greedy.Options(iterations=iterations or section.iterations, max_samples=most, seed=section.seed)
-    own = 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
-    wanted = own if tolerance is None else tolerance
     if tolerance is not None and not 0.0 < tolerance < 1.0:
         raise InputError(
             say("--tolerance", "an error between 0 and 1, a part of the ranges of the outputs", wanted, "1e-4 for instance")
@@ -183,33 +193,35 @@ def find_doubts(order: TrainingOrder, found: FinishedTraining, checked: Checked 
     return prediction.doubts(len(found.full_runs), found.predicted, true, high, order.tolerance, unresolved, off)
 
 
-def find_cost(found: FinishedTraining, checked: Checked | None) -> float:
-    """CPU time of a run of the reduced model over that of the cheapest full run; NaN where it fails."""
+def find_payoff(found: FinishedTraining, checked: Checked | None, spent: float) -> Payoff:
+    """Whether the model pays beside the cheapest full run; `spent` is the CPU time of the training in this process [s].
+
+    Of a training that went on in its folder that is a part: what its stored runs and models have taken counts at least.
+    """
     if checked is not None:
-        spent = checked.last.run_s
+        run_s = checked.last.run_s
     else:
         try:
-            spent = reduced_models.run_reduced(found.task, found.model.cases(found.runs[-1].values)).statistics.cpu_s
+            run_s = reduced_models.run_reduced(found.task, found.model.cases(found.runs[-1].values)).statistics.cpu_s
         except FmbsError:
-            return math.nan
-    return float(spent / min(run.cpu_s for run in found.full_runs))
+            run_s = math.nan
+    full = [run.cpu_s for run in found.full_runs]
+    return Payoff(min(full), max(spent, sum(full) + sum(model.training_s for model in found.models)), run_s)
 
 
-def warn_of_cost(order: TrainingOrder, cost: float, checked: Checked | None) -> None:
+def warn_of_cost(order: TrainingOrder, payoff: Payoff, checked: Checked | None) -> None:
     """Say that a reduced model does not pay, and which one of the training does at the error that is wanted."""
-    if not cost >= 1.0:
+    if payoff.pays:
         return
-    times = f"{cost:.2g} times as long as" if cost >= 1.05 else "as long as"
-    text = f"the reduced model does not pay: a run of it takes {times} the cheapest full run"
     remedy = "sweep with the full model (fmbs sweep SCENE)"
     stages = checked.rows[: checked.models] if checked else ()
     for number, row in enumerate(stages, start=1):
-        share = row.run_s * cost / stages[-1].run_s  # of the cheapest full run
-        if share < 1.0 and row.max_error <= (order.tolerance or math.inf):
-            remedy += f", or train with --iterations {number}, whose model takes {share:.2g} of the time"
+        times = payoff.speedup * stages[-1].run_s / row.run_s
+        if times >= FAST and row.max_error <= (order.tolerance or math.inf):
+            remedy += f", or train with --iterations {number}, whose model is {times:.2g} times as fast"
             remedy += f" and errs by {row.max_error:.2g} at the hold-out points"
             break
-    notify(f"{text}; {remedy}")
+    notify(f"the reduced model does not pay: {payoff.reason}; {remedy}")
 
 
 def record(order: TrainingOrder, found: FinishedTraining) -> dict[str, Any]:

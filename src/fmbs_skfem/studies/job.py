@@ -26,6 +26,7 @@ from .result import Figures, describe_error
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
     from ..scenes import Scene
+    from ..scenes.accuracy import Accuracy
     from ..systems import System
     from .options import JobOptions
     from .planning.planned import Planned
@@ -84,7 +85,8 @@ class Job:
     trajectory: Trajectory | None = None  #: the motion, once there is one
     compiled: list[str] = field(default_factory=list)  #: functions whose compilation has begun
     accuracy: str | float | None = None  #: errors that outputs may have, in place of those of the scene
-    plan: Planned | None = None  #: what was found for an accuracy
+    wanted: Accuracy | None = None  #: the accuracy of the scene that was read, its own or the one in its place
+    plan: Planned | None = None  #: what was found for it
     unplanned: str = ""  #: an accuracy for which nothing was found
     warned: str = ""  #: the first warning about a result, where warnings are to be errors
 
@@ -250,6 +252,7 @@ def plan(job: Job, scene: Scene, plans: bool) -> Scene:
     from .planning import planned
 
     analysis = build.dynamic(scene)
+    job.wanted = analysis.accuracy
     if analysis.accuracy is None and not analysis.open:
         return scene
     if analysis.accuracy is None and plans:

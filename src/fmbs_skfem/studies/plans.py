@@ -2,28 +2,53 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from ..core.errors import InputError, say
+from ..core.storage.records import dataclass
 from ..reduction import NONE, Elements
 from ..reduction.accuracy.comparison import ComparisonOptions
 from ..reduction.cases import Case
-from ..reduction.full_runs import TrainingTask, task_of
+from ..reduction.full_runs import FullRun, Measure, OutputMeasure, TrainingTask, errors_of_outputs, task_of
 from ..reduction.hyper import hyper_reduction
-from ..reduction.plan import Plan, with_components
+from ..reduction.plan import USUAL, Plan, with_components
 from ..scenes import build
+from ..scenes.accuracy import ALL
 
 if TYPE_CHECKING:
     import numpy as np
 
+    from ..dynamics import Trajectory
     from ..scenes import Scene
+    from ..scenes.accuracy import Accuracy
     from ..scenes.analyses.dynamic import Dynamic
     from ..scenes.schema import Reduction
     from ..systems import System
 
 ETAS = (1e-2, 1e-3, 1e-4)  #: tolerances of the hyper-reduction in the picture of speed and error
+SHARE = 0.3  #: of the accuracy of a scene that a reduced model may use up: step and mesh of the full model use most of it
+
+
+@dataclass(frozen=True)
+class Goal:
+    """The accuracy that a reduced model is trained for, and which tolerances follow from it."""
+
+    accuracy: Accuracy
+    eps: bool
+    eta: bool
+
+
+@dataclass(frozen=True)
+class AccuracyMeasure:
+    """e(mu) of the outputs: the largest error over what the accuracy allows; NaN where it bounds no output that is known."""
+
+    accuracy: Accuracy
+
+    def __call__(self, raw: System, run: FullRun, motion: Trajectory) -> float:
+        return max(self.accuracy.parts(errors_of_outputs(raw, run, motion)).values(), default=math.nan)
 
 
 def sections(scene: Scene) -> tuple[Dynamic, Reduction]:
@@ -46,7 +71,7 @@ def plan(scene: Scene) -> Plan:
     hyper = wanted.hyper_reduction
     return Plan(
         components=wanted.components or {name: [name] for name in scene.bodies},
-        tolerance=wanted.tolerance,
+        tolerance=USUAL if wanted.tolerance is None else wanted.tolerance,
         modes=wanted.modes,
         hyper=hyper_reduction.named(hyper.sample, hyper.tolerance) if hyper else NONE,
         eliminate=wanted.constraints == "eliminate",
@@ -83,6 +108,24 @@ def plan_with(
     if hyper is not None:
         found = replace(found, hyper=replace(own, tolerance=hyper) if hyper else NONE)
     return found if sample is None else replace(found, hyper=hyper_reduction.named(sample, found.hyper.tolerance))
+
+
+def goal(scene: Scene, accuracy: Accuracy | None, tolerance: float | None, modes: int | None, hyper: float | None) -> Goal | None:
+    """What a reduced model is trained for, where there is an accuracy: tolerances that neither scene nor options give follow."""
+    if accuracy is None:
+        return None
+    own = sections(scene)[1]
+    sampling = own.hyper_reduction
+    eps = all(given is None for given in (tolerance, modes, own.tolerance, own.modes))
+    return Goal(accuracy, eps, hyper is None and (sampling is None or sampling.tolerance is None))
+
+
+def tolerance_for(accuracy: Accuracy) -> tuple[float, Measure]:
+    """The wanted error of a training for an accuracy, and the measure that it is in."""
+    every = accuracy.bounds.get(ALL)
+    if every is None or every.unit or len(accuracy.bounds) > 1:
+        return SHARE, AccuracyMeasure(accuracy)
+    return SHARE * every.value, OutputMeasure()
 
 
 def task(scene: Scene, raw: System, plan: Plan) -> TrainingTask:

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
+import time as clock
+import warnings
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import reduction
-from ..core.notices import notify
+from ..core.errors import FmbsError
+from ..core.notices import Notice, notify
 from ..core.storage.records import dataclass
-from ..reduction import cases, files
-from ..reduction.accuracy import costs, output_errors
-from ..reduction.accuracy.runs import kept_steps
+from ..families import comparators
+from ..reduction import cases, files, full_runs, reduced_models
+from ..reduction.accuracy import costs, error_budget, output_errors
+from ..reduction.accuracy.costs import Payoff
+from ..reduction.accuracy.runs import PATIENCE, kept_steps, run_fastest
 from ..reduction.plan import newton_for
 from ..scenes import build
 from . import job as jobs
@@ -21,13 +28,18 @@ from .result import ReportTable, Result, format_value
 from .running import compiling
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..dynamics import Trajectory
     from ..reduction.cases import Case
+    from ..reduction.full_runs import TrainingTask
     from ..reduction.plan import Plan
     from ..scenes import Scene
     from ..systems import System
+    from .plans import Goal
 
 
+REPEAT = 2  #: runs of which the fastest counts
 ROUGH = 0.01  #: error over the largest displacement, above which a warning is shown
 
 
@@ -39,19 +51,25 @@ class ReductionResult(Result):
     full: Trajectory
     reduced: Trajectory
     case: Case  #: of the reduced motion
+    payoff: Payoff
 
 
-def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> ReductionResult:
-    """A reduced model of a scene by a plan, saved in a file."""
+def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Goal | None = None) -> ReductionResult:
+    """A reduced model of a scene by a plan, made coarser or finer for a goal, saved in a file."""
     raw = build.system(scene, allow_outside=job.allow_outside)
     if path is not None:
         files.require_savable(raw)
     compiling.announce(job, reduces=True)
-    found = train(job, scene, raw, plan)
+    found = train(job, scene, raw, plan, goal)
     report = found.report
     origin = reports.plain(reports.provenance(scene))
-    facts = [(key, format_value(value)) for key, value in report.items() if key not in ("output_errors", "left_out")]
-    view: list[ReportTable | str] = [ReportTable(f"Reduced model of {report['scene']}", ("", "value"), facts)]
+    facts = [
+        (key, format_value(value))
+        for key, value in report.items()
+        if key not in ("output_errors", "left_out", *found.payoff.report)
+    ]
+    view: list[ReportTable | str] = [found.payoff.words]
+    view += [ReportTable(f"Reduced model of {report['scene']}", ("", "value"), facts)]
     view += tables.left_out(report["left_out"])
     view += tables.output_errors(report["output_errors"])
     if path is not None:
@@ -63,22 +81,36 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan) -> Reduc
     return replace(found, report={**report, **more}, lines=view)
 
 
-def train(job: Job, scene: Scene, raw: System, plan: Plan) -> ReductionResult:
+def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) -> ReductionResult:
     """The reduced system of a full one, and its sizes, cost and errors against it over the training time."""
     task = plans.task(scene, raw, plan)
     own = task.family({})
-    kept = kept_steps(own, task.interval)
-    sharp = replace(own, system=task.form(raw), newton=newton_for(own.newton, plan.tolerance))
+    kept, own_form = kept_steps(own, task.interval), replace(own, system=task.form(raw))
+    comparators.compile_training(task)
+    finest = min(error_budget.LADDER_EPS) if goal and goal.eps else plan.tolerance
+    sharp = replace(own_form, newton=newton_for(own.newton, finest))
     full = job.trajectory = cases.run(sharp, kept, job.progress("full model"))
+    # snapshots are sharper than the scene asks for, and their run takes longer than its own
+    timed = full if full.statistics.cpu_s > PATIENCE else run_fastest(own_form, kept, REPEAT)
+    begun = clock.process_time()
+    if goal:
+        plan = plan_for(goal, task, full, kept)
+        task = replace(task, plan=plan)
     model = reduction.train(task, motion=full).model
+    training_s = clock.process_time() - begun + full.statistics.cpu_s
     case = model.cases({})
-    motion = cases.run(case, kept, job.progress("reduced model"))
+    job.progress("reduced model")
+    motion = run_fastest(case, kept, REPEAT)
+    payoff = Payoff(timed.statistics.cpu_s, training_s, motion.statistics.cpu_s)
     errors = reduction.compare(full, motion)
     if errors.maximum > ROUGH:
         size = f"{errors.maximum:.1%} of the largest displacement"
         notify(f"the reduced model errs by {size} over its own training: take a smaller eps or eta, or more modes")
     wrong = output_errors.compare(full, motion)
     output_errors.warn_of_wrong({name: one.relative for name, one in wrong.items()})
+    judged = goal.accuracy.parts(wrong) if goal else {}
+    if goal and judged:
+        warn_of_share(goal, judged)
     report = {
         "status": "ok",
         "scene": jobs.title(scene),
@@ -92,9 +124,12 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan) -> ReductionResult:
         "hyper_reduction": plan.hyper.name,
         **errors.summary,
         "output_errors": {column: asdict(one) for column, one in wrong.items()},
-        "cpu_s_full": full.statistics.cpu_s,
-        "cpu_s": motion.statistics.cpu_s,
-        "training_s": model.training_s,
+        "accuracy": str(goal.accuracy) if goal else None,
+        "error_over_accuracy": max(judged.values(), default=None),
+        **payoff.report,
+        "cpu_s_full": payoff.full_s,
+        "cpu_s": payoff.run_s,
+        "training_s": payoff.training_s,
         "snnls_s": {selection.component: selection.snnls_s for selection in model.selections},
         "scheme": repr(own.scheme),
         "step": own.scheme.step,
@@ -103,4 +138,33 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan) -> ReductionResult:
         "duration": own.duration,
     }
     about = f"{report['scene']}: {model.system.size} coordinates for {raw.size}, largest relative error {errors.maximum:.1e}"
-    return ReductionResult(about=about, report=report, system=model.system, full=full, reduced=motion, case=case)
+    return ReductionResult(about=about, report=report, system=model.system, full=full, reduced=motion, case=case, payoff=payoff)
+
+
+def plan_for(goal: Goal, task: TrainingTask, full: Trajectory, kept: np.ndarray) -> Plan:
+    """The coarsest plan whose outputs err by at most a share of the accuracy over the full motion, stored after `kept` steps."""
+    data, known = full_runs.run_of_motion(task, full), output_errors.columns(full)
+
+    def error(plan: Plan) -> float:
+        """The largest error over what is wanted; what is told of a trial would be of a model that nobody gets."""
+        mine = replace(task, plan=plan)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Notice)
+            try:
+                case = reduced_models.reduced_case(mine, reduced_models.train_reduction(mine, [data]), {})
+                found = output_errors.compare(full, cases.run(case, kept), known)
+            except FmbsError:
+                return math.inf
+        return max(goal.accuracy.parts(found).values(), default=0.0)
+
+    return error_budget.coarsest(task.plan, error, plans.SHARE, goal.eps, goal.eta)
+
+
+def warn_of_share(goal: Goal, parts: Mapping[str, float]) -> None:
+    """A warning where outputs err by more than their share of the accuracy; `parts` are errors over it, by column."""
+    worst = max(parts, key=lambda column: parts[column])
+    if parts[worst] > plans.SHARE:
+        given = [name for name, free in (("eps", goal.eps), ("eta", goal.eta)) if not free]
+        remedy = f"leave out {' and '.join(given)} to have them found" if given else "take snapshots more often, or ask for less"
+        text = f"the reduced model errs by {parts[worst]:.2g} times the accuracy {goal.accuracy} in {worst}"
+        notify(f"{text}, where {plans.SHARE:g} of it is aimed at; {remedy}")

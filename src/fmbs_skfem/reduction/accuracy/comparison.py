@@ -1,7 +1,7 @@
 r"""Comparison of the models of one system: the full one, then every reduced, coarser and larger-step one, error beside cost.
 
     e_max = max_t |q - (qbar + U xi)|_M / max_t |q - q0|_M,      e_mean,      d = max_t max_S |r - r_full|      (`errors`)
-    training pays after  (training + its full run) / (full run - reduced run)  runs
+    training with its full run pays after so many runs      (`costs.Payoff`)
 
 Models on other meshes have other coordinates: they are compared along the centre lines.
 Planar membranes without stiffness damping have their exact polynomial beside ECSW; another hyper-reduction that
@@ -347,8 +347,7 @@ def add_ratios(records: Sequence[ModelRecord], full_s: float) -> Iterator[ModelR
     system = next((record.multiplications for record in records if record.name == LEVELS[0]), 0)
     for record in records:
         ratio = system / record.multiplications if record.multiplications and system else math.nan
-        gain = full - record.cpu_s
-        pays = (record.training_s + full_s) / gain if record.training_s and gain > 0 else None
+        pays = costs.Payoff(full, record.training_s + full_s, record.cpu_s).runs if record.training_s else None
         yield replace(record, speed_up=ratio, pays_after_runs=pays)
 
 

@@ -1,6 +1,7 @@
-r"""What a model costs: products of matrices by count, and the pieces of its time step by the clock.
+r"""What a model costs: products of matrices by count, the pieces of its time step by the clock, and whether training it pays.
 
     p = sum_b N_b (w r_b + r_b^2),    s = p_system / p                                                          (46), (47)
+    a training pays after  t_training / (t_full - t_reduced)  runs
 
 Scalar multiplications p of the products U^T K U in the reduced tangent K_r, for components b with r_b modes and N_b coordinates
 that the kept cells touch, where K has at most w non-zeros a row.
@@ -10,6 +11,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690, se
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -38,7 +40,59 @@ CLOSE = 0.02  #: difference of the two best measurements that agree
 SOLUTIONS = 5  #: of which one is timed
 TRIES = 5  #: of measurements that contradict each other
 STEP = 1e-3  #: of measurements that do not depend on it [s]
+FAST = 1.5  #: times as fast as the full model, from which a reduced model pays: below that one more full model is no worse
 FORCE_PRODUCTS, TANGENT_PRODUCTS, FORCE, TANGENT, FACTOR, SOLUTION = range(6)  #: pieces of the time step
+
+
+@dataclass(frozen=True)
+class Payoff:
+    """Whether a reduced model pays, by CPU times [s]: of a full run, of the training with its full runs, of a reduced run.
+
+    The time of a reduced run that fails is NaN.
+    """
+
+    full_s: float
+    training_s: float
+    run_s: float
+
+    @property
+    def speedup(self) -> float:
+        """How many times as fast as the full model it is."""
+        return self.full_s / self.run_s
+
+    @property
+    def pays(self) -> bool:
+        """Whether it is so much faster that its training is worth while for many runs."""
+        return self.speedup >= FAST
+
+    @property
+    def runs(self) -> float | None:
+        """Runs after which the training has paid; None where it does not pay."""
+        return self.training_s / (self.full_s - self.run_s) if self.pays else None
+
+    @property
+    def reason(self) -> str:
+        """Why it does not pay; nothing where it does."""
+        if math.isnan(self.speedup):
+            return "a run of it fails"
+        return "" if self.pays else f"{self.speedup:.2g} times as fast as the full model"
+
+    @property
+    def words(self) -> str:
+        """All of that in a line."""
+        full, training, run = map(seconds_in_words, (self.full_s, self.training_s, self.run_s))
+        told = f"does not pay: {self.reason}" if self.runs is None else f"pays from {math.ceil(self.runs)} runs"
+        return f"full: {full} a run; training {training}; reduced {run}: {told}"
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """The same for reports."""
+        return {"pays": self.pays, "pays_after_runs": self.runs, "speedup": self.speedup}
+
+
+def seconds_in_words(seconds: float) -> str:
+    """A time [s] with two digits, in milliseconds below a tenth of a second."""
+    return "-" if math.isnan(seconds) else f"{1e3 * seconds:.2g} ms" if seconds < 0.1 else f"{float(f'{seconds:.2g}'):g} s"
 
 
 def bandwidth(full: System) -> int:

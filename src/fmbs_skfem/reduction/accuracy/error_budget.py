@@ -12,6 +12,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (14), (45), doi 10.1016
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from ...core.errors import FmbsError, InputError, NoModel, say
@@ -31,6 +32,8 @@ TRIALS = 8  #: of eps, and of eta
 UNSTABLE = 1e-3  #: factor to eps where the reduced run fails
 SAFE = 0.5  #: of the eps that just keeps its share
 NAMED = 3  #: outputs that are named where none is good enough
+LADDER_EPS = tuple(10.0**-k for k in range(6, 18, 2))  #: coarser ones err by hundreds of per cent, or have no motion
+LADDER_ETA = tuple(10.0**-k for k in range(2, 6))
 
 
 @dataclass(frozen=True)
@@ -119,6 +122,31 @@ def choose_eta(task: TrainingTask, run: FullRun, tolerance: float, eps: float, t
         eta = clip(0.1 * eta, SMALLEST_ETA, LARGEST_ETA)
     best = min(found, key=lambda eta: found[eta])
     return best, found[best]
+
+
+def coarsest(plan: Plan, error: Callable[[Plan], float], largest: float, eps: bool, eta: bool) -> Plan:
+    """The coarsest plan whose error is at most the `largest`, with eps or eta from their ladders where they are free.
+
+    eps is found first, without sampling where eta is free, then eta; the best one where none is good enough. `error(plan)` is
+    infinite where a reduced model fails.
+    """
+    sampled = eta and plan.hyper.tolerance is not None
+
+    def first(plans: Iterator[Plan]) -> Plan:
+        tried: list[tuple[float, Plan]] = []
+        for one in plans:
+            tried.append((error(one), one))
+            if tried[-1][0] <= largest:
+                return one
+        return min(tried, key=lambda pair: pair[0])[1]
+
+    if eps:
+        hyper = NONE if sampled else plan.hyper
+        chosen = first(replace(plan, tolerance=one, modes=None, hyper=hyper) for one in LADDER_EPS)
+        plan = replace(chosen, hyper=plan.hyper)
+    if sampled:
+        plan = first(replace(plan, hyper=replace(plan.hyper, tolerance=one)) for one in LADDER_ETA)
+    return plan
 
 
 def motion_at(task: TrainingTask, run: FullRun, plan: Plan) -> Trajectory:

@@ -1,0 +1,180 @@
+"""Reduced models where they pay: eps and eta follow from the accuracy of a scene, and reports say first whether training pays."""
+
+from __future__ import annotations
+
+import json
+import math
+import warnings
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fmbs_skfem import studies
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.reduction import NONE, Plan, Points, full_runs, reduced_models
+from fmbs_skfem.reduction.accuracy import error_budget
+from fmbs_skfem.reduction.accuracy.costs import Payoff
+from fmbs_skfem.reduction.full_runs import OutputMeasure
+from fmbs_skfem.studies import greedy_training, plans
+from fmbs_skfem.studies import job as jobs
+
+from ..cli.calls import CANTILEVER, fmbs, scene
+
+REDUCED = CANTILEVER + "reduction: {{snapshots: 2 ms}}\n"
+SHAKEN = "{type: dynamic, duration: 0.3 s, step: auto, rho_inf: 0.8}"
+RANGE = REDUCED.replace("{{load: 0.5 N}}", "{{load: {{value: 0.5 N, range: [0.4 N, 0.6 N]}}}}")
+TRAINED = RANGE + "training: {{candidates: 5, samples: 3, iterations: 2}}\n"
+HISTORY = "sin(60*t)"
+BEAM = Plan({"beam": ("beam",)})
+
+
+def reduce(folder: Path, *options: str | Path, text: str = REDUCED, analysis: str = SHAKEN) -> dict[str, Any]:
+    call = fmbs("reduce", scene(folder, analysis, HISTORY, text), *options, "--out", folder / "model.h5", "--force", "--json")
+    assert call.code == 0, call.err
+    return call.json
+
+
+def test_a_training_pays_after_what_it_took_over_what_a_run_saves() -> None:
+    payoff = Payoff(0.031, 0.7, 0.012)
+    assert payoff.words == "full: 31 ms a run; training 0.7 s; reduced 12 ms: pays from 37 runs"
+    assert payoff.report == {"pays": True, "pays_after_runs": pytest.approx(0.7 / 0.019), "speedup": pytest.approx(31 / 12)}
+    slow = Payoff(0.031, 0.7, 0.0258)
+    assert slow.words.endswith("reduced 26 ms: does not pay: 1.2 times as fast as the full model")
+    assert (slow.pays, slow.runs) == (False, None)
+    assert Payoff(1.5, 0.0, 1.0).pays
+    failed = Payoff(0.031, 0.7, math.nan)
+    assert not failed.pays
+    assert failed.words.endswith("reduced -: does not pay: a run of it fails")
+
+
+def test_tolerances_go_from_coarse_to_fine_until_one_is_good_enough() -> None:
+    """Errors are given here: sqrt(eps), and eta beside it."""
+    tried: list[tuple[float, float | None]] = []
+
+    def error(plan: Plan) -> float:
+        tried.append((plan.tolerance, plan.hyper.tolerance))
+        return math.sqrt(plan.tolerance) + (plan.hyper.tolerance or 0.0)
+
+    start = replace(BEAM, hyper=Points(0.5))
+    found = error_budget.coarsest(start, error, 2e-4, True, True)
+    assert (found.tolerance, found.hyper.tolerance) == (pytest.approx(1e-8), pytest.approx(1e-4))
+    assert [hyper for _, hyper in tried] == [None, None, *error_budget.LADDER_ETA[:3]]
+    given = error_budget.coarsest(replace(start, tolerance=1e-9), error, 2e-4, False, True)
+    assert (given.tolerance, given.hyper.tolerance) == (1e-9, pytest.approx(1e-4))
+    sampled = error_budget.coarsest(replace(start, hyper=Points(1e-4)), error, 2e-4, True, False)
+    assert (sampled.tolerance, sampled.hyper.tolerance) == (pytest.approx(1e-8), 1e-4)
+    whole = error_budget.coarsest(BEAM, error, 2e-4, True, True)
+    assert (whole.tolerance, whole.hyper) == (pytest.approx(1e-8), NONE)
+    best = error_budget.coarsest(BEAM, lambda plan: abs(math.log10(plan.tolerance) + 12.0) + 1.0, 0.5, True, True)
+    assert best.tolerance == pytest.approx(1e-12)
+
+
+@pytest.mark.parametrize("wanted", ["1e-2", "1e-4"])  # of the tip; the clamp feels waves that snapshots miss
+def test_eps_and_eta_are_the_coarsest_for_the_accuracy(tmp_path: Path, wanted: str) -> None:
+    accuracy = f"tip={wanted}"
+    found = reduce(tmp_path, "--accuracy", accuracy)
+    assert found["error_over_accuracy"] <= plans.SHARE
+    errors = [one["relative"] for one in found["output_errors"].values() if one["output"] == "tip"]
+    assert found["error_over_accuracy"] == pytest.approx(max(errors) / float(wanted))
+    coarser = reduce(tmp_path, "--accuracy", accuracy, "--tolerance", f"{100 * found['tolerance']:g}", "--hyper", "0")
+    assert coarser["tolerance"] == pytest.approx(100 * found["tolerance"])
+    assert coarser["error_over_accuracy"] > plans.SHARE
+    assert any("leave out eps and eta" in text for text in coarser["notices"])
+    if found["hyper_tolerance"] < error_budget.LADDER_ETA[0]:
+        hyper = 10 * found["hyper_tolerance"]
+        sparser = reduce(tmp_path, "--accuracy", accuracy, "--tolerance", f"{found['tolerance']:g}", "--hyper", f"{hyper:g}")
+        assert sparser["error_over_accuracy"] > plans.SHARE
+
+
+def test_what_scene_and_options_give_stays(tmp_path: Path) -> None:
+    text = REDUCED.replace("snapshots: 2 ms", "snapshots: 2 ms, tolerance: 1e-9, hyper_reduction: {{tolerance: 2e-3}}")
+    found = reduce(tmp_path, "--accuracy", "1e-2", text=text)
+    assert (found["tolerance"], found["hyper_tolerance"]) == (1e-9, 2e-3)
+    modes = reduce(tmp_path, "--accuracy", "1e-2", "--modes", "9")
+    assert (modes["tolerance"], modes["modes"]) == (None, {"beam": 9})
+    usual = reduce(tmp_path, analysis="{type: dynamic, duration: 0.3 s, step: 1 ms}")
+    assert (usual["tolerance"], usual["hyper_tolerance"], usual["accuracy"]) == (1e-12, 1e-3, None)
+
+
+def test_snapshots_that_are_too_few_are_told(tmp_path: Path) -> None:
+    """Three states of a shaken beam are no basis of its motion, whatever eps."""
+    found = reduce(tmp_path, "--accuracy", "1e-2", text=REDUCED.replace("snapshots: 2 ms", "snapshots: 0.15 s"))
+    assert found["error_over_accuracy"] > plans.SHARE
+    assert any("0.3 of it is aimed at; take snapshots more often" in text for text in found["notices"])
+
+
+def test_the_first_line_says_whether_it_pays(tmp_path: Path) -> None:
+    path = scene(tmp_path, SHAKEN, HISTORY, TRAINED)
+    call = fmbs("reduce", path, "--accuracy", "1e-2", "--out", tmp_path / "model.h5")
+    assert call.code == 0, call.err
+    assert call.out.startswith("full: ")
+    assert "pay" in call.out.splitlines()[0]
+    out = tmp_path / "out"
+    call = fmbs("train", path, "--accuracy", "1e-2", "--no-plots", "--out", out)
+    assert call.code == 0, call.err
+    report = json.loads((out / "report.json").read_text())
+    payoff = Payoff(report["cpu_s_full"], report["training_s"], report["cpu_s"])
+    assert call.out.splitlines()[0] == payoff.words
+    assert payoff.report == {key: report[key] for key in ("pays", "pays_after_runs", "speedup")}
+    assert report["training_s"] >= report["cpu_s_full_runs"] + report["cpu_s_models"]
+    assert report["tolerance"] == pytest.approx(plans.SHARE * 1e-2)
+    assert report["budget"] is not None
+
+
+def order(path: Path, accuracy: str, tolerance: float | None = None) -> greedy_training.TrainingOrder:
+    with jobs.begin(path, accuracy=accuracy) as job:
+        return greedy_training.prepare(job, jobs.read_scene(job), tolerance, None, None, False)
+
+
+def test_a_training_aims_at_a_share_of_the_accuracy(tmp_path: Path) -> None:
+    path = scene(tmp_path, SHAKEN, HISTORY, TRAINED)
+    found = order(path, "1e-2")
+    assert found.tolerance == pytest.approx(3e-3)
+    assert found.task.measure == OutputMeasure()
+    assert order(path, "1e-2", 1e-3).tolerance == 1e-3
+    by_output = order(path, "tip=1 mm, clamp=5 %")
+    assert by_output.tolerance == plans.SHARE
+    assert isinstance(by_output.task.measure, plans.AccuracyMeasure)
+    given = scene(tmp_path, SHAKEN, HISTORY, TRAINED.replace("iterations: 2", "iterations: 2, tolerance: 2e-3"))
+    assert order(given, "1e-2").tolerance == 2e-3
+
+
+def test_families_have_the_step_and_the_cells_that_were_found(tmp_path: Path) -> None:
+    path = scene(tmp_path, SHAKEN, HISTORY, TRAINED)
+    task = order(path, "1e-2").task
+    run = studies.run(path, accuracy="1e-2")
+    plan = run.report["accuracy"]
+    for load in (0.4, 0.6):
+        case = task.family({"load": load})
+        assert case.scheme.step == plan["step"]
+        assert case.system.size == run.report["dofs"]
+
+
+def test_an_accuracy_by_output_is_the_measure_of_a_training(tmp_path: Path) -> None:
+    """Where what is wanted is half, errors count twice."""
+    path = scene(tmp_path, SHAKEN, HISTORY, TRAINED)
+    rough, fine = order(path, "tip=1 mm, clamp=5 %"), order(path, "tip=0.5 mm, clamp=2.5 %")
+    task = replace(rough.task, plan=replace(rough.task.plan, tolerance=1e-6))
+    run = full_runs.full_run(task, {"load": 0.5})
+    motion = reduced_models.run_reduced(task, reduced_models.make_model(task, [run]).cases({"load": 0.5}))
+    raw = task.family(run.values).system
+    assert rough.measure == "error of the outputs over the accuracy"
+    values = [one.task.measure(raw, run, motion) for one in (rough, fine) if one.task.measure]
+    assert values[0] > 0.0
+    assert values[1] == pytest.approx(2.0 * values[0])
+    found = full_runs.errors_of_outputs(raw, run, motion)
+    parts = [one.error / 1e-3 if one.output == "tip" else one.relative / 0.05 for one in found.values()]
+    assert values[0] == pytest.approx(max(parts))
+
+
+def test_trials_warn_of_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A basis that leaves out a hundredth of the motion would be warned of, were it not one of a trial."""
+    monkeypatch.setattr(error_budget, "LADDER_EPS", (1e-4, 1e-12))
+    path = scene(tmp_path, SHAKEN, HISTORY, REDUCED)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        found = studies.reduce(path, accuracy="tip=1e-3")
+    assert found.report["tolerance"] == 1e-12
+    assert found.report["notices"] == []
