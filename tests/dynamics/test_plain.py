@@ -175,7 +175,7 @@ def test_a_debugger_enters_the_step_and_what_it_calls_by_address(plain: Any) -> 
 
 
 def test_where_nothing_is_compiled_an_unknown_field_is_named() -> None:
-    table = packed(Method(*range(15)))
+    table = packed(Method(*range(len(Method._fields))))
     struct = opener(Method)(table.ctypes.data)
     assert (struct.am, struct.iterations, struct.trusting) == (1.0, 9, True)
     with np.errstate(divide="ignore"):

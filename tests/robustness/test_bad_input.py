@@ -368,6 +368,7 @@ def test_row_44_no_opengl_keeps_the_numbers(tmp_path: Path, monkeypatch: pytest.
     dying.write_text("#!/bin/sh\nkill -SEGV $$\n")
     dying.chmod(0o755)
     monkeypatch.setattr(painter, "COMMAND", (str(dying), *painter.COMMAND[1:]))
+    monkeypatch.setattr(painter, "AT_HAND", [])
     done = fmbs("render", beam(tmp_path), "--out", tmp_path / "out", "--json")
     assert done.code == 7, done.err
     assert (done.json["status"], done.json["reason"]) == ("error", "missing feature")
