@@ -249,6 +249,8 @@ class Planner:
         difference = self.differ((cells, half), (cells, steps))
         if difference is None and half < time.known()[-1][0]:
             return foretold  # nobody has said that so few resolve it
+        if difference is not None and self.pilots.rough:
+            return difference  # forces that jump fall evenly on one mesh, and not on the next
         # where differences fall slowly nobody knows how slowly they do on this mesh
         power = time.power if time.ratio >= EVEN else math.log2(FALLS[0])
         return None if difference is None else difference / ((steps / half) ** power - 1.0)
