@@ -12,7 +12,6 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import listed
-from ..core.values import units
 from ..core.values.expressions import Expression
 from ..core.values.inputs import calls_of, timed
 from ..core.values.mappings import rules
@@ -23,6 +22,7 @@ from ..systems.forces import responses
 from ..systems.measures import readings
 from ..systems.places import At
 from . import plausibility, yamlfile
+from .accuracy import unit_of
 from .bodies import PointMass, Rigid, RigidPlate
 from .inputs import ends_early, leaves
 from .training_options import Allowed, without_ranges
@@ -303,7 +303,7 @@ def _tolerances(scene: Scene, wanted: Allowed) -> Iterator[Found]:
             yield key, unknown("output", "outputs", name, scene.outputs)
             continue
         output = scene.outputs[name]
-        if given not in ("", units.unit(units.find_dimension(output.unit).exponents)):
+        if given not in ("", unit_of(output.unit)):
             expected = f"an error in {output.unit}" if output.unit else "a number"
             yield key, Problem(expected, f"one in {given}", f"output '{name}' is of the type {output.word}")
 

@@ -75,12 +75,12 @@ def check_scene(job: Job, scene: Scene) -> Check:
         "estimates": estimates.estimates(scene, raw, reduced),
         "outputs": [column for output in raw.outputs.values() for column in output.columns],
         "notices": job.notices,
-        **({"accuracy": job.unplanned} if job.unplanned else {}),
+        **({"accuracy": str(job.wanted)} if job.wanted else {}),
     }
     reports.write_report(jobs.settle_folder(job, [NAME], report["fingerprint"], NAME), report, NAME)
     about = f"{report['scene']}: {raw.size} coordinates, {counted.mobility} degrees of freedom of rigid bodies"
     found = "what the scene leaves open of step and cells is found when it runs; the estimates count with some step and its meshes"
-    lines = [*view(report), *([f"accuracy {job.unplanned}: {found}"] if job.unplanned else [])]
+    lines = [*view(report), *([f"accuracy {job.wanted}: {found}"] if job.wanted else [])]
     return Check(about=about, report=report, lines=lines, scene=scene, system=reduced, mechanism=counted)
 
 

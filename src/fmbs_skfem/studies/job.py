@@ -87,7 +87,6 @@ class Job:
     accuracy: str | float | None = None  #: errors that outputs may have, in place of those of the scene
     wanted: Accuracy | None = None  #: the accuracy of the scene that was read, its own or the one in its place
     plan: Planned | None = None  #: what was found for it
-    unplanned: str = ""  #: an accuracy for which nothing was found
     warned: str = ""  #: the first warning about a result, where warnings are to be errors
 
     def hear_compilation(self, name: str) -> None:
@@ -249,7 +248,6 @@ def with_accuracy(scene: Scene, text: str | float) -> Scene:
 def plan(job: Job, scene: Scene, plans: bool) -> Scene:
     """The scene with what its accuracy leaves open found, or with some step."""
     from ..scenes import build, where
-    from .planning import planned
 
     analysis = build.dynamic(scene)
     job.wanted = analysis.accuracy
@@ -259,8 +257,9 @@ def plan(job: Job, scene: Scene, plans: bool) -> Scene:
         expected, remedy = "an accuracy, for which the step is found", "add accuracy: 1e-3, or --accuracy 1e-3"
         raise InputError(say(f"{where(scene, 'analysis')}: accuracy", expected, "none beside step: auto", remedy))
     if not plans:
-        job.unplanned = str(analysis.accuracy or "")
         return scene.chosen(None, None)
+    from .planning import planned
+
     job.plan = planned.find(scene, job.allow_outside, job.progress("choosing step and mesh"))
     return job.plan.scene(scene)
 

@@ -36,14 +36,14 @@ from ...systems import evaluation, kernels, work
 from .step import FACTORISATIONS, ITERATIONS, STEPS, Method, State, StepJob, opened
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG = range(7)
-# for new factors that leave next to nothing at once; half, twice and a hundred times of it take the same corrections of a double
-# pendulum (60 unknowns, h of 0.5 and 4 ms)
 # spin-up in 8 cells, 20 s in 800 steps: none is divided, nor at twice of it; of 30 runs in 120 to 300 steps 2 fail, at twice 4
 NEAR = 0.05  #: part of the way of a step by which constant q'' may miss its end where the step is taken after a second trial
 # the same in 300 to 810 steps: none of 34 fails; where parts were tried twice as well none did at half of it, 1 of 20 at twice
 MANY = 6  #: corrections after which the energy of a solution is looked at
 # solutions that are none of the motion have 100 to 1000 times of it: 1 and 4 let the same through
 GAIN = 2.0  #: energy of strains after a step, over that before it, beside that of the motion
+# for new factors that leave next to nothing at once; half, twice and a hundred times of it take the same corrections of a double
+# pendulum (60 unknowns, h of 0.5 and 4 ms)
 FLOOR = 1e-4  #: a correction below this part of the tolerance needs no second one
 # steps of 0.5 ms take 2 corrections, of 4 ms 3 to 4: half and twice of it change none in a double pendulum
 PATIENT = 6  #: corrections after which the tolerance alone decides

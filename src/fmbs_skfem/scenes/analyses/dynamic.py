@@ -34,10 +34,9 @@ if TYPE_CHECKING:
 ITERATIONS, FACTORED = 2.5, 0.2  #: of a time step, usually
 LEFT_OUT, AUTO = 0.0, math.inf  #: steps that are found for the accuracy
 FIRST = 500  #: steps that are counted with where none is known yet
-TIME = quantity("s", "> 0")
 STEP = Takes(
-    lambda value, context: AUTO if value == "auto" else float(TIME.read(value, context)),
-    TIME.schema | {"description": "a time [s] > 0, or auto: found for the accuracy"},
+    lambda value, context: AUTO if value == "auto" else float(fields.TIME.read(value, context)),
+    fields.TIME.schema | {"description": "a time [s] > 0, or auto: found for the accuracy"},
     show=lambda value: "auto" if value in (LEFT_OUT, AUTO) else value,
 )
 
