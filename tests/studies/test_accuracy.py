@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.scenes import build
+from fmbs_skfem.shapes import meshes
 from fmbs_skfem.studies.planning import planned
 from fmbs_skfem.studies.planning.pilots import ScenePilots
 
@@ -210,3 +212,15 @@ def test_an_output_that_stands_still_asks_for_nothing(tmp_path: Path) -> None:
     again = studies.run(path, plots=False).report["accuracy"]
     assert (again["cells"], again["steps"]) == (plan["cells"], plan["steps"])
     assert again["errors"]["root_x"] < 1e-15
+
+
+@pytest.mark.parametrize("inner", [1, 2, 5])
+def test_named_points_inside_of_a_line_stay_points_of_its_mesh(tmp_path: Path, inner: int) -> None:
+    """As few cells as named points allow, however coarse a mesh the accuracy would do with."""
+    path = scene(tmp_path, SWING % "5e-2", RAMP)
+    line = meshes.segment(20)
+    groups = line.point_groups | {f"p{k}": np.array([2 + 3 * k]) for k in range(inner)}
+    meshes.write(replace(line, point_groups=groups, line_groups={"beam": np.arange(20)}), tmp_path / "beam_20.msh")
+    plan = studies.run(path, plots=False).report["accuracy"]
+    assert plan["met"]
+    assert plan["cells"] >= inner + 1

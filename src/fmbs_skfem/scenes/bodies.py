@@ -59,6 +59,10 @@ class SceneBody(Declared, ABC):
         """Whether an accuracy may choose its cells."""
         return False
 
+    def fewest(self, scene: Scene, allow_outside: bool) -> int:
+        """The fewest cells that it can be made of, of one that is `open`."""
+        return 1
+
     def with_cells(self, cells: int) -> Self:
         """The body with that many cells, of one that is `open`."""
         return self
@@ -144,6 +148,9 @@ class Cable(SceneBody):
     def open(self) -> bool:
         return self.cells is None and self.refine == 1
 
+    def fewest(self, scene: Scene, allow_outside: bool) -> int:
+        return self.followed(scene, allow_outside).fewest
+
     def with_cells(self, cells: int) -> Self:
         return replace(self, cells=cells)
 
@@ -153,14 +160,18 @@ class Cable(SceneBody):
     def figures(self, part: Body, gravity: float) -> BodyFigures:
         return figures.of_line(part, self.section.stiffness(self.material), self.degree, gravity)
 
+    def followed(self, scene: Scene, allow_outside: bool) -> curves.Followed:
+        """Its line, whatever its cells will be."""
+        return curves.read(meshes.path(self.mesh, scene.folder, allow_outside), self.line, scene.repair, self.unit)
+
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
-        path, cells = meshes.path(self.mesh, scene.folder, allow_outside), self.cells if cells is None else cells
+        cells = self.cells if cells is None else cells
         divided = cells is not None or self.refine > 1
         return bodies.cable(
             self.name,
-            curves.cut(curves.read(path, self.line, scene.repair, self.unit), cells, self.refine)
+            curves.cut(self.followed(scene, allow_outside), cells, self.refine)
             if divided
-            else meshes.read(path, scene.repair, self.unit),
+            else meshes.read(meshes.path(self.mesh, scene.folder, allow_outside), scene.repair, self.unit),
             self.section,
             self.material,
             dim=scene.dimension,

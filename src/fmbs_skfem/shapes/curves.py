@@ -122,6 +122,17 @@ class Followed:
     names: dict[str, float]  #: parameters of the named points
     path: Path | None  #: of the mesh
 
+    @property
+    def inner(self) -> list[float]:
+        """Parameters of the named points between its ends, in their order, each once."""
+        length = self.breaks[-1]
+        return [xi for xi in sorted(set(self.names.values())) if 1e-9 * length < xi < (1 - 1e-9) * length]
+
+    @property
+    def fewest(self) -> int:
+        """The fewest cells that it can be cut into: one more than named points inside."""
+        return len(self.inner) + 1
+
 
 def follow(mesh: meshes.LineMesh, group: str | None) -> Followed:
     """The smooth curve through the points of one body of a mesh, see `meshes.chain`."""
@@ -151,17 +162,16 @@ def cut(followed: Followed, cells: int | None = None, refine: int = 1) -> meshes
         steps = np.arange(refine) / refine
         cuts = np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * steps).ravel(), breaks[-1])
     else:
-        cuts = _cuts(breaks[-1], cells, sorted(set(names.values())))
+        if cells < followed.fewest:
+            raise InputError(say("mesh", f"at least {followed.fewest} cells, one more than named inner points", cells))
+        cuts = _cuts(breaks[-1], cells, followed.inner)
     nodes = np.arange(len(cuts))
     groups = {name: np.array([np.argmin(np.abs(cuts - xi))]) for name, xi in names.items()}
     return meshes.LineMesh(followed.curve(cuts, 0), np.column_stack([nodes[:-1], nodes[1:]]), groups, {}, followed.path)
 
 
-def _cuts(length: float, cells: int, kept: list[float]) -> np.ndarray:
-    """Equal cuts of [0, length] of which the nearest move to the values to be kept."""
-    inner = [xi for xi in kept if 1e-9 * length < xi < (1 - 1e-9) * length]
-    if len(inner) >= cells:
-        raise InputError(say("mesh", f"at least {len(inner) + 1} cells, one more than named inner points", cells))
+def _cuts(length: float, cells: int, inner: list[float]) -> np.ndarray:
+    """Equal cuts of [0, length] of which the nearest move to the values inside."""
     cuts = np.linspace(0.0, length, cells + 1)
     free = np.arange(1, cells)
     for xi in inner:

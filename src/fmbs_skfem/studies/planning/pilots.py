@@ -21,7 +21,7 @@ from ...systems.system import System
 
 INSTANTS = 200  #: at which runs are compared, at least; with 25 of them 3 of 30 plans missed what 200 saw
 DIVIDED = 20  #: steps that a run may divide to count as resolved
-CELLS = 4  #: with which chains of meshes begin
+FEWEST = 2  #: cells with which a chain of meshes begins
 FLOOR = 5e4  #: errors over a run beside Newton's tolerance: 2e-12 leaves 3e-8 of a double pendulum in 3 s, 1e-10 leaves 7e-7
 GRID = 100_000  #: steps a duration may have at least because of other times of its scene
 
@@ -56,7 +56,6 @@ class ScenePilots:
         self.grid = grid_of(scene)
         self.systems: dict[int, System] = {}
         self.titles: tuple[str, ...] = ()  #: of the columns that are compared
-        self.units: dict[str, str] = {}
 
     @property
     def order(self) -> int:
@@ -66,8 +65,13 @@ class ScenePilots:
     @property
     def rough(self) -> bool:
         """Whether forces jump: those that act on one side."""
-        forces = compile_system(next(iter(self.systems.values()))).arrays.forces
+        forces = compile_system(self.any_system).arrays.forces
         return len(forces.judged) > 0 or not forces.smooth
+
+    @property
+    def any_system(self) -> System:
+        """The system of some level, for what all have in common."""
+        return next(iter(self.systems.values()))
 
     def scene_of(self, level: int) -> Scene:
         """The scene with a level of cells, without an accuracy."""
@@ -87,10 +91,10 @@ class ScenePilots:
         """Outputs at INSTANTS instants or more; None where steps fail, or many are divided."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Notice)
-            analysis = build.dynamic(self.scene.chosen(None, self.analysis.duration / steps))
-            stride = max(1, steps // self.begin)
+            stride = max(1, steps // self.multiple(INSTANTS))
+            analysis = replace(self.analysis, step=self.analysis.duration / steps, every=stride)
             try:
-                motion = replace(analysis, every=stride).solve_for_outputs(self.system(cells))
+                motion = analysis.solve_for_outputs(self.system(cells))
             except SolverError:
                 return None
             if motion.statistics.halved > DIVIDED:
@@ -102,8 +106,7 @@ class ScenePilots:
     def require_room(self, found: Found) -> None:
         """Refuse an accuracy below what the iteration of every step leaves, in a motion with these outputs."""
         floor = FLOOR * self.analysis.tolerance
-        system = next(iter(self.systems.values()))
-        for error in output_errors.between(found.columns, found.columns, system.outputs).values():
+        for error in output_errors.between(found.columns, found.columns, self.any_system.outputs).values():
             bound = self.accuracy.bound(error)
             least = 0.0 if bound is None else floor * error.range if bound.unit else floor
             if bound is not None and bound.value < least:
@@ -116,11 +119,11 @@ class ScenePilots:
         first, second = output_errors.common_times("pilot runs", one.times, other.times)
         between = between_events(other.times[second], one.events, other.events)
         first, second = first[between], second[between]
-        system = next(iter(self.systems.values()))
+        system = self.any_system
         pick = lambda found, rows: {name: values[rows] for name, values in found.columns.items()}  # noqa: E731
         nothing = output_errors.round_off(system, other.times)
         errors = output_errors.between(pick(other, second), pick(one, first), system.outputs, nothing=nothing)
-        self.titles, self.units = tuple(errors), {column: error.unit for column, error in errors.items()}
+        self.titles = tuple(errors)
         # as parts of ranges over the whole motion, however few instants two runs have in common
         whole = {name: float(np.ptp(values)) for name, values in other.columns.items()}
         errors = {name: replace(one, relative=one.relative * shrunk(one.range, whole[name])) for name, one in errors.items()}
@@ -130,21 +133,14 @@ class ScenePilots:
             raise InputError(say("analysis.accuracy", f"an error of outputs in one of {known}", self.accuracy))
         return np.array([[wanted.get(column, 0.0) for column in errors], [error.error for error in errors.values()]])
 
-    @property
-    def begin(self) -> int:
-        """The fewest steps: INSTANTS or more, of which other times of the scene are whole numbers."""
-        return self.grid * math.ceil(INSTANTS / self.grid)
+    def multiple(self, least: int) -> int:
+        """The fewest steps, at least so many, of which other times of the scene are whole numbers."""
+        return self.grid * math.ceil(least / self.grid)
 
+    @property
     def fewest(self) -> int:
-        """Cells with which chains begin: CELLS, twice as many while a line has more named points inside."""
-        for cells in (CELLS, 2 * CELLS, 4 * CELLS):
-            try:
-                self.system(cells)
-            except InputError:
-                continue
-            return cells
-        self.system(8 * CELLS)
-        return 8 * CELLS
+        """Cells with which a chain of meshes begins: two, or as many as named points inside of lines ask for."""
+        return max(FEWEST, *(self.scene.bodies[name].fewest(self.scene, self.allow_outside) for name in self.open))
 
     def trusted(self, one: Found, other: Found) -> float:
         """The time [s] up to which two runs agree within the accuracy."""
@@ -152,11 +148,7 @@ class ScenePilots:
         while low < high:  # differences never fall with more of the motion
             middle = (low + high + 1) // 2
             end = other.times[middle] * (1.0 + 1e-9)
-            early = [
-                Found(found.times[found.times <= end], {name: values[found.times <= end] for name, values in found.columns.items()})
-                for found in (one, other)
-            ]
-            if middle >= 2 and self.differ(*early)[0].max() > 1.0:
+            if middle >= 2 and self.differ(until(one, end), until(other, end))[0].max() > 1.0:
                 high = middle - 1
             else:
                 low = middle

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, field
 from typing import Any
@@ -12,7 +11,7 @@ from ...core.notices import Progress, notify
 from ...core.storage.records import dataclass
 from ...scenes import build, times
 from ...scenes.schema import Scene
-from .pilots import ScenePilots
+from .pilots import INSTANTS, ScenePilots
 from .planner import Limits, Pilot, Unresolved, plan, size
 
 COMMON = 40  #: instants that all numbers of steps have in common, at least
@@ -57,10 +56,10 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
     """
     analysis, pilots = build.dynamic(scene), ScenePilots(scene, allow_outside)
     given = not analysis.open
-    unit = pilots.grid * math.ceil(COMMON / pilots.grid)
+    unit = pilots.multiple(COMMON)
     limits = Limits(times.STEPS // unit * unit, unit=unit)
-    steps = round(analysis.duration / analysis.step) if given else pilots.begin
-    cells = pilots.fewest() if pilots.open else 1 if pilots.refined else 0
+    steps = round(analysis.duration / analysis.step) if given else pilots.multiple(INSTANTS)
+    cells = 2 * pilots.fewest if pilots.open else 1 if pilots.refined else 0
     made = 0
 
     def see(pilot: Pilot) -> None:

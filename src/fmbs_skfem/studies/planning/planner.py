@@ -41,7 +41,6 @@ WILD = 1.5  #: ratio below which a difference does not fall
 # proofs of thirty scenes differ by 0.04 to 0.98 of what was foretold, those of two that missed by 1.8
 DOUBT, MORE = 1.25, 1.4  #: difference of the proof over the foretold one that is too much, and steps that it asks for
 DOUBTS = 4  #: proofs that are tried
-FEWEST = 2  #: cells
 LEFT = 0.25  #: of the accuracy, which the mesh may use at least
 
 
@@ -206,13 +205,13 @@ class Planner:
             self.see(self.log[-1])
         return self.known[cells, steps]
 
-    def proved(self, chosen: tuple[int, int], time: Chain, mesh: Chain | None, why: str, free_steps: bool) -> Plan:
+    def proved(self, chosen: tuple[int, int], time: Chain, mesh: Chain | None, why: str, free: tuple[bool, bool]) -> Plan:
         """The plan of what is chosen, with the error of the step on its own mesh, from a run with half as many.
 
-        More steps are taken where that is larger than the coarsest mesh has foretold, or where the run is farther than foretold
-        from the nearest pilot.
+        More steps are taken where that is larger than the coarsest mesh has foretold. Where the run is farther than foretold from
+        the nearest pilot, and its steps are proved, it is the mesh that is doubted, and more cells are taken.
         """
-        cells, steps = chosen
+        (cells, steps), (free_cells, free_steps) = chosen, free
         errors = lambda n, m: time.errors(m) + (mesh.errors(n) if mesh else 0.0)  # noqa: E731
         found = time.errors(steps)
         for attempt in range(DOUBTS):
@@ -227,13 +226,15 @@ class Planner:
             far = size(difference) > DOUBT * max(size(errors(*nearest) + errors(cells, steps)), SURE)
             measured = self.measured(cells, steps, time)
             found = time.errors(steps) if measured is None else np.maximum(time.errors(steps), measured)
-            far = far or measured is None
             together = size(found + (mesh.errors(cells) if mesh else 0.0))
-            if not free_steps or steps == self.limits.steps or not (far or together > 1.0):
+            if not free_steps or steps == self.limits.steps or not (far or measured is None or together > 1.0):
                 break
             if attempt == DOUBTS - 1:
                 why = why or "doubt"
                 break
+            if mesh and free_cells and measured is not None and size(found) <= SAFETY * SHARE:
+                cells = min(math.ceil(MORE * cells), self.limits.cells)
+                continue
             more = (size(found) / (SAFETY * SHARE)) ** (1.0 / time.power)
             steps = self.limits.rounded(np.clip(more, MORE, REACH) * steps)
         return Plan(cells, steps, found, mesh.errors(cells) if mesh else np.zeros((2, 1)), tuple(self.log), why)
@@ -293,12 +294,9 @@ class Planner:
                 continue
             differences.append(found)
             chain = Chain(steps, tuple(differences), *FALLS, first=FALLS[1], rough=self.pilots.rough)
-            if single or is_enough(chain, goal, REACH):
-                return chain, first, ""
-            if is_wild(chain):
-                return chain, first, "sensitive"
-            if 2 * steps > self.limits.steps:
-                return chain, first, "steps"
+            why = "steps" if 2 * steps > self.limits.steps else None
+            if (why := "" if single else judge(chain, goal, REACH, why)) is not None:
+                return chain, first, why
 
     def chain_of_cells(self, cells: int, steps: int, goal: float, single: bool) -> tuple[Chain, int, str]:
         """The chain of meshes at one step, the steps that it took, and why it falls short of its goal, if it does."""
@@ -316,12 +314,9 @@ class Planner:
             cells *= 2
             differences.append(found)
             chain = Chain(cells, tuple(differences), LEAST, most, FIRST)
-            if single or is_enough(chain, goal, STRETCH):
-                return chain, steps, ""
-            if is_wild(chain):
-                return chain, steps, "sensitive"
-            if 2 * cells > self.limits.cells:
-                return chain, steps, "cells"
+            why = "cells" if 2 * cells > self.limits.cells else None
+            if (why := "" if single else judge(chain, goal, STRETCH, why)) is not None:
+                return chain, steps, why
 
 
 class Unresolved(Exception):
@@ -347,6 +342,13 @@ def is_wild(chain: Chain) -> bool:
     return len(sizes) == 4 and sizes[0] < WILD**3 * sizes[-1]
 
 
+def judge(chain: Chain, goal: float, reach: float, limit: str | None) -> str | None:
+    """Why a chain ends, nothing where it meets its goal; None where it goes on, which a `limit` does not let it."""
+    if is_enough(chain, goal, reach):
+        return ""
+    return "sensitive" if is_wild(chain) else limit
+
+
 FAR = Limits()
 
 
@@ -361,7 +363,8 @@ def plan(
 ) -> Plan:
     """Cells and steps that meet an accuracy, from chains that begin with so many of them; what is not free stays.
 
-    `cells` is 0 where a scene has none to choose: its mesh is not judged. Unresolved where no number of steps is enough.
+    `cells` are twice the fewest, and 0 where a scene has none to choose: its mesh is not judged. Unresolved where no number of
+    steps is enough.
     """
     done = Planner(pilots, limits, see)
     share = SAFETY * (SHARE if cells and free_cells else 1.0)
@@ -370,11 +373,12 @@ def plan(
         return done.unsettled(time, np.zeros((2, 1)), (cells, time.fine // 2), (cells, time.fine))
     chosen = cells, steps if not free_steps else max(first, limits.rounded(time.needed(share)))
     if not cells:
-        return done.proved(chosen, time, None, why, free_steps)
-    rest = SAFETY - time.error(chosen[1])
-    mesh, first, short = done.chain_of_cells(cells // 2 if free_cells else cells, first, max(rest, LEFT), single=not free_cells)
+        return done.proved(chosen, time, None, why, (free_cells, free_steps))
+    rest = max(SAFETY - time.error(chosen[1]), LEFT)
+    fewest = cells // 2 if free_cells else cells
+    mesh, first, short = done.chain_of_cells(fewest, first, rest, single=not free_cells)
     if short == "sensitive":
         return done.unsettled(time, mesh.errors(mesh.fine), (mesh.fine // 2, first), (mesh.fine, first))
     if free_cells:
-        chosen = int(np.clip(math.ceil(mesh.needed(max(rest, LEFT))), FEWEST, limits.cells)), chosen[1]
-    return done.proved(chosen, time, mesh, why or short, free_steps)
+        chosen = int(np.clip(math.ceil(mesh.needed(rest)), fewest, limits.cells)), chosen[1]
+    return done.proved(chosen, time, mesh, why or short, (free_cells, free_steps))
