@@ -78,11 +78,10 @@ def unit_of(unit: str) -> str:
 
 def bound(value: object, context: Context) -> Bound:
     """A quantity, or a part of a range."""
-    text, part = (value.strip(), 1.0) if isinstance(value, str) else (value, 1.0)
-    if isinstance(text, str) and text.endswith("%"):
-        text, part = text.removesuffix("%"), 0.01
-    found = quantities.read(text, context.parameters)
-    wanted = Bound(part * found.value, units.unit(found.exponents))
+    number = value.strip().removesuffix("%") if isinstance(value, str) else value
+    found = quantities.read(number, context.parameters)
+    percent = isinstance(value, str) and value.strip().endswith("%")
+    wanted = Bound(found.value / 100.0 if percent else found.value, units.unit(found.exponents))
     if not wanted.value > 0.0:
         raise Problem("an error above 0", shown(value))
     if not wanted.unit and wanted.value >= 1.0:
