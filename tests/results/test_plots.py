@@ -273,3 +273,17 @@ def test_orders_stand_beside_the_axes_of_a_campbell_diagram() -> None:
     assert min(names["2 x"].y0, names["3 x"].y0) > inside.y1
     tints = [line.get_color() for line in axes.lines if str(line.get_label()).startswith(("mode", "unstable"))]
     assert len(set(tints)) == 3
+
+
+def test_a_long_title_meets_no_key_and_numbers_of_short_times_meet_no_others() -> None:
+    """A run of 3 ms beside one of 84 ms: the room of the axis is that of a log scale, whose lower end is no negative number."""
+    cloud = [Point("full", "full", 0.084, 0.0), Point("coarse-20", "coarse", 0.016, 5e-8), Point("small", "system", 0.003, 3e-6)]
+    figure = plots.speed_error(
+        cloud, None, "largest position error [m]", "double-pendulum; off the chart (error > 100 %): ffrf, others"
+    )
+    assert overprinted(figure) == []
+    (key,), heading = (
+        figure.legends,
+        figure.findobj(lambda one: isinstance(one, Text) and one.get_text() == figure.get_suptitle())[0],
+    )
+    assert not key.get_window_extent().overlaps(heading.get_window_extent())

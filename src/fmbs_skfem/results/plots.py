@@ -217,7 +217,7 @@ def speed_error(
     edge = 10.0 ** (math.floor(math.log10(min(positive))) - BELOW)
     _scatter(axes, finished, edge)
     _staircase(axes, speed.front(finished), edge, max(positive))
-    axes.set(yscale="log", xlabel="CPU time of one run [s]", ylabel=label)
+    axes.set(xscale="log", yscale="log", xlabel="CPU time of one run [s]", ylabel=label)
     charts.set_log(axes, "x", *axes.get_xlim())
     if any(point.error <= 0 for point in finished):
         axes.set_ylim(bottom=edge)
@@ -227,7 +227,7 @@ def speed_error(
     charts.rule(axes, which="major")
     if failed := len(points) - len(finished):
         axes.plot([], [], ls="", label=f"({failed} failed, not shown)")
-    figure.legend(loc="outside right upper", frameon=False, fontsize=9)
+    figure.legend(loc="outside right center", frameon=False, fontsize=9)  # higher it would meet a long title
     return figure
 
 
