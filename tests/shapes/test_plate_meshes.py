@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.shapes import groups, plate_audit, plate_meshes
+from fmbs_skfem.shapes import ancf_plate, fvs_plate, groups, halving, plate_audit, plate_meshes, surface
 from fmbs_skfem.shapes.plate_meshes import PlateMesh
 
 FOLDER = Path(__file__).parents[2] / "meshes"
@@ -527,3 +527,37 @@ def test_a_large_mesh_passes() -> None:
     mesh = plate_meshes.from_skfem(skfem.MeshQuad.init_tensor(np.linspace(0, 1, 201), np.linspace(0, 1, 201)))
     assert len(mesh.cells) == 40_000
     assert np.all(plate_audit.corner_sines(mesh.points, mesh.cells)[1] == [0, 0, 1])
+
+
+# halving
+
+
+@pytest.mark.parametrize("name", ["lug_tri.msh", "lug_quad.msh", "plate_crank_coarse.msh"])
+def test_halved_meshes_keep_groups_and_arcs(name: str) -> None:
+    """Holes stay round: the area of curved cells falls to the exact one by the fourth order."""
+    mesh = plate_meshes.read(FOLDER / name, planar=True)
+    found = [mesh]
+    for _ in range(2):
+        arcs = ancf_plate.arcs_of(found[-1].points[:, :2], found[-1].edge_groups)
+        found.append(halving.halve(found[-1], arcs))
+    assert [len(one.cells) for one in found] == [4**k * len(mesh.cells) for k in range(3)]
+    np.testing.assert_array_equal(found[1].points[: len(mesh.points)], mesh.points)
+    for group, edges in mesh.edge_groups.items():
+        assert len(found[2].edge_groups[group]) == 4 * len(edges)
+    np.testing.assert_array_equal(found[1].face_groups["plate"], np.arange(4 * len(mesh.cells)))
+    areas = []
+    for one in found:
+        arcs = ancf_plate.arcs_of(one.points[:, :2], one.edge_groups)
+        shape = fvs_plate.surface(one.points[:, :2], one.cells, arcs)
+        table = surface.tabulate(shape)
+        tangents = np.einsum("epab,ebc->epac", table.values[:, :, 1:3], shape.reference[table.nodes])
+        areas.append(float((np.linalg.det(tangents) * table.weights).sum()))
+    assert np.log2((areas[1] - areas[0]) / (areas[2] - areas[1])) > 3.7
+
+
+def test_halved_meshes_keep_points() -> None:
+    mesh = plate_meshes.read(FOLDER / "plate_8x8.msh", planar=True)
+    fine = halving.halve(mesh)
+    assert fine.point_groups.keys() == {"a", "b", "c", "d"}
+    for name, ids in mesh.point_groups.items():
+        np.testing.assert_array_equal(fine.points[fine.point_groups[name]], mesh.points[ids])

@@ -13,7 +13,7 @@ from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.scenes import build
-from fmbs_skfem.shapes import meshes
+from fmbs_skfem.shapes import meshes, plate_meshes
 from fmbs_skfem.studies.planning import planned
 from fmbs_skfem.studies.planning.pilots import ScenePilots
 
@@ -224,3 +224,80 @@ def test_named_points_inside_of_a_line_stay_points_of_its_mesh(tmp_path: Path, i
     plan = studies.run(path, plots=False).report["accuracy"]
     assert plan["met"]
     assert plan["cells"] >= inner + 1
+
+
+PLATE = """\
+schema: 1
+name: flag
+dimension: 2
+bodies:
+  flag:
+    type: plate
+    mesh: meshes/flag.msh
+    thickness: 10 mm
+    material: {young_modulus: 20 MPa, density: 1200 kg/m^3, poisson_ratio: 0.3}
+joints:
+  hinge: {type: revolute, at: flag.b, to: ground}
+loads:
+  gravity: {type: gravity, acceleration: [0, -9.81 m/s^2]}
+analysis: {type: dynamic, duration: 0.1 s, rho_inf: 0.8, accuracy: 4e-2}
+outputs:
+  tip: {type: position, at: flag.a}
+"""
+
+
+def flag(folder: Path, text: str) -> Path:
+    """A scene with a plate of 4 x 2 quads."""
+    x, y = np.meshgrid(np.linspace(0.0, 0.4, 5), np.linspace(0.0, 0.1, 3))
+    points = np.column_stack([x.ravel(), y.ravel(), 0.0 * x.ravel()])
+    low = np.concatenate([np.arange(4), np.arange(5, 9)])
+    cells = np.column_stack([low, low + 1, low + 6, low + 5])
+    (folder / "meshes").mkdir(exist_ok=True)
+    named = {"a": np.array([0]), "b": np.array([4]), "c": np.array([14])}
+    plate_meshes.write(plate_meshes.PlateMesh(points, cells, named), folder / "meshes" / "flag.msh")
+    path = folder / "flag.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_the_mesh_of_a_plate_is_judged_by_a_finer_one(tmp_path: Path) -> None:
+    path = flag(tmp_path, PLATE)
+    run = studies.run(path)
+    plan = run.report["accuracy"]
+    finer = studies.run(
+        flag(
+            tmp_path,
+            PLATE.replace("thickness", "refine: 4\n    thickness").replace("accuracy: 4e-2", f"step: {plan['step'] / 4!r}"),
+        )
+    )
+    for name in ("tip_x", "tip_y"):
+        assert np.abs(finer.outputs[name][::4] - run.outputs[name]).max() <= plan["errors"][name]
+    assert 0.0 < plan["of_mesh"] < 1.0
+    with pytest.warns(Notice, match="mostly by the mesh; give flag more cells"):
+        tight = studies.run(flag(tmp_path, PLATE.replace("accuracy: 4e-2", "step: 1 ms, accuracy: 1e-4"))).report["accuracy"]
+    assert not tight["met"]
+
+
+def test_plates_beside_lines_are_judged_too(tmp_path: Path) -> None:
+    line = """\
+  cable:
+    type: cable
+    mesh: meshes/cable.msh
+    section: {shape: circular, diameter: 5 mm}
+    material: {young_modulus: 10 MPa, density: 1200 kg/m^3}
+"""
+    text = PLATE.replace("joints:", line + "joints:\n  knot: {type: revolute, at: flag.a, to: cable.right}")
+    path = flag(tmp_path, text)
+    meshes.write(meshes.segment(4, (-0.2, 0.0, 0.0), (0.0, 0.0, 0.0)), tmp_path / "meshes" / "cable.msh")
+    alone = ScenePilots(scenes.read(path))
+    assert (alone.open, alone.refined, alone.unjudged) == (["cable"], ["flag"], [])
+    plan = studies.run(path).report["accuracy"]
+    last = plan["pilots"][-1]
+    assert plan["cells"] == last["cells"]
+    assert plan["of_mesh"] >= 2.0 * last["difference"]
+
+
+@pytest.mark.parametrize("refine", ["3", "0"])
+def test_sides_are_cut_into_a_power_of_two(tmp_path: Path, refine: str) -> None:
+    with pytest.raises(InputError, match=r"refine: expected (1, 2, 4, 8 or another power of two|a number >= 1)"):
+        scenes.read(flag(tmp_path, PLATE.replace("thickness", f"refine: {refine}\n    thickness")))

@@ -26,6 +26,7 @@ from ..core.storage.records import dataclass
 from ..core.values.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, quantity, whole, word
 from ..core.values.problems import Problem, shown, unknown
 from ..shapes import curves, meshes, nurbs_file, plate_meshes, structured
+from ..shapes.plate_meshes import PlateMesh
 from ..shapes.surface import Surface
 from ..systems.places import At
 from . import field_kinds as fields
@@ -67,7 +68,7 @@ class SceneBody(Declared, ABC):
         """The body with that many cells, of one that is `open`."""
         return self
 
-    def finer(self, times: int) -> Self | None:
+    def finer(self, times: int, scene: Scene, allow_outside: bool) -> Self | None:
         """The body with so many times its cells a direction, itself where it has none; None where nobody knows how."""
         return self
 
@@ -154,7 +155,7 @@ class Cable(SceneBody):
     def with_cells(self, cells: int) -> Self:
         return replace(self, cells=cells)
 
-    def finer(self, times: int) -> Self:
+    def finer(self, times: int, scene: Scene, allow_outside: bool) -> Self:
         return replace(self, refine=times * self.refine) if self.cells is None else replace(self, cells=times * self.cells)
 
     def figures(self, part: Body, gravity: float) -> BodyFigures:
@@ -310,7 +311,8 @@ class Plate(ThinBody):
     Without an `interpolation` it is `ancf` in the plane and on even grids of quads, where that converges (four cells at every inner
     node, lines that turn alike from node to node), else `fvs`, which converges on any quads or triangles. `arcs` are edges that are
     circular arcs, for these two; `rims` makes rigid frames of named edges, with centres in the frame of the scene; in space the
-    plate is clamped to those with `slopes: true`, and hinged to others. `order` is the number of Gauss points a direction.
+    plate is clamped to those with `slopes: true`, and hinged to others. `order` is the number of Gauss points a direction, `refine`
+    (2, 4, 8, ..) cuts every side of the cells into that many, new nodes on arcs lie on them.
 
     {type: plate, mesh: lug.msh, thickness: 5 mm, material: {young_modulus: 70 GPa, density: 2700}, rims: {hole: hole}}
     """
@@ -327,14 +329,17 @@ class Plate(ThinBody):
     origin: Position | None = None
     rotation: fields.Rotation | None = None
     order: Annotated[int, whole(1, 10)] | None = None
+    refine: Annotated[int, whole(1, 1024)] = 1
     made_of: ClassVar[str] = "mesh"
     flat: ClassVar[bool] = True
 
-    def finer(self, times: int) -> None:
-        return None
+    def finer(self, times: int, scene: Scene, allow_outside: bool) -> Self:
+        return replace(self, refine=times * self.refine)
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         yield from planar_slopes(self.rims, dim)
+        if self.refine.bit_count() > 1:
+            yield "refine", Problem("1, 2, 4, 8 or another power of two", str(self.refine))
         if self.arcs is not None and self.interpolation and not surfaces.INTERPOLATIONS[self.interpolation].arcs:
             got = f"arcs with {self.interpolation}, whose sides are straight"
             yield "arcs", Problem("arcs with ancf or fvs only", got, "delete them")
@@ -354,6 +359,7 @@ class Plate(ThinBody):
             other = "argyris" if mesh.cells.shape[1] == 3 else "ancf or bfs"
             remedy = f"take the interpolation fvs or {other}, or mesh it again"
             raise InputError(say(f"mesh {mesh.path}", f"{wanted} for {chosen}", got, remedy))
+        mesh = surfaces.refined(mesh, self.refine, self.arcs if surfaces.INTERPOLATIONS[chosen].arcs else [])
         return surfaces.set_order(surfaces.INTERPOLATIONS[chosen].make(mesh, self.arcs), self.order)
 
 
@@ -393,7 +399,9 @@ class Shell(ThinBody):
     def files(self) -> dict[str, str]:
         return {key: name for key, name in (("nurbs", self.nurbs), ("mesh", self.mesh)) if name is not None}
 
-    def finer(self, times: int) -> Self:
+    def finer(self, times: int, scene: Scene, allow_outside: bool) -> Self | None:
+        if self.mesh is not None and not surfaces.is_even(self.read_mesh(self.mesh, scene.folder, allow_outside, scene.repair)):
+            return None
         return replace(self, cells=times * self.cells)
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
@@ -415,10 +423,13 @@ class Shell(ThinBody):
             path = meshes.path(self.nurbs or "", folder, allow_outside)
             found = nurbs_file.read(path, cells=self.cells, degree=self.degree, scale=self.unit, join=self.join)
             return surfaces.set_order(found, self.order)
-        mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), False, self.face, repair, self.unit or 1.0, 3)
+        mesh = self.read_mesh(self.mesh, folder, allow_outside, repair)
         found, error = surfaces.curved(mesh, self.cells, self.degree)
         surfaces.tell_rough(f"mesh {mesh.path}", error, self.thickness)
         return surfaces.set_order(found, self.order)
+
+    def read_mesh(self, mesh: str, folder: Path, allow_outside: bool, repair: bool) -> PlateMesh:
+        return plate_meshes.read(meshes.path(mesh, folder, allow_outside), False, self.face, repair, self.unit or 1.0, 3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -451,7 +462,7 @@ class PlacedPart(SceneBody, word="part"):
     made_of: ClassVar[str] = "file"
     has_surface: ClassVar[bool] = True
 
-    def finer(self, times: int) -> None:
+    def finer(self, times: int, scene: Scene, allow_outside: bool) -> None:
         return None
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:

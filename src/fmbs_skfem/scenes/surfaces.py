@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 from ..core.errors import InputError, closest, say
 from ..core.notices import notify, remark
 from ..core.storage.records import dataclass
-from ..shapes import ancf_plate, fvs_plate, fvs_shell, skfem_surface, structured
+from ..shapes import ancf_plate, fvs_plate, fvs_shell, halving, skfem_surface, structured
 from ..shapes.plate_meshes import PlateMesh
 from ..shapes.surface import Surface
 
@@ -88,6 +88,22 @@ def bfs(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
 @interpolation("argyris", 3)
 def argyris(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
     return skfem_surface.argyris(mesh.points[:, :2], mesh.cells, mesh.point_groups, mesh.edge_groups, mesh.face_groups)
+
+
+def refined(mesh: PlateMesh, times: int, arcs: list[str] | None) -> PlateMesh:
+    """The mesh with every side cut into `times`, a power of two; new nodes lie on `arcs`, None to find these."""
+    for _ in range(times.bit_length() - 1):
+        mesh = halving.halve(mesh, ancf_plate.arcs_of(mesh.points[:, :2], mesh.edge_groups, arcs))
+    return mesh
+
+
+def is_even(mesh: PlateMesh) -> bool:
+    """Whether a mesh is an even grid of quads, through which a spline converges."""
+    try:
+        structured.grid(mesh)
+    except structured.NoGrid:
+        return False
+    return structured.unevenness(mesh.points, mesh.cells) <= UNEVEN
 
 
 def curved(mesh: PlateMesh, cells: int, degree: int | None) -> tuple[Surface, float]:

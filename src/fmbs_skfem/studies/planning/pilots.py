@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.errors import InputError, SolverError, say
+from ...core.errors import InputError, SolverError, listed, say
 from ...core.notices import Notice
 from ...dynamics import output_errors
 from ...scenes import build
@@ -49,10 +49,12 @@ class ScenePilots:
         self.accuracy = self.analysis.accuracy
         bodies = scene.bodies.items()
         self.open = [name for name, body in bodies if body.open]
-        fine = {name: body.finer(2) for name, body in bodies if not body.open}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Notice)  # of files, which are read again
+            fine = {name: body.finer(2, scene, allow_outside) for name, body in bodies if not body.open}
         meshed = [name for name, found in fine.items() if found is not scene.bodies[name]]
-        self.refined = [] if self.open else [name for name in meshed if fine[name] is not None]
-        self.unjudged = [name for name in meshed if name not in self.refined]  #: bodies whose cells stay as they are
+        self.refined = [name for name in meshed if fine[name] is not None]  #: bodies whose cells stay as they are, but can be finer
+        self.unjudged = [name for name in meshed if fine[name] is None]
         self.grid = grid_of(scene)
         self.systems: dict[int, System] = {}
         self.titles: tuple[str, ...] = ()  #: of the columns that are compared
@@ -75,11 +77,21 @@ class ScenePilots:
 
     def scene_of(self, level: int) -> Scene:
         """The scene with a level of cells, without an accuracy."""
-        bodies = dict(self.scene.bodies)
-        for name in self.refined if level > 1 else ():
-            if (finer := bodies[name].finer(level)) is not None:
-                bodies[name] = finer
-        return replace(self.scene, bodies=bodies).chosen(level or None, None)
+        scene = self.scene if self.open or level <= 1 else self.refined_by(level)
+        return scene.chosen(level or None, None)
+
+    def refined_by(self, times: int) -> Scene:
+        """The scene with so many times the cells a direction in all meshes that are given and can be finer."""
+        finer = {name: self.scene.bodies[name].finer(times, self.scene, self.allow_outside) for name in self.refined}
+        return replace(self.scene, bodies=self.scene.bodies | {name: body for name, body in finer.items() if body is not None})
+
+    @property
+    def remedy(self) -> str:
+        """What makes the meshes finer that are given; nothing where none is."""
+        cut = [name for name in self.refined if self.scene.bodies[name].divisible]
+        if cut == self.refined:
+            return "leave cells and refine out to have that found" if cut else ""
+        return f"give {listed([name for name in self.refined if name not in cut])} more cells (`refine` or `cells`)"
 
     def system(self, level: int) -> System:
         if level not in self.systems:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import asdict, field
+from collections.abc import Callable
+from dataclasses import asdict, field, replace
 from typing import Any
 
 from ...core.errors import Reason, SolverError, listed
@@ -12,7 +12,7 @@ from ...core.storage.records import dataclass
 from ...scenes import build, times
 from ...scenes.schema import Scene
 from .pilots import INSTANTS, ScenePilots
-from .planner import Limits, Pilot, Unresolved, plan, size
+from .planner import LEAST, Limits, Pilot, Plan, Unresolved, plan, size
 
 COMMON = 40  #: instants that all numbers of steps have in common, at least
 USUAL = 6  #: pilot runs of a plan
@@ -73,6 +73,8 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
     except Unresolved as error:
         text = f"{error.steps} steps of {analysis.duration / error.steps:.3g} s do not resolve the motion"
         raise SolverError(f"analysis.accuracy: {text}; look at loads and joints, or give a step", Reason.NOT_CONVERGED) from error
+    if pilots.open and pilots.refined:
+        found = with_given_meshes(pilots, found, see)
     errors = dict(zip(pilots.titles, found.errors.T.tolist(), strict=True))
     result = Planned(
         str(pilots.accuracy),
@@ -88,11 +90,27 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
         {name: own for name, (_, own) in errors.items()},
         [asdict(one) for one in found.pilots],
     )
-    warn(result, given, pilots.unjudged)
+    warn(result, given, pilots)
     return result
 
 
-def warn(found: Planned, given: bool, unjudged: Sequence[str]) -> None:
+def with_given_meshes(pilots: ScenePilots, found: Plan, see: Callable[[Pilot], None]) -> Plan:
+    """A plan of lines whose cells were chosen, with the errors of the meshes beside them, from a run with these once finer."""
+    finer = ScenePilots(pilots.refined_by(2), pilots.allow_outside)
+    steps = min(one.steps for one in found.pilots if one.resolved)
+    one, other = pilots.run(found.cells, steps), finer.run(found.cells, steps)
+    while (one is None or other is None) and steps < found.steps:
+        steps = min(2 * steps, found.steps)
+        one, other = pilots.run(found.cells, steps), finer.run(found.cells, steps)
+    if one is None or other is None:
+        pilots.unjudged += pilots.refined
+        return found
+    difference = pilots.differ(one, other)
+    see(pilot := Pilot(found.cells, steps, True, size(difference)))
+    return replace(found, mesh=found.mesh + LEAST / (LEAST - 1.0) * difference, pilots=(*found.pilots, pilot))
+
+
+def warn(found: Planned, given: bool, pilots: ScenePilots) -> None:
     """Warnings of an accuracy that is not met, and of what nobody has judged."""
     if found.trusted_until is not None:
         text = f"more steps do not settle {found.driven_by}: runs of {found.steps // 2} and {found.steps} steps agree"
@@ -100,9 +118,8 @@ def warn(found: Planned, given: bool, unjudged: Sequence[str]) -> None:
     elif not found.met:
         parts = {"step": found.of_step, "mesh": found.of_mesh or 0.0}
         what = max(parts, key=lambda name: parts[name])
-        kept = {"step": given, "mesh": found.cells is None}[what]
-        remedy = f"leave {'cells and refine' if what == 'mesh' else 'the step'} out to have that found" if kept else "ask for less"
+        remedies = {"step": "leave the step out to have that found" if given else "", "mesh": pilots.remedy}
         about = f"the error is about {sum(parts.values()):.2g} times what is wanted, mostly by the {what}"
-        notify(f"the accuracy {found.wanted} is not met: {about}; {remedy}")
-    if unjudged:
-        notify(f"errors are without those of the meshes of {listed(unjudged)}, which are as they are given")
+        notify(f"the accuracy {found.wanted} is not met: {about}; {remedies[what] or 'ask for less'}")
+    if pilots.unjudged:
+        notify(f"errors are without those of the meshes of {listed(pilots.unjudged)}, which are as they are given")

@@ -31,7 +31,7 @@ SURE = 0.25  #: of the share, below which one difference is enough
 REACH = 4.0  #: how many times more steps a chain may foretell beyond its last pilot
 STRETCH = 1.5  #: the same of cells
 FALLS = 1.6, 4.0  #: ratios of a chain of steps that are believed
-LEAST = 2.0  #: of a chain of cells
+LEAST = 2.0  #: of a chain of cells, and of meshes that are given: corners and supports at points leave no more
 FIRST = 4.0  #: ratio that a first difference of meshes is believed to fall by
 WHOLE = 1e-9  #: of a unit of steps, by which it may be missed
 CHANCE = 2.0  #: times the largest ratio that is believed, above which a difference is small by chance
@@ -313,7 +313,7 @@ class Planner:
                 continue
             cells *= 2
             differences.append(found)
-            chain = Chain(cells, tuple(differences), LEAST, most, FIRST)
+            chain = Chain(cells, tuple(differences), LEAST, most, LEAST if single else FIRST)
             why = "cells" if 2 * cells > self.limits.cells else None
             if (why := "" if single else judge(chain, goal, STRETCH, why)) is not None:
                 return chain, steps, why
