@@ -25,6 +25,8 @@ class Method(NamedTuple):
     slow: float  #: contraction above which the matrix is factored anew for the next step
     floor: float  #: round-off of q [m]
     sharp: float  #: remaining error of q over the second difference of q'' [s2]
+    share: float  #: remaining error of q over the first correction of a step
+    unseen: float  #: error of q that may remain whatever the first correction was [m]
     judging: bool  #: whether steps are refused where forces begin or end too fast, something is passed through, or corrections grow
     again: bool  #: whether a step that failed is tried once more, from a straight way
     trusting: bool  #: whether a contraction of steps before may be relied on

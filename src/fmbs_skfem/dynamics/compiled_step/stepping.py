@@ -18,6 +18,11 @@ An error d of q is one of d / (beta h^2) in q'' and in the reactions, which grow
 error has therefore to be a small part of beta h^2 |second difference of q''|: the method's own error of q'' is of that size. Where
 round-off is in the way the tolerance alone decides.
 
+What an iteration leaves comes back in the guess of the next step, 7 times as large where it alternates and the guess is quadratic.
+Where more than some 0.01 (1 - rho_inf)^2 of the guess's error is left (`scheme.largest_share`), stiff waves grow from step to step
+until the tolerance stops them. Beside a tolerance looser than the default, the remaining error is therefore kept below a part of
+the first correction, which is the error of the guess.
+
 Sources: Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202, doi 10.1007/s11044-007-9084-0 (method); Bottasso, Bauchau
 and Cardona, SIAM J. Sci. Comput. 29 (2007) 397-414, doi 10.1137/050638503 (scaling); Brown, Hindmarsh and Walker, SIAM J. Sci.
 Stat. Comput. 6 (1985) 297-313, doi 10.1137/0906022 (secants that live as long as factors); Deuflhard, Newton Methods for Nonlinear
@@ -312,18 +317,25 @@ def apply(table: Any) -> float:
 
 
 @jit
-def goal(method: Method, change: float, iteration: int) -> float:
-    """Remaining error of q [m] at which the iteration may stop after a second difference `change` of q''."""
+def goal(method: Method, change: float, iteration: int, begun: float) -> float:
+    """Remaining error of q [m] at which the iteration may stop.
+
+    `change` is the second difference of q'' in the step before [m/s2], `begun` the first correction of this one [m].
+    """
     # the sharper goal is beta h^2 beside q'': below the round-off of forces over c it would never be met
     if iteration >= PATIENT:
         return method.tolerance
+    # what is left of guesses must not grow from step to step, but for what adds up to nothing in a run
+    tolerance = min(method.tolerance, max(method.share * begun, method.unseen))
     # never looser than the tolerance, never below the round-off of positions
-    return max(min(method.tolerance, method.sharp * change), method.floor)
+    return max(min(tolerance, method.sharp * change), method.floor)
 
 
 @jit
-def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh: int, exact: float) -> int:
+def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh: int, exact: float, begun: float) -> int:
     """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors.
+
+    `begun` is the first correction of the step, which is the error of its guess.
 
     `fresh` counts the corrections with factors of this step, 0 where they are older: with old directions of the joints a correction
     of the multipliers leaves forces behind, however small that of q is, so the first one is not believed, unless directions are
@@ -336,7 +348,7 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
     """
     S = opened(table)
     w, method = S.work, S.method
-    enough = goal(method, S.state.change[0], iteration)
+    enough = goal(method, S.state.change[0], iteration, begun)
     # one correction a step in place of two where a solution is the dearest part of a step: those of large models
     if method.trusting:
         if iteration == 1 and last > 0.0:
@@ -378,7 +390,7 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
 def iterate(table: Any, step: int, growing: bool) -> int:
     """Newton's iteration from the predicted state of a step; status. Corrections may grow if it says so."""
     S = opened(table)
-    w, last, fresh, exact, brief, turned = S.work, 0.0, 0, 0.0, False, False
+    w, last, fresh, exact, brief, turned, begun = S.work, 0.0, 0, 0.0, False, False, 0.0
     for iteration in range(S.method.iterations):
         S.space.c[0] = S.method.c
         if invoke(S.doors.residual, table, 0) != 0:
@@ -396,8 +408,9 @@ def iterate(table: Any, step: int, growing: bool) -> int:
         # a first correction with new factors has no one before it to be a secant of
         add_secants(table, iteration > 0 and fresh != 1)
         norm = apply(table)
+        begun = norm if iteration == 0 else begun
         S.job.counters[ITERATIONS] += 1
-        status = judge(table, step, iteration, norm, last, fresh, 0.0 if turned or growing else exact)
+        status = judge(table, step, iteration, norm, last, fresh, 0.0 if turned or growing else exact, begun)
         if status == DONE:
             w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
         if status != NOT_CONVERGED:
