@@ -76,6 +76,10 @@ def test_eps_and_eta_are_the_coarsest_for_the_accuracy(tmp_path: Path, wanted: s
     accuracy = f"tip={wanted}"
     found = reduce(tmp_path, "--accuracy", accuracy)
     assert found["error_over_accuracy"] <= plans.SHARE
+    budget = found["budget"]
+    assert budget.keys() == {"step", "mesh", "reduction", "together"}
+    assert budget["reduction"] == found["error_over_accuracy"]
+    assert budget["together"] == pytest.approx(sum(part for name, part in budget.items() if name != "together"))
     errors = [one["relative"] for one in found["output_errors"].values() if one["output"] == "tip"]
     assert found["error_over_accuracy"] == pytest.approx(max(errors) / float(wanted))
     coarser = reduce(tmp_path, "--accuracy", accuracy, "--tolerance", f"{100 * found['tolerance']:g}", "--hyper", "0")

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ..scenes.analyses.dynamic import Dynamic
     from ..scenes.schema import Reduction
     from ..systems import System
+    from .planning.planned import Planned
 
 ETAS = (1e-2, 1e-3, 1e-4)  #: tolerances of the hyper-reduction in the picture of speed and error
 SHARE = 0.3  #: of the accuracy of a scene that a reduced model may use up: step and mesh of the full model use most of it
@@ -126,6 +127,18 @@ def tolerance_for(accuracy: Accuracy) -> tuple[float, Measure]:
     if every is None or every.unit or len(accuracy.bounds) > 1:
         return SHARE, AccuracyMeasure(accuracy)
     return SHARE * every.value, OutputMeasure()
+
+
+def budget(found: Planned | None, reduction: float) -> dict[str, float]:
+    """Errors over what is wanted by what makes them: step and mesh of the full model as far as these are known, the reduction."""
+    full = {} if found is None else {"step": found.of_step, "mesh": found.of_mesh}
+    parts = {name: part for name, part in full.items() if part is not None} | {"reduction": reduction}
+    return parts | {"together": sum(parts.values())}
+
+
+def budget_words(parts: dict[str, float]) -> str:
+    """A budget in a line."""
+    return f"error over what is wanted: {', '.join(f'{name} {part:.2g}' for name, part in parts.items())}"
 
 
 def task(scene: Scene, raw: System, plan: Plan) -> TrainingTask:

@@ -66,9 +66,10 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Go
     facts = [
         (key, format_value(value))
         for key, value in report.items()
-        if key not in ("output_errors", "left_out", *found.payoff.report)
+        if key not in ("output_errors", "left_out", "budget", *found.payoff.report)
     ]
     view: list[ReportTable | str] = [found.payoff.words]
+    view += [plans.budget_words(report["budget"])] if report["budget"] else []
     view += [ReportTable(f"Reduced model of {report['scene']}", ("", "value"), facts)]
     view += tables.left_out(report["left_out"])
     view += tables.output_errors(report["output_errors"])
@@ -126,6 +127,7 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
         "output_errors": {column: asdict(one) for column, one in wrong.items()},
         "accuracy": str(goal.accuracy) if goal else None,
         "error_over_accuracy": max(judged.values(), default=None),
+        "budget": plans.budget(job.plan, max(judged.values())) if judged else {},
         **payoff.report,
         "cpu_s_full": payoff.full_s,
         "cpu_s": payoff.run_s,
