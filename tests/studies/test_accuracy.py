@@ -17,7 +17,7 @@ from fmbs_skfem.shapes import meshes, plate_meshes
 from fmbs_skfem.studies.planning import planned
 from fmbs_skfem.studies.planning.pilots import ScenePilots
 
-from ..cli.calls import fmbs, scene
+from ..cli.calls import EXAMPLES, ROOT, fmbs, scene
 
 SWING = "{type: dynamic, duration: 0.5 s, rho_inf: 0.8, accuracy: %s}"
 RAMP = "sin(pi * t / 1.0)**2"
@@ -224,6 +224,61 @@ def test_named_points_inside_of_a_line_stay_points_of_its_mesh(tmp_path: Path, i
     plan = studies.run(path, plots=False).report["accuracy"]
     assert plan["met"]
     assert plan["cells"] >= inner + 1
+
+
+def rolled_up(folder: Path, analysis: str) -> Path:
+    """The example of a strip that a moment bends into a full circle: its end comes back to its root."""
+    (folder / "meshes").mkdir(exist_ok=True)
+    (folder / "meshes" / "beam_50.msh").write_bytes((ROOT / "meshes" / "beam_50.msh").read_bytes())
+    text = (EXAMPLES / "rolled_up.yaml").read_text().replace("../meshes", "meshes")
+    path = folder / "rolled_up.yaml"
+    path.write_text(text.replace("{type: static, load_steps: 12}", analysis))
+    return path
+
+
+@pytest.mark.parametrize("wanted", ["1e-2", "1e-4"])
+def test_cells_of_equilibria_are_found(tmp_path: Path, wanted: str) -> None:
+    """M = 2 pi EI / L; s M bends an arc of 2 pi s, which ends at L sin(2 pi s) / (2 pi s), L (1 - cos) / (2 pi s)."""
+    run = studies.run(rolled_up(tmp_path, f"{{type: static, load_steps: 12, accuracy: {wanted}}}"))
+    plan = run.report["accuracy"]
+    turn = 2.0 * np.pi * np.arange(1, 13) / 12
+    exact = {"tip_x": np.sin(turn) / turn, "tip_y": (1.0 - np.cos(turn)) / turn}
+    assert plan["met"]
+    assert (plan["steps"], plan["step"], plan["of_step"]) == (None, None, 0.0)
+    for name, values in exact.items():
+        error = float(np.abs(run.outputs[name][1:] - values).max())
+        assert 0.02 * plan["errors"][name] < error <= plan["errors"][name] <= float(wanted) * np.ptp(run.outputs[name])
+
+
+def test_equilibria_along_paths_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="load steps, which all meshes have in common"):
+        scenes.read(rolled_up(tmp_path, "{type: static, method: arc_length, accuracy: 1e-2}"))
+    called = fmbs("run", rolled_up(tmp_path, "{type: static, method: arc_length}"), "--accuracy", "1e-2", "--out", tmp_path / "out")
+    assert called.code == 3
+    assert "--accuracy: expected load steps" in called.err
+
+
+def test_equilibria_without_a_mesh_have_no_error_of_it(tmp_path: Path) -> None:
+    text = """\
+schema: 1
+name: hung
+dimension: 2
+bodies:
+  block: {type: point_mass, mass: 2 kg, position: [0, 0]}
+joints:
+  guide: {type: slider, at: block, direction: [0, 1]}
+loads:
+  spring: {type: spring_damper, at: block, to: [0, 1 m], stiffness: 1 kN/m}
+  weight: {type: gravity, acceleration: [0, -9.81 m/s^2]}
+analysis: {type: static, accuracy: 1e-6}
+outputs:
+  block: {type: position, at: block}
+"""
+    path = tmp_path / "hung.yaml"
+    path.write_text(text)
+    run = studies.run(path)
+    assert run.report["accuracy"]["met"]
+    assert run.outputs["block_y"][-1] == pytest.approx(-2 * 9.81 / 1000, rel=1e-9)
 
 
 PLATE = """\

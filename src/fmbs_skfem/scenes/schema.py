@@ -176,10 +176,9 @@ class Scene:
         """The scene with these cells in all lines that have none, and a step [s], as far as they are given; without an accuracy."""
         from . import build
 
-        found = build.dynamic(self)
-        step = found.counted().step if step is None else step
+        found = build.history(self).settled(step)
         bodies = {name: body.with_cells(cells) if cells and body.open else body for name, body in self.bodies.items()}
-        return replace(self, bodies=bodies, analysis=replace(found, step=step, accuracy=None), choice=(cells, step))
+        return replace(self, bodies=bodies, analysis=found, choice=(cells, step))
 
     def run(self, **options: Any) -> Any:
         """`studies.run` of this scene, with its options: a `studies.Run`."""

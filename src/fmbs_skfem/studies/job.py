@@ -204,17 +204,22 @@ def read_scene(job: Job, plans: bool = True) -> Scene:
     """
     from .. import scenes
     from ..scenes import build
+    from ..scenes.analyses.analysis import History
 
     scene, duration = job.scene or scenes.read(job.path, job.changes, job.repair), job.duration
     build.check_files(scene, job.allow_outside)
-    for option, value in (("--duration", duration), ("--accuracy", job.accuracy)):
-        if value is not None and not scene.analysis.moves:
-            raise InputError(say(option, "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
+    for option, value, fits, wanted in (
+        ("--duration", duration, scene.analysis.moves, "a dynamic analysis"),
+        ("--accuracy", job.accuracy, isinstance(scene.analysis, History), "a dynamic or static analysis"),
+    ):
+        if value is not None and not fits:
+            raise InputError(say(option, f"a scene with {wanted}", scene.analysis.word, "leave the option out"))
     if duration is not None:
         scene = with_duration(scene, duration)
     if job.accuracy is not None:
         scene = with_accuracy(scene, job.accuracy)
-    return plan(job, fit_step(scene), plans) if scene.analysis.moves else scene
+    scene = fit_step(scene) if scene.analysis.moves else scene
+    return plan(job, scene, plans) if isinstance(scene.analysis, History) else scene
 
 
 def with_duration(scene: Scene, duration: float) -> Scene:
@@ -237,19 +242,20 @@ def with_accuracy(scene: Scene, text: str | float) -> Scene:
     pairs = [part.split("=", 1) for part in text.split(",")] if isinstance(text, str) and "=" in text else []
     value = {pair[0].strip(): pair[-1].strip() for pair in pairs} if pairs else text
     try:
-        wanted = accuracy.accuracy(value, Context())
-        for _, problem in accuracy.of_outputs(wanted, scene.outputs, ()):
+        analysis: Any = build.history(scene)
+        found = replace(scene, analysis=replace(analysis, accuracy=accuracy.accuracy(value, Context())))
+        for _, problem in found.analysis.problems_in(found):
             raise Problem(problem.expected, problem.got, problem.remedy)
     except Problem as problem:
         raise InputError(say("--accuracy", problem.expected, problem.got, problem.remedy)) from problem
-    return replace(scene, analysis=replace(build.dynamic(scene), accuracy=wanted))
+    return found
 
 
 def plan(job: Job, scene: Scene, plans: bool) -> Scene:
     """The scene with what its accuracy leaves open found, or with some step."""
     from ..scenes import build, where
 
-    analysis = build.dynamic(scene)
+    analysis = build.history(scene)
     job.wanted = analysis.accuracy
     if analysis.accuracy is None and not analysis.open:
         return scene

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
+from dataclasses import field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeAlias, cast
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from ...core.values.problems import Found
 from ...dynamics import initial
 from ...systems import free_motions
 from ...systems.connections import hinged_rims
+from ..accuracy import Accuracy
 from ..yamlfile import Oddity, where
 
 if TYPE_CHECKING:
@@ -96,7 +97,22 @@ class History(Analysis, ABC):
     """States over time or over the load factor, with outputs."""
 
     tolerance: float
+    accuracy: Accuracy | None = None  #: for which cells are found, and the step of a motion
     label: ClassVar[str]  #: what is done while it is solved
+
+    @property
+    def open(self) -> bool:
+        """Whether its step is to be found."""
+        return False
+
+    def settled(self, step: float | None) -> Self:
+        """The analysis with what was found for an accuracy: a step [s] of a motion."""
+        own: Any = self
+        return cast("Self", replace(own, accuracy=None))
+
+    def piloted(self, steps: int, every: int) -> Self:
+        """The analysis in so many steps, of which every so many are kept; equilibria have none of time."""
+        return self
 
     @property
     def scheme(self) -> GeneralizedAlpha | None:

@@ -96,6 +96,12 @@ class Dynamic(History):
         """What `dynamics.integrate` takes as `every`: states to be kept."""
         return times.kept(self.every, self.step, self.duration)
 
+    def settled(self, step: float | None) -> Dynamic:
+        return replace(self.counted() if step is None else replace(self, step=step), accuracy=None)
+
+    def piloted(self, steps: int, every: int) -> Dynamic:
+        return replace(self, step=self.duration / steps, every=every)
+
     def counted(self) -> Dynamic:
         """The analysis with some step, for what is said of it before one is found."""
         return self if not self.open else replace(self, step=self.duration / FIRST)

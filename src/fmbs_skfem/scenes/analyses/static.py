@@ -11,10 +11,12 @@ from ... import dynamics
 from ...core.notices import Progress, notify, remark
 from ...core.storage.records import dataclass
 from ...core.values.fields import Count, Time
+from ...core.values.problems import Found, Problem
 from ...dynamics import Newton, Trajectory, initial
 from ...dynamics.equilibria import loading
 from ...dynamics.near_state import modes
 from .. import field_kinds as fields
+from ..accuracy import Wanted, of_outputs
 from ..yamlfile import Oddity
 from .analysis import Form, History, Work, motion_only, refuse_swings, refuse_unsupported
 
@@ -33,6 +35,9 @@ class Static(History):
     and displacements, angles and histories that are constant, grow with s. At branch points of its path arc length goes straight
     on, or takes the other branch.
 
+    For an `accuracy` (a part of the range of every output, 1e-3, an error, 1 mm, or errors by output) the cells of lines that have
+    none are found by pilot runs, and every number comes with its error.
+
     {type: static, load_steps: 20}
     """
 
@@ -41,6 +46,7 @@ class Static(History):
     constraints: Form = None
     load_steps: Count = 10
     time: Time = 1.0
+    accuracy: Wanted | None = None
     tolerance: fields.NewtonTolerance = 1e-10
     clock: ClassVar[bool] = False
     masses: ClassVar[bool] = False
@@ -71,6 +77,16 @@ class Static(History):
                     text = f"analysis: a branch point lies at load factor {one.after:.4g}, where the path goes straight on"
                     remark(f"{text}; `branch: other` takes the other")
         return found
+
+    def problems_in(self, scene: Scene) -> Iterator[Found]:
+        if self.accuracy is not None:
+            yield from of_outputs(self.accuracy, scene.outputs, ("analysis", "accuracy"))
+            if self.method == "arc_length":
+                got = "arc_length, whose steps lie elsewhere on every mesh"
+                yield (
+                    ("analysis", "accuracy"),
+                    Problem("load steps, which all meshes have in common", got, "leave the accuracy out"),
+                )
 
     def require_joints(self, system: System) -> None:
         initial.jacobian_at_start(loading.ramp(system, self.time))

@@ -23,6 +23,7 @@ INSTANTS = 200  #: at which runs are compared, at least; with 25 of them 3 of 30
 DIVIDED = 20  #: steps that a run may divide to count as resolved
 FEWEST = 2  #: cells with which a chain of meshes begins
 FLOOR = 5e4  #: errors over a run beside Newton's tolerance: 2e-12 leaves 3e-8 of a double pendulum in 3 s, 1e-10 leaves 7e-7
+FLOOR_AT_REST = 1e3  #: the same of an equilibrium, whose load steps do not add up
 GRID = 100_000  #: steps a duration may have at least because of other times of its scene
 
 
@@ -43,7 +44,7 @@ class ScenePilots:
 
     def __init__(self, scene: Scene, allow_outside: bool = False) -> None:
         self.scene, self.allow_outside = scene, allow_outside
-        self.analysis = build.dynamic(scene)
+        self.analysis = build.history(scene)
         if self.analysis.accuracy is None:
             raise InputError(say("analysis.accuracy", "an accuracy", "none"))
         self.accuracy = self.analysis.accuracy
@@ -55,7 +56,7 @@ class ScenePilots:
         meshed = [name for name, found in fine.items() if found is not scene.bodies[name]]
         self.refined = [name for name in meshed if fine[name] is not None]  #: bodies whose cells stay as they are, but can be finer
         self.unjudged = [name for name in meshed if fine[name] is None]
-        self.grid = grid_of(scene)
+        self.grid = grid_of(scene) if scene.analysis.moves else 1
         self.systems: dict[int, System] = {}
         self.titles: tuple[str, ...] = ()  #: of the columns that are compared
 
@@ -104,10 +105,12 @@ class ScenePilots:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Notice)
             stride = max(1, steps // self.multiple(INSTANTS))
-            analysis = replace(self.analysis, step=self.analysis.duration / steps, every=stride)
+            analysis = self.analysis.piloted(steps, stride)
             try:
                 motion = analysis.solve_for_outputs(self.system(cells))
             except SolverError:
+                if not self.analysis.moves:
+                    raise
                 return None
             if motion.statistics.halved > DIVIDED:
                 return None
@@ -117,13 +120,13 @@ class ScenePilots:
 
     def require_room(self, found: Found) -> None:
         """Refuse an accuracy below what the iteration of every step leaves, in a motion with these outputs."""
-        floor = FLOOR * self.analysis.tolerance
+        floor = (FLOOR if self.analysis.moves else FLOOR_AT_REST) * self.analysis.tolerance
         for error in output_errors.between(found.columns, found.columns, self.any_system.outputs).values():
             bound = self.accuracy.bound(error)
             least = 0.0 if bound is None else floor * error.range if bound.unit else floor
             if bound is not None and bound.value < least:
                 expected = f"an error of {error.output} of at least {least:.1g} {bound.unit}".strip()
-                remedy = f"Newton's tolerance of {self.analysis.tolerance:g} leaves that, by round-off and over all steps"
+                remedy = f"Newton's tolerance of {self.analysis.tolerance:g} leaves that"
                 raise InputError(say("analysis.accuracy", expected, f"{bound.value:g}", remedy))
 
     def differ(self, one: Found, other: Found) -> np.ndarray:

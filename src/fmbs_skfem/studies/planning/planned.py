@@ -25,8 +25,8 @@ class Planned:
     wanted: str
     met: bool
     why_not: str  #: sensitive, steps, cells, doubt; nothing where it is met
-    steps: int
-    step: float  #: [s]
+    steps: int | None  #: of a motion
+    step: float | None  #: [s]
     cells: int | None  #: of every line that has none of its own; None where all have
     of_step: float  #: largest error of the step, over what is wanted
     of_mesh: float | None  #: of the mesh; None where no mesh is judged
@@ -38,10 +38,12 @@ class Planned:
     @property
     def words(self) -> str:
         """What was chosen and what it errs by, in a sentence."""
-        cells = f"{self.cells} cells a line, " if self.cells else ""
-        chosen = f"accuracy {self.wanted}: {cells}{self.steps} steps of {self.step:.4g} s, found by {len(self.pilots)} pilot runs"
+        cells = [f"{self.cells} cells a line"] if self.cells else []
+        steps = [f"{self.steps} steps of {self.step:.4g} s"] if self.step else []
+        chosen = f"accuracy {self.wanted}: {', '.join([*cells, *steps, f'found by {len(self.pilots)} pilot runs'])}"
         mesh = "unknown" if self.of_mesh is None else f"{self.of_mesh:.2g}"
-        shares = f"error over what is wanted: step {self.of_step:.2g}, mesh {mesh}, largest in {self.driven_by}"
+        step = f"step {self.of_step:.2g}, " if self.step else ""
+        shares = f"error over what is wanted: {step}mesh {mesh}" + (f", largest in {self.driven_by}" if self.driven_by else "")
         return f"{chosen}; {shares}"
 
     def scene(self, scene: Scene) -> Scene:
@@ -54,12 +56,14 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
 
     SolverError where no number of steps resolves the motion, InputError for an accuracy that no output has the unit of.
     """
-    analysis, pilots = build.dynamic(scene), ScenePilots(scene, allow_outside)
-    given = not analysis.open
-    unit = pilots.multiple(COMMON)
-    limits = Limits(times.STEPS // unit * unit, unit=unit)
-    steps = round(analysis.duration / analysis.step) if given else pilots.multiple(INSTANTS)
+    analysis, pilots = build.history(scene), ScenePilots(scene, allow_outside)
     cells = 2 * pilots.fewest if pilots.open else 1 if pilots.refined else 0
+    motion = build.dynamic(scene) if analysis.moves else None
+    if motion is None and not cells:
+        return nothing_to_find(pilots)
+    given, unit = not analysis.open, pilots.multiple(COMMON)
+    limits = Limits(times.STEPS // unit * unit if motion else 1, unit=unit if motion else 1)
+    steps = 0 if motion is None else round(motion.duration / motion.step) if given else pilots.multiple(INSTANTS)
     made = 0
 
     def see(pilot: Pilot) -> None:
@@ -71,7 +75,8 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
     try:
         found = plan(pilots, cells, steps, bool(pilots.open), not given, limits, see)
     except Unresolved as error:
-        text = f"{error.steps} steps of {analysis.duration / error.steps:.3g} s do not resolve the motion"
+        assert motion is not None  # equilibria say themselves why they are not found
+        text = f"{error.steps} steps of {motion.duration / error.steps:.3g} s do not resolve the motion"
         raise SolverError(f"analysis.accuracy: {text}; look at loads and joints, or give a step", Reason.NOT_CONVERGED) from error
     if pilots.open and pilots.refined:
         found = with_given_meshes(pilots, found, see)
@@ -79,9 +84,9 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
     result = Planned(
         str(pilots.accuracy),
         found.met,
-        found.why or ("" if found.met else "steps" if given else "cells"),
-        found.steps,
-        analysis.duration / found.steps,
+        found.why or ("" if found.met else "steps" if given and motion else "cells"),
+        found.steps if motion else None,
+        motion.duration / found.steps if motion else None,
         found.cells if pilots.open else None,
         size(found.time),
         size(found.mesh) if cells else None if pilots.unjudged else 0.0,
@@ -90,7 +95,14 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
         {name: own for name, (_, own) in errors.items()},
         [asdict(one) for one in found.pilots],
     )
-    warn(result, given, pilots)
+    warn(result, given, pilots, found.apart)
+    return result
+
+
+def nothing_to_find(pilots: ScenePilots) -> Planned:
+    """What an accuracy of an equilibrium finds where no mesh can be chosen or refined: rigid bodies and springs are exact."""
+    result = Planned(str(pilots.accuracy), not pilots.unjudged, "", None, None, None, 0.0, None, "", None, {})
+    tell_unjudged(pilots)
     return result
 
 
@@ -110,16 +122,21 @@ def with_given_meshes(pilots: ScenePilots, found: Plan, see: Callable[[Pilot], N
     return replace(found, mesh=found.mesh + LEAST / (LEAST - 1.0) * difference, pilots=(*found.pilots, pilot))
 
 
-def warn(found: Planned, given: bool, pilots: ScenePilots) -> None:
-    """Warnings of an accuracy that is not met, and of what nobody has judged."""
+def warn(found: Planned, given: bool, pilots: ScenePilots, apart: str) -> None:
+    """Warnings of an accuracy that is not met, and of what nobody has judged; runs that are `apart` do not settle."""
     if found.trusted_until is not None:
-        text = f"more steps do not settle {found.driven_by}: runs of {found.steps // 2} and {found.steps} steps agree"
-        notify(f"{text} within the accuracy up to t = {found.trusted_until:.4g} s only")
+        text = f"more {apart.split()[-1]} do not settle {found.driven_by}: runs of {apart} agree within the accuracy"
+        notify(f"{text} up to t = {found.trusted_until:.4g} s only")
     elif not found.met:
         parts = {"step": found.of_step, "mesh": found.of_mesh or 0.0}
         what = max(parts, key=lambda name: parts[name])
         remedies = {"step": "leave the step out to have that found" if given else "", "mesh": pilots.remedy}
         about = f"the error is about {sum(parts.values()):.2g} times what is wanted, mostly by the {what}"
         notify(f"the accuracy {found.wanted} is not met: {about}; {remedies[what] or 'ask for less'}")
+    tell_unjudged(pilots)
+
+
+def tell_unjudged(pilots: ScenePilots) -> None:
+    """A warning of meshes that stay as they are."""
     if pilots.unjudged:
         notify(f"errors are without those of the meshes of {listed(pilots.unjudged)}, which are as they are given")

@@ -163,7 +163,8 @@ class Plan:
     mesh: np.ndarray  #: (2, k) those of the mesh
     pilots: tuple[Pilot, ...]
     why: str = ""  #: it falls short: `sensitive`, `steps`, `cells`, `doubt`
-    last: tuple[Any, Any] | None = None  #: the last two runs of a sensitive motion
+    last: tuple[Any, Any] | None = None  #: the last two runs of what is sensitive
+    apart: str = ""  #: of how many steps, or cells, these are
 
     @property
     def errors(self) -> np.ndarray:
@@ -259,7 +260,8 @@ class Planner:
     def unsettled(self, time: Chain, mesh: np.ndarray, one: tuple[int, int], other: tuple[int, int]) -> Plan:
         """The plan of a motion that two runs do not settle, nor all those before them."""
         errors = time.errors(other[1]), mesh
-        return Plan(*other, *errors, tuple(self.log), "sensitive", (self.known[one], self.known[other]))
+        apart = f"{one[1]} and {other[1]} steps" if one[0] == other[0] else f"{one[0]} and {other[0]} cells"
+        return Plan(*other, *errors, tuple(self.log), "sensitive", (self.known[one], self.known[other]), apart)
 
     def coarsest(self, cells: int, steps: int) -> int:
         """The fewest steps, by doubling, that resolve the motion."""
@@ -350,6 +352,7 @@ def judge(chain: Chain, goal: float, reach: float, limit: str | None) -> str | N
 
 
 FAR = Limits()
+NO_STEPS = Chain(1, (np.zeros((2, 1)),), *FALLS, first=FALLS[1]), 1, ""  #: of an equilibrium, where every run counts as one step
 
 
 def plan(
@@ -363,15 +366,15 @@ def plan(
 ) -> Plan:
     """Cells and steps that meet an accuracy, from chains that begin with so many of them; what is not free stays.
 
-    `cells` are twice the fewest, and 0 where a scene has none to choose: its mesh is not judged. Unresolved where no number of
-    steps is enough.
+    `cells` are twice the fewest, and 0 where a scene has none to choose: its mesh is not judged. `steps` are 0 of an equilibrium.
+    Unresolved where no number of steps is enough.
     """
     done = Planner(pilots, limits, see)
     share = SAFETY * (SHARE if cells and free_cells else 1.0)
-    time, first, why = done.chain_of_steps(cells, steps, share, single=not free_steps)
+    time, first, why = done.chain_of_steps(cells, steps, share, single=not free_steps) if steps else NO_STEPS
     if why == "sensitive":
         return done.unsettled(time, np.zeros((2, 1)), (cells, time.fine // 2), (cells, time.fine))
-    chosen = cells, steps if not free_steps else max(first, limits.rounded(time.needed(share)))
+    chosen = cells, max(steps, 1) if not free_steps else max(first, limits.rounded(time.needed(share)))
     if not cells:
         return done.proved(chosen, time, None, why, (free_cells, free_steps))
     rest = max(SAFETY - time.error(chosen[1]), LEFT)
