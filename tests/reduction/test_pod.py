@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import csr_array, diags_array
 
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
@@ -233,3 +236,25 @@ def test_bad_factors_are_refused() -> None:
         pod.update([(u, [1.0, 0.5]), (np.eye(3), np.ones(3))], np.zeros(4), modes=1)
     with pytest.raises(InputError, match="not all zero"):
         pod.truncation(np.zeros(3), 1e-3)
+
+
+def test_a_basis_takes_what_it_lacks_of_more_states() -> None:
+    """Its own modes stay, those that are added are orthonormal to them in the metric, and leave eps of the square of the states."""
+    rng = np.random.default_rng(3)
+    W = csr_array(diags_array(rng.uniform(0.5, 2.0, 30)))
+    known = pod.basis(decaying(0, 30, 12), 1e-6, mean=np.zeros(30), metric=W)
+    known = replace(known, against=1)
+    more = decaying(1, 30, 15)
+    for eps in (1e-4, 1e-8):
+        found = pod.extended(known, more, eps, W)
+        U, count = found.modes, known.modes.shape[1] - 1
+        np.testing.assert_allclose(U.T @ (W @ U), np.eye(U.shape[1]), atol=1e-12)
+        np.testing.assert_array_equal(U[:, :count], known.modes[:, :count])
+        np.testing.assert_array_equal(U[:, -1], known.modes[:, -1])
+        left = more - U @ (U.T @ (W @ more))
+        part = float(np.sum(left * (W @ left)) / np.sum(more * (W @ more)))
+        assert part <= eps
+        fewer = np.delete(U, -2, axis=1)
+        left = more - fewer @ (fewer.T @ (W @ more))
+        assert float(np.sum(left * (W @ left)) / np.sum(more * (W @ more))) > eps
+    assert pod.extended(known, known.modes @ rng.normal(size=(known.modes.shape[1], 5)), 1e-12, W).modes.shape == known.modes.shape

@@ -18,7 +18,7 @@ from ..core.values import quantities, units
 from ..core.values.problems import Problem
 from ..core.values.units import add_unit
 from ..families import parametric_model, prediction
-from ..reduction import cases, files
+from ..reduction import cases, files, guarded
 from ..reduction import parameters as boxes
 from ..results.rendering import painter
 from . import job as jobs
@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from ..reduction.cases import Case
 
 INFO = "info.json"
-OWN = "training", "provenance", "scheme", "newton"  #: notes of a model at one set of parameters that are not listed as they are
+#: notes of a model at one set of parameters that are not listed as they are
+OWN = "training", "provenance", "scheme", "newton", "choice", guarded.NOTE
 SHORT = 12  #: entries of a list that a table shows
 
 
@@ -65,6 +66,13 @@ def task(job: Job, step: float | None = None) -> solving.RunTask:
         label="reduced model",
         remarks=remarks(facts),
     )
+
+
+def require_own_accuracy(job: Job) -> None:
+    """InputError where a saved model is asked for an accuracy of its own."""
+    if job.accuracy is not None:
+        remedy = "a reduced model has the accuracy of its training; with --guard SCENE the full model keeps another one"
+        raise InputError(say("--accuracy", "a scene", f"{job.path}", remedy))
 
 
 def run_saved(job: Job, step: float | None, picture: bool) -> Run:

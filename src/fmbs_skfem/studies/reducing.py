@@ -15,7 +15,7 @@ from ..core.errors import FmbsError
 from ..core.notices import Notice, notify
 from ..core.storage.records import dataclass
 from ..families import comparators
-from ..reduction import cases, files, full_runs, reduced_models
+from ..reduction import cases, files, full_runs, guarded, reduced_models
 from ..reduction.accuracy import costs, error_budget, output_errors
 from ..reduction.accuracy.costs import Payoff
 from ..reduction.accuracy.runs import PATIENCE, kept_steps, run_fastest
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from ..dynamics import Trajectory
     from ..reduction.cases import Case
     from ..reduction.full_runs import TrainingTask
+    from ..reduction.guarded import Known
     from ..reduction.plan import Plan
     from ..scenes import Scene
     from ..systems import System
@@ -52,6 +53,7 @@ class ReductionResult(Result):
     reduced: Trajectory
     case: Case  #: of the reduced motion
     payoff: Payoff
+    known: Known  #: of the training, for guarded runs
 
 
 def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Goal | None = None) -> ReductionResult:
@@ -76,7 +78,8 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Go
     if path is not None:
         training, plain = dict(scene.parameters), reports.plain(report)
         kept, how = reports.provenance_to_keep(origin, scene), {"scheme": found.case.scheme, "newton": found.case.newton}
-        files.save(found.system, path, scene=report["scene"], training=training, report=plain, provenance=kept, **how)
+        notes = {"training": training, "report": plain, "provenance": kept, "choice": scene.choice, guarded.NOTE: found.known}
+        files.save(found.system, path, scene=report["scene"], **notes, **how)
         view.append(f"written: {path}")
     more = {"file": path, "provenance": origin, "notices": job.notices}
     return replace(found, report={**report, **more}, lines=view)
@@ -140,7 +143,8 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
         "duration": own.duration,
     }
     about = f"{report['scene']}: {model.system.size} coordinates for {raw.size}, largest relative error {errors.maximum:.1e}"
-    return ReductionResult(about=about, report=report, system=model.system, full=full, reduced=motion, case=case, payoff=payoff)
+    found = {"system": model.system, "full": full, "reduced": motion, "case": case, "payoff": payoff}
+    return ReductionResult(about=about, report=report, known=guarded.know(task, model, full, motion), **found)
 
 
 def plan_for(goal: Goal, task: TrainingTask, full: Trajectory, kept: np.ndarray) -> Plan:

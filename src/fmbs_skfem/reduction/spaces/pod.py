@@ -16,6 +16,7 @@ doi 10.1016/j.cma.2019.112690.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -99,6 +100,21 @@ def update(
     weighted = np.hstack(columns)
     centre, W = _state(mean, "mean", weighted.shape[0]), _metric(metric, weighted.shape[0])
     return _decompose(W, weighted, centre, EPS * _size(W, weighted), tolerance, modes, keep)
+
+
+def extended(basis: Basis, deviations: Array, tolerance: float, metric: csr_array) -> Basis:
+    """The basis with modes for what it lacks of more deviations (n,s) from its mean; those that it has stay as they are.
+
+    U' = [U, V] with the left singular vectors V of X - U U^T W X, in the metric W (n,n), as many as leave eps = `tolerance` of the
+    square of X. That is (50) for a basis whose own factors are not to be truncated any further. Modes `against` joints stay the
+    last.
+    """
+    count = basis.modes.shape[1] - basis.against
+    u, s = left_singular(metric, outside(metric, deviations, basis.modes))
+    size = np.array([float(np.sqrt(np.sum(deviations * (metric @ deviations))))])
+    new = u[:, : _tail_count(s, tolerance, size)] if size[0] > 0.0 else u[:, :0]
+    modes = np.hstack([basis.modes[:, :count], new, basis.modes[:, count:]])
+    return replace(basis, modes=np.ascontiguousarray(modes))
 
 
 def of_vectors(

@@ -34,8 +34,7 @@ def run_source(job: Job, step: float | None = None, picture: bool = False) -> Ru
     if models.is_model(job):
         if given:
             raise InputError(say(given, "a scene", f"{job.path}", "a reduced model runs anew in seconds"))
-        if job.accuracy is not None:
-            raise InputError(say("--accuracy", "a scene", f"{job.path}", "a reduced model has the accuracy of its training"))
+        models.require_own_accuracy(job)
         return models.run_saved(job, step, picture)
     if picture:
         raise InputError(say("--picture", "a saved reduced model (.h5)", f"{job.path}", "draw a scene with fmbs render"))

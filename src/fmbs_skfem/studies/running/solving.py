@@ -59,7 +59,7 @@ class RunTask:
     scheme: GeneralizedAlpha | None = None  #: None of equilibria
     request: Mapping[str, Any] | None = None  #: what `resume` needs to know; None of what runs anew
     label: str = "integrating"
-    remarks: Sequence[str] = ()  #: sentences on the result
+    remarks: Sequence[ReportTable | str] = ()  #: sentences and tables on the result
 
 
 def solve(job: Job, mark: str, make: Callable[[], RunTask], draw: Draw | None = None, names: Sequence[str] = ()) -> Run:
