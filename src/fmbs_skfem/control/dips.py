@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..dynamics.compiled_step.pieces import EXACT, take_piece
 from ..dynamics.dividing import put
 from ..dynamics.measuring import Reader
 from ..systems import compiled as compilation
-from .pieces import EXACT, take_piece
 
 if TYPE_CHECKING:
     from ..dynamics.run import OpenRun

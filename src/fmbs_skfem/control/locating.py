@@ -26,6 +26,7 @@ from ..core.errors import Reason, SolverError
 from ..core.notices import notify, remark
 from ..dynamics import checkpoint as checkpoints
 from ..dynamics.compiled_step import stepping
+from ..dynamics.compiled_step.pieces import EXACT, TINY, Unreached, last_place, take_piece
 from ..dynamics.compiled_step.step import STEPS
 from ..dynamics.dividing import put, restart
 from ..dynamics.initial import Instant, consistent_start, first_state
@@ -40,7 +41,6 @@ from ..systems.compiled import Compiled
 from . import dips
 from .crossings import Crossings, noise_of
 from .events import gap_of, numbers_of
-from .pieces import EXACT, TINY, Unreached, last_place, take_piece
 
 if TYPE_CHECKING:
     from ..dynamics.run import OpenRun

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NoReturn
 
 import numpy as np
 
@@ -16,9 +17,12 @@ from ..systems.system import System, loose_rows
 from . import rest
 from .checkpoint import Record, Resumed
 from .compiled_step import stepping
+from .compiled_step.jumps import jumps_of_loads
 from .compiled_step.large import Large
 from .compiled_step.packing import HALVINGS
+from .compiled_step.pieces import Unreached, take_piece
 from .compiled_step.single_steps import SingleSteps
+from .compiled_step.step import STEPS
 from .dividing import retry_filtered
 from .histories import leading_values, signals_of_steps
 from .initial import Instant, Start, consistent_start, first_step, startable
@@ -175,6 +179,7 @@ def begun(
         observers=observers,
         source=source,
         tracer=tracer,
+        jumps=jumps_of_loads(setting.system, scheme.step, steps),
     )
     for one in observers:
         one.begin(run)
@@ -211,8 +216,9 @@ def march(run: OpenRun, many: int) -> None:
     end = run.done + many
     while run.done < end:
         run.make_room(run.done + 1)
-        status = take_steps(run, end - run.done)
-        if status != stepping.DONE:
+        if run.done in run.jumps:
+            take_between_jumps(run)
+        elif (status := take_steps(run, run.next_jump(end) - run.done)) != stepping.DONE:
             take_filtered(run, status)
 
 
@@ -235,8 +241,9 @@ def take_step(run: OpenRun) -> None:
             one.before(run)
         assert run.source is not None
         run.make_room(run.done + 1)
-        status = run.source.take(run)
-        if status == stepping.DONE:
+        if run.done in run.jumps:
+            take_between_jumps(run)
+        elif (status := run.source.take(run)) == stepping.DONE:
             run.done += 1
         else:
             take_filtered(run, status)
@@ -251,12 +258,29 @@ def take_filtered(run: OpenRun, status: int) -> None:
     """Take the first step from filtered accelerations; SolverError where it cannot be taken, and of any other step that failed."""
     status = retry_filtered(run, status, run.scheme.step * run.done)
     if status != stepping.DONE:
-        failed = failure(run, status, run.packed.reached)
-        if text := next((text for one in run.observers if (text := one.explain(run))), ""):
-            raise SolverError(text, Reason.GROWING, failed.time, failed.worst, failed.partial) from failed
-        raise failed
+        give_up(run, status)
     run.done += 1
     run.store()
+
+
+def take_between_jumps(run: OpenRun) -> None:
+    """Take a step in which loads jump, from jump to jump; SolverError where a piece of it cannot be taken."""
+    steps = int(run.step.job.counters[STEPS])
+    try:
+        take_piece(run, 0.0, 1.0)
+    except Unreached as failed:
+        give_up(run, failed.status)
+    run.step.job.counters[STEPS] = steps + 1
+    run.done += 1
+    run.store()
+
+
+def give_up(run: OpenRun, status: int) -> NoReturn:
+    """Raise the SolverError of a step that failed, in the words of an observer that knows why."""
+    failed = failure(run, status, run.packed.reached)
+    if text := next((text for one in run.observers if (text := one.explain(run))), ""):
+        raise SolverError(text, Reason.GROWING, failed.time, failed.worst, failed.partial) from failed
+    raise failed
 
 
 def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:

@@ -19,6 +19,7 @@ from ..systems.system import System
 from . import checkpoint as checkpoints
 from .checkpoint import Checkpoint, Resumed, Rows, RunState
 from .compiled_step import stepping
+from .compiled_step.jumps import Jumps
 from .compiled_step.large import Large
 from .compiled_step.packing import HALVINGS, PackedStep
 from .compiled_step.step import Step
@@ -49,6 +50,7 @@ class OpenRun:
     wall: float
     observers: list[Observer] = field(default_factory=list)
     source: Source | None = None  #: the one of them that gives the histories of every step
+    jumps: Jumps = field(default_factory=dict)  #: of loads, within steps or at their ends
     done: int = 0  #: steps
     forgotten: bool = False  #: whether the memory of states before a checkpoint is not known
     happened: list[Happening] = field(default_factory=list)
@@ -142,6 +144,10 @@ class OpenRun:
         """The last step, up to this one, whose states up to it find rows."""
         beyond = self.base + self.capacity
         return min(number, int(self.kept[beyond]) - 1) if beyond < len(self.kept) else number
+
+    def next_jump(self, number: int) -> int:
+        """The first step from the present one on in which loads jump, at most this one."""
+        return next((jump for jump in self.jumps if self.done <= jump < number), number)
 
     @property
     def steps(self) -> int:

@@ -42,6 +42,17 @@ class Sine:
         return np.asarray(np.sin(self.angle(t)))
 
 
+@dataclass(frozen=True)
+class Bound:
+    """An expression of inputs that are functions of time, by name."""
+
+    of: Expression
+    functions: Mapping[str, Signal]
+
+    def __call__(self, t: np.ndarray) -> np.ndarray:
+        return self.of.at(t, {name: function(t) for name, function in self.functions.items()})
+
+
 @singledispatch
 def read_inputs(signal: Any) -> Sequence[Input]:
     """The inputs that a function of time reads; none of most functions. Types that read some register."""
@@ -76,8 +87,7 @@ def _(signal: Expression) -> Sequence[Input]:
 def _(signal: Expression, told: Mapping[str, Signal]) -> Signal:
     if not read_inputs(signal):
         return signal
-    functions = {one.name: bound(one, told) for one in signal.inputs}
-    return lambda t: signal.at(t, {name: function(t) for name, function in functions.items()})
+    return Bound(signal, {one.name: bound(one, told) for one in signal.inputs})
 
 
 @read_inputs.register

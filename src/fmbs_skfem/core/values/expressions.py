@@ -17,6 +17,7 @@ import operator
 import re
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
+from functools import partial
 from typing import Any, TypeAlias, TypeGuard, overload
 
 import numpy as np
@@ -46,6 +47,7 @@ STEPS = 20_000  #: longest program
 BINARY = {"<": 1, "<=": 1, ">": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3, "**": 5}  #: precedence
 UNARY = 4  #: precedence of a sign: below a power, above a product
 ARITY = FUNCTIONS | dict.fromkeys(BINARY, 2) | {"neg": 1}
+SWITCHES = ("<", "<=", ">", ">=", "sign", "floor", "mod")  #: what jumps
 RESERVED = frozenset(FUNCTIONS) | {TABLE, "t", "pi"}
 OUTPUTS = "outputs are read by loads such as control_force, control_torque and actuator, by controllers and by events"
 GRAMMAR = (
@@ -120,6 +122,11 @@ class Expression:
             calls = {one.call: one for one in self.inputs if one.call}
             return np.zeros(t.shape) + evaluate(self.program, {"t": t, **inputs, **calls}, ARRAY)
 
+    def switches(self, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """`switches` of its program at times (s,)."""
+        sources = {one.name: one(t) for one in self.inputs} | {one.call: one for one in self.inputs if one.call}
+        return switches(self.program, {"t": t, **sources}, t)
+
 
 storable(Expression, inputs=lambda values: ())
 
@@ -177,6 +184,22 @@ def evaluate(program: Program, names: Mapping[str, Any], algebra: Algebra, lift:
         else:
             stack.append(names[step])
     return stack[0]
+
+
+def switches(program: Program, names: Mapping[str, Any], t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Parts (s, k) of a program that jump, at times (s,): comparisons, signs and whole numbers; nan where they read what is nan."""
+    found: list[npt.NDArray[np.float64]] = []
+
+    def recorded(word: str, *parts: Any) -> Any:
+        value = ARRAY[word](*parts)
+        found.append(np.zeros(t.shape) + (np.floor(parts[0] / parts[1]) if word == "mod" else value))
+        return value
+
+    if not any(step in SWITCHES for step in program):
+        return np.zeros((len(t), 0))
+    with np.errstate(all="ignore"):
+        evaluate(program, names, {**ARRAY, **{word: partial(recorded, word) for word in SWITCHES}})
+    return np.stack(found, axis=1)
 
 
 def parse(text: str, names: Collection[str]) -> Program:

@@ -6,7 +6,7 @@ jump, angles that jump or tilt, tables that were left, failed iterations, what f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -101,7 +101,7 @@ def warn_of_division(cost: Statistics) -> None:
 
 def warn_of_histories(run: OpenRun, motion: Trajectory, steps: int) -> None:
     """Warnings of what is read of time, of so many steps that were to be taken."""
-    warn_of_coarse_steps(motion, run.plain, run.scheme.step, steps)
+    warn_of_coarse_steps(motion, run.plain, run.scheme.step, steps, run.jumps)
     warn_of_drives_that_jump(run.plain, run.scheme.step, steps)
 
 
@@ -111,17 +111,18 @@ def warn_of_angles(run: OpenRun, motion: Trajectory) -> None:
         warn_of_tilts(motion)
 
 
-def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: int) -> None:
+def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: int, whole: Collection[int]) -> None:
     """A warning where histories and forces by expressions of t change inside of steps [s], which read them at their ends alone.
 
-    `plain` is the system before it was told its inputs; what reads inputs, which are held from step to step, is left out.
+    `plain` is the system before it was told its inputs; what reads inputs, which are held from step to step, is left out. Nothing
+    is missed in steps that end where loads jump in them, `whole` by their numbers.
 
     The integral S(t) of a history s, for a load its impulse, is max |S - S_h| / max |S| off where S_h is that of the straight lines
     between the ends of the steps.
     """
     wrong = dict[str, float]()
-    coarse = of_histories(plain, "coarse", step, steps, lambda: list(coarse_histories(plain, step, steps)))
-    for owner, share in (*coarse, *coarse_forces(motion, plain, step, steps)):
+    coarse = of_histories(plain, "coarse", step, steps, lambda: list(coarse_histories(plain, step, steps, whole)))
+    for owner, share in (*coarse, *coarse_forces(motion, plain, step, steps, whole)):
         wrong[owner] = max(wrong.get(owner, 0.0), share)
     for owner, share in wrong.items():
         text = f"{owner} changes faster than the step of {step:g} s"
@@ -220,15 +221,17 @@ def coordinate_of(law: str) -> str:
     return rest.partition("|")[0] if kind == responses.WORD else kind
 
 
-def coarse_histories(system: System, step: float, steps: int) -> Iterator[tuple[str, float]]:
+def coarse_histories(system: System, step: float, steps: int, whole: Collection[int]) -> Iterator[tuple[str, float]]:
     """What is driven by histories that are too far off, and the share that is missed."""
     known = [k for k, signal in enumerate(system.signals) if not read_inputs(signal)]
-    size, missed = integrals(lambda times: signal_table(system, times.ravel())[:, known], step, steps)
+    size, missed = integrals(lambda times: signal_table(system, times.ravel())[:, known], step, steps, whole)
     for k in np.flatnonzero(missed > MISSED * size):
         yield signal_names(system)[known[k]], missed[k] / size[k]
 
 
-def coarse_forces(motion: Trajectory, plain: System, step: float, steps: int) -> Iterator[tuple[str, float]]:
+def coarse_forces(
+    motion: Trajectory, plain: System, step: float, steps: int, whole: Collection[int]
+) -> Iterator[tuple[str, float]]:
     """The same of forces that read histories by a law of one's own.
 
     |S| is at least what it is with the state of the start: of a force that follows a history little is left in the motion. That is
@@ -240,8 +243,8 @@ def coarse_forces(motion: Trajectory, plain: System, step: float, steps: int) ->
             if not len(rows) or not read or any(read_inputs(one) for one in read):
                 continue
             for moves in (True, False):
-                whole, off = integrals(pushes(motion, found.law, rows, numbers, signals, moves), step, steps)
-                size, missed = max(size, whole.max()), max(missed, off.max())
+                summed, off = integrals(pushes(motion, found.law, rows, numbers, signals, moves), step, steps, whole)
+                size, missed = max(size, summed.max()), max(missed, off.max())
                 if missed <= MISSED * size:
                     break
             else:
@@ -270,10 +273,13 @@ def pushes(
     return pushed
 
 
-def integrals(values: Callable[[np.ndarray], np.ndarray], step: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+def integrals(
+    values: Callable[[np.ndarray], np.ndarray], step: float, steps: int, whole: Collection[int]
+) -> tuple[np.ndarray, np.ndarray]:
     """max |S| (k,) and max |S - S_h| (k,) of functions of times (s, i) in s steps, with values (s i, k).
 
-    Zero for the latter where a function has only BRIEF steps since it began, in which it stays between the ends of its steps.
+    Zero for the latter where a function has only BRIEF steps since it began, in which it stays between the ends of its steps. Steps
+    with the numbers `whole` miss nothing.
     """
     inside = np.array([0.0, *(np.arange(INSIDE) + 0.5) / INSIDE, 1.0])
     carried, size, missed, began = np.zeros(1), np.zeros(1), np.zeros(1), np.array([steps])
@@ -285,6 +291,7 @@ def integrals(values: Callable[[np.ndarray], np.ndarray], step: float, steps: in
             found = values(times).reshape(*times.shape, -1)
             found = np.where(np.isfinite(found), found, 0.0)
             means = np.stack([found[:, 1:-1].mean(axis=1), 0.5 * (found[:, 0] + found[:, -1])])
+            means[1] = np.where(np.isin(numbers, list(whole))[:, None], *means)
             sums = carried + np.cumsum(means, axis=1)
         carried = sums[:, -1:]
         size = np.maximum(size, np.abs(sums).max(axis=(0, 1)))

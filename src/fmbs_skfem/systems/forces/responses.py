@@ -206,6 +206,31 @@ def sense(draft: Draft, name: str) -> tuple[str, list[int], list[float]]:
     return draft.outputs[name].word, list(range(first, first + len(output.rows))), list(output.parameters)
 
 
+def switches(force: LawForces) -> Iterator[Callable[[np.ndarray], np.ndarray]]:
+    """Parts (s, k) at times (s,) [s] of the expressions of forces that jump with time alone, see `expressions.switches`."""
+    word, _, rest = force.law.name.partition("|")
+    if word != WORD:
+        return
+    _, texts, _, given, *_ = rest.split("|")
+    known = [one for one in given.split(",") if one and ":" not in one]
+    for text in texts.split(";"):
+        program = expressions.parse(text, responses.Names(known))
+        for numbers in force.numbers if "t" in program else ():
+            told = dict(zip(known, numbers[1:].tolist(), strict=False))
+            told |= {"pi": np.pi} | {step: one.value for step, one in expressions.quantities(program).items()}
+            yield partial(clocked, program, told)
+
+
+def clocked(program: expressions.Program, told: Mapping[str, float], times: np.ndarray) -> np.ndarray:
+    """The same of a program at times (s,); what is of the state, and not `told`, is nan."""
+    of_state = {step: _nan if expressions.is_call(step) else np.nan for step in program if isinstance(step, str)}
+    return expressions.switches(program, {**of_state, **told, "t": times}, times)
+
+
+def _nan(argument: np.ndarray) -> np.ndarray:
+    return np.full(np.shape(argument), np.nan)
+
+
 def law_of(name: str) -> ForceLaw:
     """The law of this name."""
     return made(name)[0]

@@ -1,4 +1,4 @@
-"""Pieces of a step: what events leave of one, by the method, or by the Taylor series where they are too short for it."""
+"""Pieces of a step, between events and jumps of loads: by the method, or by the Taylor series where they are too short for it."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics.compiled_step import stepping
-from ..dynamics.dividing import restart, retry_filtered
-from ..systems import compiled as compilation
+from ...systems import compiled as compilation
+from ..dividing import restart, retry_filtered
+from ..histories import leading_signals
+from . import stepping
 
 if TYPE_CHECKING:
-    from ..dynamics.run import OpenRun
+    from ..run import OpenRun
 
 TINY = 0.01  #: of a step, below which a piece of it is taken by the Taylor series
 EXACT = 1e-12  #: of a step, to which places in it are found
+UNSTORED = np.array([-1])  #: rows of a step whose state is not stored
 
 
 class Unreached(Exception):
@@ -30,18 +32,41 @@ class Unreached(Exception):
 
 
 def take_piece(run: OpenRun, place: float, to: float) -> None:
-    """Go from a place in the present step to another one, both parts of it.
+    """Go from a place in the present step to another one, both parts of it, and over the loads that jump between them.
 
     Places are from 0 to 1 in the step. Pieces shorter than a hundredth of it go by x + h v + h^2 q'' / 2. Unreached where a piece
     cannot be taken.
     """
-    h, state = run.scheme.step, run.step.state
-    begin, span = h * (run.done + place), h * (to - place)
-    if span >= TINY * h:
+    begin, h, first = run.scheme.step * (run.done + place), run.scheme.step, place == 0.0
+    for jump, before, behind in run.jumps.get(run.done, ()):
+        if place < jump <= to or (first and jump == 0.0):
+            go_on(run, begin, before - begin)
+            jump_over(run, behind)
+            place, begin = jump, behind
+    go_on(run, begin, h * (run.done + to) - begin)
+
+
+def jump_over(run: OpenRun, behind: float) -> None:
+    """Accelerations and reactions of the present state with loads as they are behind a jump [s]; see `stepping.jump`."""
+    signals, _ = leading_signals(run.model.system, np.array([behind]), run.scheme.step)
+    if not len(signals):
+        raise Unreached(stepping.NOT_FINITE)
+    run.packed.give(signals, UNSTORED)
+    if run.packed.call(stepping.jump) != stepping.DONE:
+        run.model.check()
+    restart(run.step.state, run.step.work)
+
+
+def go_on(run: OpenRun, begin: float, span: float) -> None:
+    """Go on from a time for a span [s] in which no load jumps."""
+    state = run.step.state
+    if span >= TINY * run.scheme.step:
         status = retry_filtered(run, run.packed.take_span(begin, span), begin)
         if status != stepping.DONE:
             raise Unreached(status)
         restart(state, run.step.work)
+        return
+    if span <= 0.0:
         return
     way = span * state.v + 0.5 * span**2 * state.acceleration
     state.x[:] += way

@@ -1,0 +1,128 @@
+r"""Instants at which loads jump: a step ends before each of them, and another one begins behind it.
+
+    s(t*-) != s(t*+),  t_n < t* <= t_n + h:      from t_n to t*-,   q'' and multipliers jump (`stepping.jump`),   t*+ to t_n + h
+
+A step reads loads at its end. One that jumps in it, or there, is on the wrong side for up to h, an impulse of F h, so that the
+motion would be of first order. Jumps of drives are impulses, and no step is right there.
+
+A jump is in a part of an expression, a comparison or a whole number, or in any other function from the end of a step to the next:
+a change that stays as large as it is in ever shorter intervals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import singledispatch
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ...core.values.expressions import Expression
+from ...core.values.inputs import GivenInput, Input
+from ...systems.forces import responses
+from ...systems.forces.force_laws import LawForces
+from ...systems.signals import Bound, read_inputs
+from ...systems.system import System, driving
+from ..histories import of_histories
+
+Traces: TypeAlias = Callable[
+    [np.ndarray], np.ndarray
+]  #: (s, k) of k functions at times (s,) [s], one of which jumps where a load does
+# 4 and 64 take as long; with 2 an expression takes four times as long
+PARTS = 16  #: of an interval that is narrowed
+SMOOTH = 2.0  #: times its mean slope, from which a change in a part of an interval may be a jump; such ones are looked at further
+LEFT = 0.01  #: of a change, in the last interval, from which it is a jump; smooth ones leave 1e-12
+SMALL = 1e-6  #: of the range of a load, up to which a jump is round-off
+EXACT = 1e-12  #: of a step, to which instants are found
+ULPS = 8.0  #: units of the last place of an instant, which sums of times do not leave
+SAME = 1e-9  #: of a step, within which an instant is the end of one
+#: jumps over steps up to which steps end there: each costs as much as some ten of them, and noise has one in every step
+MANY = 0.1
+AT_ONCE = 10_000  #: steps
+
+#: by numbers of steps: places in the step, 0 to 1, the last instant before the jump and the first one behind it [s]
+Jumps: TypeAlias = dict[int, list[tuple[float, float, float]]]
+
+
+@singledispatch
+def traces(signal: Any) -> Traces | None:
+    """Functions that jump where a history does; None for one that is given step by step. Types of histories register here."""
+    return lambda times: np.asarray(signal(times))[:, None]
+
+
+@traces.register
+def _(signal: Expression) -> Traces | None:
+    return None if read_inputs(signal) else signal.switches
+
+
+@traces.register
+def _(signal: Input | GivenInput | Bound) -> Traces | None:
+    return None
+
+
+def jumps_of_loads(system: System, step: float, steps: int) -> Jumps:
+    """Where the loads of a system jump in so many steps [s]; nowhere where they do so in more than MANY of them."""
+    found = of_histories(system, "load jumps", step, steps, lambda: jumps_of_signals(system, step, steps))
+    return found if len(found) <= MANY * steps else {}
+
+
+def jumps_of_signals(system: System, step: float, steps: int) -> Jumps:
+    """The same, however many there are."""
+    driven, instants = {signal for _, signal in driving(system.constraints)}, list[tuple[float, float]]()
+    for signal in (one for k, one in enumerate(system.signals) if k not in driven):
+        if (functions := traces(signal)) is not None:
+            instants += [at for at in found_in(functions, step, steps) if is_jump(signal, at)]
+    laws = [one for one in system.loads.forces if isinstance(one, LawForces)]
+    instants += [at for law in laws for functions in responses.switches(law) for at in found_in(functions, step, steps)]
+    found: Jumps = {}
+    for before, behind in sorted(instants):
+        number = max(int(np.ceil(behind / step - SAME)) - 1, 0)
+        place = min(behind / step - number, 1.0)
+        place = 1.0 if place > 1.0 - SAME else place if place > SAME else 0.0
+        here = found.setdefault(number, [])
+        if not here or place > here[-1][0] + SAME:
+            here.append((place, before, behind))
+    return found
+
+
+def is_jump(signal: Callable[[np.ndarray], np.ndarray], instant: tuple[float, float]) -> bool:
+    """Whether a function of time has different values before and behind an instant: parts of it may jump where it does not."""
+    before, behind = signal(np.array(instant))
+    return bool(abs(behind - before) > SMALL * max(abs(before), abs(behind)))
+
+
+def found_in(functions: Traces, step: float, steps: int) -> list[tuple[float, float]]:
+    """The last instant before each jump, and the first one behind it [s]."""
+    found = list[tuple[float, float]]()
+    for first in range(0, steps, AT_ONCE):
+        times = step * np.arange(first, min(first + AT_ONCE, steps) + 1)
+        low, high = narrowed(functions, times, functions(times), EXACT * step)
+        found += zip(low.tolist(), high.tolist(), strict=True)
+    return found
+
+
+def narrowed(functions: Traces, times: np.ndarray, values: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds (j,) of jumps of functions, from the intervals of times (s,) with values (s, k), to a width [s].
+
+    Again and again the one of PARTS parts of an interval is kept in which a function changes most.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        changes = np.nan_to_num(np.abs(np.diff(values, axis=0)))
+        rows, columns = np.nonzero(changes > SMALL * np.nan_to_num(np.abs(values)).max(axis=0, initial=0.0))
+        low, high, last, whole = times[rows], times[rows + 1], changes[rows, columns], changes[rows, columns]
+        end, first = np.maximum(width, ULPS * np.spacing(high)), True
+        while len(low) and (high - low > end).any():
+            inside = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)
+            inside[:, -1] = high
+            found = functions(inside.ravel()).reshape(*inside.shape, -1)[np.arange(len(low)), :, columns]
+            changes = np.nan_to_num(np.abs(np.diff(found, axis=1)))
+            part = changes.argmax(axis=1)[:, None]
+            low, high, last = (
+                np.take_along_axis(one, at, 1)[:, 0] for one, at in ((inside, part), (inside, part + 1), (changes, part))
+            )
+            kept = (last > SMOOTH / PARTS * whole) | (not first)
+            columns, low, high, end, last, whole = (one[kept] for one in (columns, low, high, end, last, whole))
+            first = False
+        jumped = last > LEFT * whole
+    # away from the jump by what sums of times may err
+    return np.maximum(low - end, 0.0)[jumped], (high + end)[jumped]
