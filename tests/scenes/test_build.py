@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
-from fmbs_skfem.bodies import Circular, Material
+from fmbs_skfem.bodies import Circular, Given, Material
 from fmbs_skfem.bodies import body as bodies
 from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.scenes import build, schema
 from fmbs_skfem.scenes import field_kinds as fields
-from fmbs_skfem.shapes import meshes
-from fmbs_skfem.shapes.curves import remesh
+from fmbs_skfem.shapes import curves, meshes
 from fmbs_skfem.systems import assembly
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
@@ -80,23 +79,48 @@ def test_linkage_closes() -> None:
 def test_remeshed_cable(cells: int | None, refine: int, count: int) -> None:
     """Named points stay where they are, the ends included."""
     mesh = meshes.read(ROOT / "meshes" / "cable_40.msh")
-    new = remesh(mesh, "cable", cells, refine)
-    assert len(new.cells) == count
+    new = curves.cut(curves.follow(mesh, "cable"), cells, refine)
+    assert len(new.breaks) == count + 1
     for name, ids in mesh.point_groups.items():
-        np.testing.assert_allclose(new.points[new.point_groups[name]], mesh.points[ids], atol=1e-14)
-    assert (np.diff(new.points[:, 0]) > 0).all()
+        np.testing.assert_allclose(new.curve(np.array([new.names[name]])), mesh.points[ids], atol=1e-14)
+        assert new.names[name] in new.breaks
+    assert (np.diff(new.curve(new.breaks)[:, 0]) > 0).all()
 
 
-def test_remeshed_arc_stays_an_arc() -> None:
-    """The points of a coarser mesh lie on the circle, not on the old chords (sagitta 2e-4 m)."""
-    new = remesh(meshes.read(ROOT / "meshes" / "arc_40.msh"), None, 33)
-    radius = np.linalg.norm(new.points - [0.0, 1.0, 0.0], axis=1)
-    np.testing.assert_allclose(radius, 1.0, atol=2e-6)
+@pytest.mark.parametrize("cells", [2, 33])
+def test_remeshed_arc_stays_an_arc(cells: int) -> None:
+    """Points of a coarser mesh lie on the circle, not on the old chords (sagitta 2e-4 m), and slopes are along it."""
+    new = curves.cut(curves.follow(meshes.read(ROOT / "meshes" / "arc_40.msh"), None), cells)
+    spokes = new.curve(new.breaks) - [0.0, 1.0, 0.0]
+    np.testing.assert_allclose(np.linalg.norm(spokes, axis=1), 1.0, atol=2e-6)
+    np.testing.assert_allclose(np.sum(spokes * new.curve(new.breaks, 1), axis=1), 0.0, atol=1e-4)
+
+
+def test_an_arc_of_few_cells_errs_by_the_fourth_order() -> None:
+    """Cells follow the curve of the mesh, not one through their ends: the length of a quarter of a circle."""
+    line = curves.follow(meshes.read(ROOT / "meshes" / "arc_40.msh"), None)
+    length = float(np.pi / 2)
+    found = []
+    for cells in (2, 4):
+        part = bodies.cable("arc", curves.cut(line, cells), Given(1.0, 1.0, 1.0, 0.01), dim=2)
+        found.append(abs(float(bodies.arc_lengths(part)[1][-1]) - length))
+    assert found[0] < 2e-3 * length
+    assert np.log2(found[0] / found[1]) > 3.5
+    assert line.fewest == 2
+
+
+def test_a_closed_line_has_cells_enough_to_go_round() -> None:
+    line = curves.follow(meshes.read(ROOT / "meshes" / "hoop_60.msh"), None)
+    assert line.fewest == 6
+    part = bodies.cable("hoop", curves.cut(line, line.fewest), Given(1.0, 1.0, 1.0, 0.01), dim=2)
+    assert bodies.arc_lengths(part)[1][-1] == pytest.approx(
+        bodies.arc_lengths(bodies.cable("hoop", line, Given(1.0, 1.0, 1.0, 0.01), dim=2))[1][-1], rel=1e-4
+    )
 
 
 def test_remeshed_needs_cells_for_named_points() -> None:
     with pytest.raises(InputError, match="at least 2 cells"):
-        remesh(meshes.read(ROOT / "meshes" / "cable_40.msh"), None, 1)
+        curves.cut(curves.follow(meshes.read(ROOT / "meshes" / "cable_40.msh"), None), 1)
 
 
 def test_rotation_about_an_axis() -> None:

@@ -29,7 +29,7 @@ from ..core.storage.records import dataclass
 from ..core.storage.validation import Attributes, Indices, Inside, Range, Reals, Sizes, also, require
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
-from ..shapes.table import Table
+from ..shapes.table import Curve, Table
 from .cable_law import curvatures
 from .cable_points import degree_of, points_of
 from .laws import Law
@@ -197,7 +197,7 @@ storable(Body, values=lambda values: {})
 
 def cable(
     name: str,
-    mesh: meshes.LineMesh | str | Path,
+    mesh: meshes.LineMesh | curves.Line | str | Path,
     section: Section,
     material: Material | None = None,
     *,
@@ -212,7 +212,7 @@ def cable(
     rotation: np.ndarray | None = None,
     points: int | None = None,
 ) -> Body:
-    """Thin cable or beam along the polyline of a mesh file, one cell of the interpolation per mesh cell.
+    """Thin cable or beam along the polyline of a mesh file, one cell of the interpolation per mesh cell, or along a line.
 
     `group` picks a named group of lines; `origin` (c,) [m] and `rotation` (c, c) place the mesh, x -> origin + rotation x. Straight
     polylines stay straight, others become a smooth spline through the mesh points; one that is curved in space is `limp`, and said
@@ -227,13 +227,16 @@ def cable(
     if dim == 3 and not section.bends_alike:
         raise InputError(say(f"body '{name}'", BENDS_ALIKE, section, BENDS_ALIKE_REMEDY))
     mesh = meshes.read(mesh) if isinstance(mesh, (str, Path)) else mesh
-    order = meshes.chain(mesh, group)
-    position = place(f"body '{name}'", mesh.points[order], dim, origin, rotation)
-    breaks, curve = curves.through(position)
+    curve: Curve
+    if isinstance(mesh, curves.Line):
+        breaks, curve, places = mesh.breaks, partial(placed_curve, name, mesh.curve, dim, origin, rotation), mesh.names
+    else:
+        order = meshes.chain(mesh, group)
+        breaks, curve = curves.through(place(f"body '{name}'", mesh.points[order], dim, origin, rotation))
+        places = curves.named_points(mesh, order, breaks)
     space = line.Hermite(breaks) if ancf else line.uniform(breaks, degree, continuity)
     reference = line.fit(space, curve)
     data = section.stiffness(material)
-    places = curves.named_points(mesh, order, breaks)
     points, numbers = points_of(f"body '{name}'.points", space, points), numbers or {}
     require_line_law(name, law, dim, numbers)
     made = partial(cable_numbers, space, reference, data, law, numbers, points)
@@ -247,7 +250,7 @@ def cable(
         reference=reference,
         mass=mass_matrix(space, reference, data.rhoA),
         constant=line.fit(space, unit_field)[:, 0],
-        places=places,
+        places=dict(places),
         space=space,
         cells=cells,
         radius=data.radius,
@@ -294,6 +297,19 @@ def place(where: str, points: np.ndarray, dim: int, origin: np.ndarray | None, r
     wide = np.pad(points[:, :dim], ((0, 0), (0, max(0, dim - points.shape[1]))))
     moved = wide if rotation is None else wide @ np.asarray(rotation, dtype=float).T
     return moved if origin is None else moved + np.asarray(origin, dtype=float)
+
+
+def placed_curve(
+    name: str,
+    curve: Curve,
+    dim: int,
+    origin: np.ndarray | None,
+    rotation: np.ndarray | None,
+    xi: np.ndarray,
+    derivative: int = 0,
+) -> np.ndarray:
+    """A curve in the frame of the scene, or its derivative, at parameters xi (x,), (x, c), see `place`."""
+    return place(f"body '{name}'", curve(xi, derivative), dim, None if derivative else origin, rotation)
 
 
 def unit_field(xi: np.ndarray, derivative: int = 0) -> np.ndarray:

@@ -161,7 +161,7 @@ class Cable(SceneBody):
     def figures(self, part: Body, gravity: float) -> BodyFigures:
         return figures.of_line(part, self.section.stiffness(self.material), self.degree, gravity)
 
-    def followed(self, scene: Scene, allow_outside: bool) -> curves.Followed:
+    def followed(self, scene: Scene, allow_outside: bool) -> curves.Line:
         """Its line, whatever its cells will be."""
         return curves.read(meshes.path(self.mesh, scene.folder, allow_outside), self.line, scene.repair, self.unit)
 

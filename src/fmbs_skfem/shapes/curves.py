@@ -8,6 +8,7 @@ parabola. de Boor, A Practical Guide to Splines, rev. ed., ISBN 978-0-387-95366-
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 STRAIGHT = 1e-12
 #: Angle between neighbouring chords above which a notice says that the spline rounds a corner [degrees].
 CORNER = 60.0
+BEND = np.pi / 3  #: [rad], which a cell of a coarse mesh turns by at most: a cubic on an arc of it is shorter by 1e-5
+ALMOST = 0.05  #: cells that a turn may miss for a bend a little larger
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,13 +117,12 @@ def named_points(mesh: meshes.LineMesh, order: Ints, breaks: Floats) -> dict[str
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
-    """A line of a mesh as a smooth curve, whatever its cells will be: it belongs to all who cut it, and nobody changes it."""
+class Line:
+    """A smooth curve with the parameters where cells meet: it belongs to all who cut it, and nobody changes it."""
 
-    breaks: Floats  #: (n,) parameters of the old points
+    breaks: Floats  #: (n,) parameters of the points
     curve: Curve
     names: dict[str, float]  #: parameters of the named points
-    path: Path | None  #: of the mesh
 
     @property
     def inner(self) -> list[float]:
@@ -130,44 +132,40 @@ class Followed:
 
     @property
     def fewest(self) -> int:
-        """The fewest cells that it can be cut into: one more than named points inside."""
-        return len(self.inner) + 1
+        """The fewest cells that follow it: one more than named points inside, each turning by `BEND` at most."""
+        slopes = self.curve(self.breaks, 1)
+        slopes /= np.linalg.norm(slopes, axis=1, keepdims=True)
+        turns = 2.0 * np.arcsin(np.clip(0.5 * np.linalg.norm(np.diff(slopes, axis=0), axis=1), 0.0, 1.0))
+        return max(len(self.inner) + 1, int(np.ceil(turns.sum() / BEND - ALMOST)))
 
 
-def follow(mesh: meshes.LineMesh, group: str | None) -> Followed:
+def follow(mesh: meshes.LineMesh, group: str | None) -> Line:
     """The smooth curve through the points of one body of a mesh, see `meshes.chain`."""
     order = meshes.chain(mesh, group)
     breaks, curve = through(mesh.points[order])
-    return Followed(breaks, curve, named_points(mesh, order, breaks), mesh.path)
+    return Line(breaks, curve, named_points(mesh, order, breaks))
 
 
-def read(path: Path, group: str | None, repair: bool = False, unit: float = 1.0) -> Followed:
+def read(path: Path, group: str | None, repair: bool = False, unit: float = 1.0) -> Line:
     """The line of one body in a mesh file, see `meshes.read`; found once while the file does not change."""
     return remembered_files.once(path, ("line", group, repair, unit), lambda: follow(meshes.read(path, repair, unit), group))
 
 
-def remesh(mesh: meshes.LineMesh, group: str | None, cells: int | None = None, refine: int = 1) -> meshes.LineMesh:
-    """One body of a mesh with other cells, see `cut`."""
-    return cut(follow(mesh, group), cells, refine)
+def cut(line: Line, cells: int | None = None, refine: int = 1) -> Line:
+    """The same line with other cells: `cells` of equal length, or every cell split into `refine`.
 
-
-def cut(followed: Followed, cells: int | None = None, refine: int = 1) -> meshes.LineMesh:
-    """One body of a mesh with other cells: `cells` of equal length, or every cell split into `refine`.
-
-    Points lie on the smooth curve through the old ones. Named points stay points of the mesh: the nearest inner cut moves to them,
-    and the cells beside them differ in length where they do not divide the line evenly.
+    Named points stay points where cells meet: the nearest inner cut moves to them, and the cells beside them differ in length where
+    they do not divide the line evenly.
     """
-    breaks, names = followed.breaks, followed.names
+    breaks = line.breaks
     if cells is None:
         steps = np.arange(refine) / refine
         cuts = np.append((breaks[:-1, None] + np.diff(breaks)[:, None] * steps).ravel(), breaks[-1])
     else:
-        if cells < followed.fewest:
-            raise InputError(say("mesh", f"at least {followed.fewest} cells, one more than named inner points", cells))
-        cuts = _cuts(breaks[-1], cells, followed.inner)
-    nodes = np.arange(len(cuts))
-    groups = {name: np.array([np.argmin(np.abs(cuts - xi))]) for name, xi in names.items()}
-    return meshes.LineMesh(followed.curve(cuts, 0), np.column_stack([nodes[:-1], nodes[1:]]), groups, {}, followed.path)
+        if cells <= len(line.inner):
+            raise InputError(say("mesh", f"at least {len(line.inner) + 1} cells, one more than named inner points", cells))
+        cuts = _cuts(breaks[-1], cells, line.inner)
+    return replace(line, breaks=cuts)
 
 
 def _cuts(length: float, cells: int, inner: list[float]) -> np.ndarray:
