@@ -114,7 +114,7 @@ def test_a_closed_line_has_cells_enough_to_go_round() -> None:
     assert line.fewest == 6
     part = bodies.cable("hoop", curves.cut(line, line.fewest), Given(1.0, 1.0, 1.0, 0.01), dim=2)
     assert bodies.arc_lengths(part)[1][-1] == pytest.approx(
-        bodies.arc_lengths(bodies.cable("hoop", line, Given(1.0, 1.0, 1.0, 0.01), dim=2))[1][-1], rel=1e-4
+        bodies.arc_lengths(bodies.cable("hoop", line, Given(1.0, 1.0, 1.0, 0.01), dim=2))[1][-1], rel=2e-3
     )
 
 

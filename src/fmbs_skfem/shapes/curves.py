@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 STRAIGHT = 1e-12
 #: Angle between neighbouring chords above which a notice says that the spline rounds a corner [degrees].
 CORNER = 60.0
-BEND = np.pi / 3  #: [rad], which a cell of a coarse mesh turns by at most: a cubic on an arc of it is shorter by 1e-5
+BEND = np.pi / 3  #: [rad], which a cell of a coarse mesh turns by at most: a cubic on an arc of it is shorter by 2e-3
 ALMOST = 0.05  #: cells that a turn may miss for a bend a little larger
 
 
