@@ -21,6 +21,7 @@ FOLDER = Path(__file__).resolve().parents[1] / "benchmarks"
 
 def script(name: str, results: Path, monkeypatch: pytest.MonkeyPatch, **smaller: Any) -> ModuleType:
     """A benchmark as a module that writes into `results`, with smaller sizes."""
+    monkeypatch.syspath_prepend(str(FOLDER))  # some import others
     spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
@@ -44,15 +45,58 @@ def test_full_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["resting", "switched_off", "corners", "with_a_mass", "rigid_pendulum", "free_flight", "quintic", "energy"]
+    "name",
+    [
+        "resting",
+        "switched_off",
+        "corners",
+        "with_a_mass",
+        "rigid_pendulum",
+        "free_flight",
+        "quintic",
+        "energy",
+        "hum",
+        "pulse",
+        "many_swings",
+        "drive_torque",
+    ],
 )
 def test_accuracy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    """Scenes at rest, forces off the grid, corners: what is promised is kept, beside four times the cells and steps."""
+    """What is promised is kept, beside four times the cells and steps.
+
+    Scenes at rest, forces off the grid, corners; a force that repeats as often as the first steps, one that is shorter than they
+    are, forty swings, moments at a place inside of cells.
+    """
     rows = script("accuracy", tmp_path, monkeypatch).main([name], [1e-2])
     assert len(rows) == 1
     assert rows[0].why_not == ""
     assert rows[0].true <= 1.0
     assert (tmp_path / "accuracy.md").read_text(encoding="utf-8").startswith("# ")
+
+
+def test_the_cheapest_run_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (row,) = script("accuracy", tmp_path, monkeypatch).main(["pendulum"], [1e-3], try_all=True)
+    assert row.cheapest is not None
+    assert 1.0 < row.over_cheapest < 4.0  # three cells and 300 steps are enough
+    assert "times the work of the cheapest" in (tmp_path / "accuracy.md").read_text(encoding="utf-8")
+
+
+def test_time_to_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without Exudyn our own runs stand in its place."""
+    module = script("time_to_error", tmp_path, monkeypatch, WANTED=(1e-2,), MESHES=(4, 16), STEPS=(200, 400, 6400))
+    if importlib.util.find_spec("exudyn") is None:
+
+        def same(name: str, settings: Any, duration: float) -> tuple[float, Any]:
+            scenes = dict(module.written(module.SCENES, tmp_path))
+            pilots = module.ScenePilots(module.wanting(scenes[name], 1e-4))
+            return 1.0, module.positions(pilots, settings.elements, settings.steps)
+
+        monkeypatch.setattr(module, "exudyn_run", same)
+        monkeypatch.setattr(module, "exudyn_version", lambda: "0")
+    (row,) = module.main(1, ["tip_mass"])
+    assert row.error <= 1.0
+    assert row.exudyn_error <= 1.0
+    assert (tmp_path / "time_to_error.md").read_text(encoding="utf-8").count("| tip_mass |") == 1
 
 
 def test_contacts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

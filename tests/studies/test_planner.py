@@ -88,7 +88,7 @@ def test_a_motion_that_more_steps_do_not_settle_is_named(noise: float) -> None:
     found = plan(Known(1.0, 1e6, noise=noise), 4, 200, limits=Limits(steps=10**6))
     assert found.why == "sensitive"
     assert not found.met
-    assert found.last is not None
+    assert len(found.pairs) == 2  # of steps, and of meshes
     assert len(found.pilots) < 12
 
 
@@ -116,3 +116,57 @@ def test_numbers_of_steps_are_multiples_of_a_unit() -> None:
     found = plan(Known(1.0, 3.3e6), 4, 240, limits=Limits(unit=40))
     assert found.steps % 40 == 0
     assert found.met
+
+
+class Late(Known):
+    """Errors of waves, which no step up to 6400 of them resolves; then they fall."""
+
+    def error(self, cells: int, steps: int) -> float:
+        late = 50.0 * (-1.0) ** round(np.log2(steps / 200)) if steps < 6400 else 1e8 / steps**2
+        return self.mesh / cells**4 + late
+
+
+def test_differences_that_begin_to_fall_late_are_no_chaos() -> None:
+    runs = Late(1.0, 0.0)
+    found = plan(runs, 4, 200)
+    assert found.why == ""
+    assert abs(runs.error(found.cells, found.steps)) <= 1.0
+
+
+class Waves(Known):
+    """Meshes whose errors show with many steps alone: 30 / cells^2 of them from 5000 steps on."""
+
+    def error(self, cells: int, steps: int) -> float:
+        return super().error(cells, steps) + 300.0 / cells**2 * (steps > 5000)
+
+
+def test_the_mesh_is_proved_with_the_steps_of_the_run() -> None:
+    runs = Waves(1e3, 5e7)
+    found = plan(runs, 4, 200)
+    assert found.steps > 5000
+    assert abs(runs.error(found.cells, found.steps)) <= 1.0
+
+
+class Stiff(Known):
+    """Fine meshes move faster than few steps resolve: differences of meshes grow up to 800 steps."""
+
+    def error(self, cells: int, steps: int) -> float:
+        return super().error(cells, steps) + (5.0 * cells if steps < 800 else 0.0)
+
+
+def test_meshes_are_told_apart_with_steps_that_resolve_them() -> None:
+    found = plan(Stiff(1e3, 1e7), 4, 200)
+    assert found.why == ""
+    assert found.met
+
+
+def test_a_small_difference_of_meshes_after_a_large_one_is_not_believed() -> None:
+    """Differences of 500, 13, 3, 0.7, as a moment inside of cells has them: an even fall by 38 would have ended with nine cells."""
+
+    class Moment(Known):
+        def error(self, cells: int, steps: int) -> float:
+            return 200.0 / cells**2 + (500.0 if cells < 4 else 0.0) + self.step / steps**2
+
+    runs = Moment(0.0, 1e3)
+    found = plan(runs, 4, 200)
+    assert runs.error(found.cells, found.steps) <= 1.0

@@ -40,6 +40,10 @@ class Notice(UserWarning):
     about: str = ""  #: a command shows the first of its warnings about one thing, those about nothing by their text
 
 
+class CoarseStep(Notice):
+    """A warning that the step is too large for what it reads of time, which a smaller one cures: such a run is no pilot."""
+
+
 class Remark(Notice):
     """A warning of what is as it should be: `--strict` does not treat it as an error."""
 
@@ -47,9 +51,9 @@ class Remark(Notice):
 RECORD: ContextVar[list[Notice] | None] = ContextVar("RECORD", default=None)
 
 
-def notify(text: str, about: str = "") -> None:
+def notify(text: str, about: str = "", kind: type[Notice] = Notice) -> None:
     """Show a warning to the caller of the library; a command shows the first one that is `about` the same, as in many samples."""
-    notice = Notice(text)
+    notice = kind(text)
     notice.about = about
     show(notice, 4)
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterator
 import numpy as np
 from scipy.sparse import csr_array
 
-from ...core.notices import notify, remark
+from ...core.notices import CoarseStep, notify, remark
 from ...systems.compiled import Compiled, signal_table
 from ...systems.forces import on_rows as forces
 from ...systems.forces import responses
@@ -126,7 +126,7 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
         wrong[owner] = max(wrong.get(owner, 0.0), share)
     for owner, share in wrong.items():
         text = f"{owner} changes faster than the step of {step:g} s"
-        notify(f"{text}: its integral over time is wrong by up to {share:.0%}; take a smaller step")
+        notify(f"{text}: its integral over time is wrong by up to {share:.0%}; take a smaller step", kind=CoarseStep)
 
 
 def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:

@@ -12,18 +12,21 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.errors import InputError, SolverError, listed, say
-from ...core.notices import Notice
-from ...dynamics import output_errors
+from ...core.notices import CoarseStep, Notice
+from ...dynamics import Trajectory, output_errors
 from ...scenes import build
 from ...scenes.schema import Scene
 from ...systems.compiled import compile_system
 from ...systems.system import System
 
-INSTANTS = 200  #: at which runs are compared, at least; with 25 of them 3 of 30 plans missed what 200 saw
+INSTANTS = 200  #: at which runs are compared, about; with 25 of them 3 of 30 plans missed what 200 saw
+COMMON = 100  #: instants that all numbers of steps have in common, half of them with a proof of half the steps
+MANY = 4  #: times INSTANTS, above which those in common are enough
 DIVIDED = 20  #: steps that a run may divide to count as resolved
 FEWEST = 2  #: cells with which a chain of meshes begins
 FLOOR = 5e4  #: errors over a run beside Newton's tolerance: 2e-12 leaves 3e-8 of a double pendulum in 3 s, 1e-10 leaves 7e-7
 FLOOR_AT_REST = 1e3  #: the same of an equilibrium, whose load steps do not add up
+TRUST = 0.5  #: of the accuracy, by which two runs of a sensitive motion may differ: the error of the finer may be twice as large
 GRID = 100_000  #: steps a duration may have at least because of other times of its scene
 
 
@@ -50,7 +53,9 @@ class ScenePilots:
         self.accuracy = self.analysis.accuracy
         bodies = scene.bodies.items()
         self.open = [name for name, body in bodies if body.open]
-        fine = {name: body.finer(2) for name, body in bodies if not body.open}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Notice)  # of files, which are read again
+            fine = {name: body.finer(2, scene, allow_outside) for name, body in bodies if not body.open}
         meshed = [name for name, found in fine.items() if found is not scene.bodies[name]]
         self.refined = [name for name in meshed if fine[name] is not None]  #: bodies whose cells stay as they are, but can be finer
         self.unjudged = [name for name in meshed if fine[name] is None]
@@ -81,7 +86,7 @@ class ScenePilots:
 
     def refined_by(self, times: int) -> Scene:
         """The scene with so many times the cells a direction in all meshes that are given and can be finer."""
-        finer = {name: self.scene.bodies[name].finer(times) for name in self.refined}
+        finer = {name: self.scene.bodies[name].finer(times, self.scene, self.allow_outside) for name in self.refined}
         return replace(self.scene, bodies=self.scene.bodies | {name: body for name, body in finer.items() if body is not None})
 
     @property
@@ -99,22 +104,43 @@ class ScenePilots:
         return self.systems[level]
 
     def run(self, cells: int, steps: int) -> Found | None:
-        """Outputs at INSTANTS instants or more; None where steps fail, or many are divided."""
-        with warnings.catch_warnings():
+        """Outputs at INSTANTS instants or more; None where steps fail, many are divided, or are too large for a history.
+
+        A force that repeats as often as the steps is the same at all their ends, and at those of half the steps.
+        """
+        with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("ignore", Notice)
-            stride = max(1, steps // self.multiple(INSTANTS))
-            analysis = self.analysis.piloted(steps, stride)
+            warnings.simplefilter("always", CoarseStep)
             try:
-                motion = analysis.solve_for_outputs(self.system(cells))
+                motion = self.solve(cells, steps)
             except SolverError:
                 if not self.analysis.moves:
                     raise
                 return None
-            if motion.statistics.halved > DIVIDED:
+            coarse = self.analysis.open and any(issubclass(one.category, CoarseStep) for one in warned)
+            if coarse or motion.statistics.halved > DIVIDED:
                 return None
             found = Found(motion.times, output_errors.columns(motion), tuple(one.time for one in motion.events))
         self.require_room(found)
         return found
+
+    def solve(self, cells: int, steps: int) -> Trajectory:
+        """The motion, at INSTANTS instants or about as many."""
+        return self.analysis.piloted(steps, self.stride(steps)).solve_for_outputs(self.system(cells))
+
+    def stride(self, steps: int) -> int:
+        """Steps from one instant that is kept to the next, such that those of `usual` are among them which the steps meet."""
+        if not steps:
+            return 1
+        shared = math.gcd(steps, self.usual)
+        parts = [n for n in range(1, steps // shared + 1) if steps // shared % n == 0 and steps // n >= INSTANTS]
+        found = max(parts, default=1)
+        return steps // shared if steps // found > MANY * INSTANTS and shared >= COMMON // 2 else found
+
+    @property
+    def usual(self) -> int:
+        """The number of steps with which a chain begins, INSTANTS or more."""
+        return INSTANTS // COMMON * self.multiple(COMMON)
 
     def require_room(self, found: Found) -> None:
         """Refuse an accuracy below what the iteration of every step leaves, in a motion with these outputs."""
@@ -157,15 +183,16 @@ class ScenePilots:
 
     def trusted(self, one: Found, other: Found) -> float:
         """The time [s] up to which two runs agree within the accuracy."""
-        low, high = 0, len(other.times) - 1
+        common = other.times[output_errors.common_times("pilot runs", one.times, other.times)[1]]
+        low, high = 0, len(common) - 1
         while low < high:  # differences never fall with more of the motion
             middle = (low + high + 1) // 2
-            end = other.times[middle] * (1.0 + 1e-9)
-            if middle >= 2 and self.differ(until(one, end), until(other, end))[0].max() > 1.0:
+            end = common[middle] * (1.0 + 1e-9)
+            if self.differ(until(one, end), until(other, end))[0].max() > TRUST:
                 high = middle - 1
             else:
                 low = middle
-        return float(other.times[low])
+        return float(common[low])
 
 
 def shrunk(part: float, whole: float) -> float:

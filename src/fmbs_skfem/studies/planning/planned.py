@@ -11,10 +11,9 @@ from ...core.notices import Progress, notify
 from ...core.storage.records import dataclass
 from ...scenes import build, times
 from ...scenes.schema import Scene
-from .pilots import INSTANTS, ScenePilots
+from .pilots import COMMON, ScenePilots
 from .planner import LEAST, Limits, Pilot, Plan, Unresolved, plan, size
 
-COMMON = 40  #: instants that all numbers of steps have in common, at least
 USUAL = 6  #: pilot runs of a plan
 
 
@@ -62,8 +61,8 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
     if motion is None and not cells:
         return nothing_to_find(pilots)
     given, unit = not analysis.open, pilots.multiple(COMMON)
-    limits = Limits(times.STEPS // unit * unit if motion else 1, unit=unit if motion else 1)
-    steps = 0 if motion is None else round(motion.duration / motion.step) if given else pilots.multiple(INSTANTS)
+    limits = Limits(times.STEPS // unit * unit, unit=unit, whole=pilots.grid) if motion else Limits(1)
+    steps = 0 if motion is None else round(motion.duration / motion.step) if given else pilots.usual
     made = 0
 
     def see(pilot: Pilot) -> None:
@@ -91,7 +90,7 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
         size(found.time),
         size(found.mesh) if cells else None if pilots.unjudged else 0.0,
         max(errors, key=lambda name: errors[name][0]),
-        pilots.trusted(*found.last) if found.last else None,
+        min(pilots.trusted(*pair) for pair in found.pairs) if found.pairs else None,
         {name: own for name, (_, own) in errors.items()},
         [asdict(one) for one in found.pilots],
     )

@@ -34,13 +34,20 @@ FALLS = 1.6, 4.0  #: ratios of a chain of steps that are believed
 LEAST = 2.0  #: of a chain of cells, and of meshes that are given: corners and supports at points leave no more
 FIRST = 4.0  #: ratio that a first difference of meshes is believed to fall by
 WHOLE = 1e-9  #: of a unit of steps, by which it may be missed
-CHANCE = 2.0  #: times the largest ratio that is believed, above which a difference is small by chance
+# step chains pass 1.5 times the ratio of their order before they settle, and are proved; a chain of cells that passes its own was
+# on meshes too coarse to tell: with 2 it foretold a third of the error of a moment
+CHANCE, CHANCE_OF_CELLS = 2.0, 1.0  #: times the largest ratio that is believed, above which a difference is small by chance
 SURELY = 2.0  #: luck above which two runs are no proof for each other
 EVEN = 2.5  #: ratios above which forces that jump have not made an error uneven
 WILD = 1.5  #: ratio below which a difference does not fall
+# starts that jump, stops and ropes have plateaus of up to six halvings before their stiffness is resolved, and then settle
+PLATEAU, PLATEAU_OF_CELLS = 7, 4  #: differences, after which those that do not fall are believed
+FINER = 4  #: times the steps with which a chain of cells begins anew where its differences grow
+FEW = 8  #: times the steps of the chain of cells, above which the error of the mesh is measured with those of the run
 # proofs of thirty scenes differ by 0.04 to 0.98 of what was foretold, those of two that missed by 1.8
 DOUBT, MORE = 1.25, 1.4  #: difference of the proof over the foretold one that is too much, and steps that it asks for
-DOUBTS = 4  #: proofs that are tried
+TWICE = 2.0  #: cells that a proof asks for at most, of those that it doubts
+DOUBTS = 5  #: proofs that are tried
 LEFT = 0.25  #: of the accuracy, which the mesh may use at least
 
 
@@ -76,6 +83,7 @@ class Chain:
     least: float  #: the ratio is at least this
     most: float
     first: float  #: the ratio where one difference is known
+    chance: float = CHANCE
     rough: bool = False
 
     @property
@@ -140,7 +148,7 @@ class Chain:
     def luck(self) -> float:
         """By how much the last two runs are nearer to each other than an order allows, 1 at least: they may agree by chance."""
         sizes = self.sizes[-2:]
-        return 1.0 if len(sizes) < 2 or sizes[1] == 0.0 else max(1.0, sizes[0] / (CHANCE * self.most * sizes[1]))
+        return 1.0 if len(sizes) < 2 or sizes[1] == 0.0 else max(1.0, sizes[0] / (self.chance * self.most * sizes[1]))
 
 
 @dataclass(frozen=True)
@@ -150,7 +158,7 @@ class Pilot:
     cells: int
     steps: int
     resolved: bool
-    difference: float | None = None  #: from the run before in its chain, in units of the accuracy
+    difference: float | None = None  #: from the run that it was first held against, in units of the accuracy
 
 
 @dataclass(frozen=True)
@@ -163,7 +171,7 @@ class Plan:
     mesh: np.ndarray  #: (2, k) those of the mesh
     pilots: tuple[Pilot, ...]
     why: str = ""  #: it falls short: `sensitive`, `steps`, `cells`, `doubt`
-    last: tuple[Any, Any] | None = None  #: the last two runs of what is sensitive
+    pairs: tuple[tuple[Any, Any], ...] = ()  #: of runs of a sensitive motion, the time up to which all agree can be trusted
     apart: str = ""  #: of how many steps, or cells, these are
 
     @property
@@ -183,10 +191,15 @@ class Limits:
     steps: int = 10_000_000
     cells: int = 512
     unit: int = 1  #: numbers of steps are multiples of it
+    whole: int = 1  #: those of proofs are multiples of this
 
     def rounded(self, steps: float) -> int:
         """Whole steps, at least so many."""
         return min(math.ceil(steps / self.unit - WHOLE) * self.unit, self.steps)
+
+    def half(self, steps: int) -> int:
+        """Half of some steps, or a little more."""
+        return math.ceil(steps / (2 * self.whole)) * self.whole
 
 
 @dataclass
@@ -206,15 +219,18 @@ class Planner:
             self.see(self.log[-1])
         return self.known[cells, steps]
 
-    def proved(self, chosen: tuple[int, int], time: Chain, mesh: Chain | None, why: str, free: tuple[bool, bool]) -> Plan:
+    def proved(
+        self, chosen: tuple[int, int], time: Chain, mesh: Chain | None, why: str, free: tuple[bool, bool], known: int = 0
+    ) -> Plan:
         """The plan of what is chosen, with the error of the step on its own mesh, from a run with half as many.
 
         More steps are taken where that is larger than the coarsest mesh has foretold. Where the run is farther than foretold from
-        the nearest pilot, and its steps are proved, it is the mesh that is doubted, and more cells are taken.
+        the nearest pilot, and its steps are proved, it is the mesh that is doubted, and more cells are taken. The chain of cells
+        has so many steps as are `known`.
         """
         (cells, steps), (free_cells, free_steps) = chosen, free
         errors = lambda n, m: time.errors(m) + (mesh.errors(n) if mesh else 0.0)  # noqa: E731
-        found = time.errors(steps)
+        found, of_mesh = time.errors(steps), mesh.errors(cells) if mesh else np.zeros((2, 1))
         for attempt in range(DOUBTS):
             if self.run(cells, steps) is None and free_steps and 2 * steps <= self.limits.steps:
                 steps *= 2
@@ -227,25 +243,42 @@ class Planner:
             far = size(difference) > DOUBT * max(size(errors(*nearest) + errors(cells, steps)), SURE)
             measured = self.measured(cells, steps, time)
             found = time.errors(steps) if measured is None else np.maximum(time.errors(steps), measured)
-            together = size(found + (mesh.errors(cells) if mesh else 0.0))
+            if mesh:
+                of_mesh = self.of_mesh(cells, steps, mesh, known) if free_cells else mesh.errors(cells)
+            together = size(found + of_mesh)
             if not free_steps or steps == self.limits.steps or not (far or measured is None or together > 1.0):
                 break
             if attempt == DOUBTS - 1:
                 why = why or "doubt"
                 break
             if mesh and free_cells and measured is not None and size(found) <= SAFETY * SHARE:
-                cells = min(math.ceil(MORE * cells), self.limits.cells)
+                more = (size(of_mesh) / (SAFETY - size(found))) ** (1.0 / mesh.power)
+                cells = min(math.ceil(np.clip(more, MORE, TWICE) * cells), self.limits.cells)
                 continue
             more = (size(found) / (SAFETY * SHARE)) ** (1.0 / time.power)
             steps = self.limits.rounded(np.clip(more, MORE, REACH) * steps)
-        return Plan(cells, steps, found, mesh.errors(cells) if mesh else np.zeros((2, 1)), tuple(self.log), why)
+        return Plan(cells, steps, found, of_mesh, tuple(self.log), why)
+
+    def of_mesh(self, cells: int, steps: int, mesh: Chain, known: int) -> np.ndarray:
+        """Errors (2, k) of a mesh: at least what its chain foretells.
+
+        Where the run has many more steps than the chain, it resolves what the chain could not see, such as waves: a mesh of half as
+        many cells tells that, with half of these steps, which prove the step as well.
+        """
+        foretold, half = mesh.errors(cells), self.limits.half(steps)
+        if steps <= FEW * known or cells < 2:
+            return foretold
+        difference = self.differ((cells // 2, half), (cells, half))
+        if difference is None:
+            return foretold
+        return np.maximum(foretold, difference / ((cells / (cells // 2)) ** mesh.power - 1.0))
 
     def measured(self, cells: int, steps: int, time: Chain) -> np.ndarray | None:
         """Errors (2, k) of a number of steps on a mesh, from a run with half as many; None where these do not resolve it.
 
         Errors that the chain foretells to be far below what is wanted are believed.
         """
-        half, foretold = self.limits.rounded(steps / 2), time.errors(steps)
+        half, foretold = self.limits.half(steps), time.errors(steps)
         if half == steps or size(foretold) <= SURE * SAFETY * SHARE:
             return foretold
         difference = self.differ((cells, half), (cells, steps))
@@ -257,11 +290,11 @@ class Planner:
         power = time.power if time.ratio >= EVEN else math.log2(FALLS[0])
         return None if difference is None else difference / ((steps / half) ** power - 1.0)
 
-    def unsettled(self, time: Chain, mesh: np.ndarray, one: tuple[int, int], other: tuple[int, int]) -> Plan:
-        """The plan of a motion that two runs do not settle, nor all those before them."""
-        errors = time.errors(other[1]), mesh
-        apart = f"{one[1]} and {other[1]} steps" if one[0] == other[0] else f"{one[0]} and {other[0]} cells"
-        return Plan(*other, *errors, tuple(self.log), "sensitive", (self.known[one], self.known[other]), apart)
+    def unsettled(self, time: Chain, mesh: np.ndarray, apart: str, *pairs: tuple[tuple[int, int], tuple[int, int]]) -> Plan:
+        """The plan of a motion that pairs of runs do not settle, the first of them nor all those before it."""
+        chosen, known = pairs[0][1], [tuple(self.run(*one) for one in pair) for pair in pairs]
+        resolved = tuple((one, other) for one, other in known if one is not None and other is not None)
+        return Plan(*chosen, time.errors(chosen[1]), mesh, tuple(self.log), "sensitive", resolved, apart)
 
     def coarsest(self, cells: int, steps: int) -> int:
         """The fewest steps, by doubling, that resolve the motion."""
@@ -276,7 +309,8 @@ class Planner:
             return None
         difference = self.pilots.differ(*found)
         index = next(i for i, pilot in enumerate(self.log) if (pilot.cells, pilot.steps) == other)
-        self.log[index] = replace(self.log[index], difference=size(difference))
+        if self.log[index].difference is None:
+            self.log[index] = replace(self.log[index], difference=size(difference))
         return difference
 
     def chain_of_steps(self, cells: int, steps: int, goal: float, single: bool) -> tuple[Chain, int, str]:
@@ -297,11 +331,14 @@ class Planner:
             differences.append(found)
             chain = Chain(steps, tuple(differences), *FALLS, first=FALLS[1], rough=self.pilots.rough)
             why = "steps" if 2 * steps > self.limits.steps else None
-            if (why := "" if single else judge(chain, goal, REACH, why)) is not None:
+            if (why := "" if single else judge(chain, goal, REACH, PLATEAU, why)) is not None:
                 return chain, first, why
 
-    def chain_of_cells(self, cells: int, steps: int, goal: float, single: bool) -> tuple[Chain, int, str]:
-        """The chain of meshes at one step, the steps that it took, and why it falls short of its goal, if it does."""
+    def chain_of_cells(self, cells: int, steps: int, enough: int, goal: float, single: bool) -> tuple[Chain, int, str]:
+        """The chain of meshes at one step, the steps that it took, and why it falls short of its goal, if it does.
+
+        Where differences grow, steps may not resolve what finer meshes do: more are taken, up to `enough`.
+        """
         differences: list[np.ndarray] = []
         most = 2.0**self.pilots.order
         while True:
@@ -315,9 +352,12 @@ class Planner:
                 continue
             cells *= 2
             differences.append(found)
-            chain = Chain(cells, tuple(differences), LEAST, most, LEAST if single else FIRST)
+            if len(differences) > 1 and size(found) > size(differences[-2]) and FINER * steps <= enough:
+                steps, cells, differences = FINER * steps, cells // 2 ** len(differences), []
+                continue
+            chain = Chain(cells, tuple(differences), LEAST, most, LEAST if single else FIRST, CHANCE_OF_CELLS)
             why = "cells" if 2 * cells > self.limits.cells else None
-            if (why := "" if single else judge(chain, goal, STRETCH, why)) is not None:
+            if (why := "" if single else judge(chain, goal, STRETCH, PLATEAU_OF_CELLS, why)) is not None:
                 return chain, steps, why
 
 
@@ -338,17 +378,17 @@ def is_enough(chain: Chain, goal: float, reach: float) -> bool:
     return chain.error() <= goal or chain.needed(goal) <= reach * chain.fine
 
 
-def is_wild(chain: Chain) -> bool:
-    """Whether three halvings of the step, or of the cells, together have made differences hardly smaller."""
+def is_wild(chain: Chain, plateau: int) -> bool:
+    """Whether the last three of `plateau` halvings or more have together made differences hardly smaller."""
     sizes = chain.sizes[-4:]
-    return len(sizes) == 4 and sizes[0] < WILD**3 * sizes[-1]
+    return len(chain.differences) >= plateau and sizes[0] < WILD**3 * sizes[-1]
 
 
-def judge(chain: Chain, goal: float, reach: float, limit: str | None) -> str | None:
+def judge(chain: Chain, goal: float, reach: float, plateau: int, limit: str | None) -> str | None:
     """Why a chain ends, nothing where it meets its goal; None where it goes on, which a `limit` does not let it."""
     if is_enough(chain, goal, reach):
         return ""
-    return "sensitive" if is_wild(chain) else limit
+    return "sensitive" if is_wild(chain, plateau) else limit
 
 
 FAR = Limits()
@@ -373,15 +413,19 @@ def plan(
     share = SAFETY * (SHARE if cells and free_cells else 1.0)
     time, first, why = done.chain_of_steps(cells, steps, share, single=not free_steps) if steps else NO_STEPS
     if why == "sensitive":
-        return done.unsettled(time, np.zeros((2, 1)), (cells, time.fine // 2), (cells, time.fine))
+        fine, some = time.fine, time.fine // FINER
+        pairs = [((cells, fine // 2), (cells, fine)), *([((cells, some), (2 * cells, some))] if cells and free_cells else [])]
+        return done.unsettled(time, np.zeros((2, 1)), f"{fine // 2} and {fine} steps", *pairs)
     chosen = cells, max(steps, 1) if not free_steps else max(first, limits.rounded(time.needed(share)))
     if not cells:
         return done.proved(chosen, time, None, why, (free_cells, free_steps))
     rest = max(SAFETY - time.error(chosen[1]), LEFT)
     fewest = cells // 2 if free_cells else cells
-    mesh, first, short = done.chain_of_cells(fewest, first, rest, single=not free_cells)
+    mesh, first, short = done.chain_of_cells(fewest, first, chosen[1], rest, single=not free_cells)
     if short == "sensitive":
-        return done.unsettled(time, mesh.errors(mesh.fine), (mesh.fine // 2, first), (mesh.fine, first))
+        fine = mesh.fine
+        pairs = [((fine // 2, first), (fine, first)), *([((fine // 2, first), (fine // 2, 2 * first))] if free_steps else [])]
+        return done.unsettled(time, mesh.errors(fine), f"{fine // 2} and {fine} cells", *pairs)
     if free_cells:
         chosen = int(np.clip(math.ceil(mesh.needed(rest)), fewest, limits.cells)), chosen[1]
-    return done.proved(chosen, time, mesh, why or short, (free_cells, free_steps))
+    return done.proved(chosen, time, mesh, why or short, (free_cells, free_steps), first)
