@@ -21,6 +21,7 @@ from fmbs_skfem.systems.forces import loads
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
+SECTION = Given(1.0, 1.0, 1.0, 0.01)
 
 
 @pytest.mark.parametrize(
@@ -96,26 +97,33 @@ def test_remeshed_arc_stays_an_arc(cells: int) -> None:
     np.testing.assert_allclose(np.sum(spokes * new.curve(new.breaks, 1), axis=1), 0.0, atol=1e-4)
 
 
+def length_of(part: bodies.Body) -> float:
+    """Length of the reference [m]."""
+    weights = bodies.arc_length_table(part.space, part.reference, 8)[2]
+    return float(weights.sum())
+
+
 def test_an_arc_of_few_cells_errs_by_the_fourth_order() -> None:
     """Cells follow the curve of the mesh, not one through their ends: the length of a quarter of a circle."""
-    line = curves.follow(meshes.read(ROOT / "meshes" / "arc_40.msh"), None)
-    length = float(np.pi / 2)
-    found = []
-    for cells in (2, 4):
-        part = bodies.cable("arc", curves.cut(line, cells), Given(1.0, 1.0, 1.0, 0.01), dim=2)
-        found.append(abs(float(bodies.arc_lengths(part)[1][-1]) - length))
-    assert found[0] < 2e-3 * length
-    assert np.log2(found[0] / found[1]) > 3.5
-    assert line.fewest == 2
+    arc = curves.follow(meshes.read(ROOT / "meshes" / "arc_40.msh"), None)
+    parts = [bodies.cable("arc", curves.cut(arc, cells), SECTION, dim=2) for cells in (2, 4)]
+    errors = [abs(length_of(part) - np.pi / 2) for part in parts]
+    assert errors[0] < 2e-3 * np.pi / 2
+    assert np.log2(errors[0] / errors[1]) > 3.5
+    assert arc.fewest == 2
 
 
 def test_a_closed_line_has_cells_enough_to_go_round() -> None:
-    line = curves.follow(meshes.read(ROOT / "meshes" / "hoop_60.msh"), None)
-    assert line.fewest == 6
-    part = bodies.cable("hoop", curves.cut(line, line.fewest), Given(1.0, 1.0, 1.0, 0.01), dim=2)
-    assert bodies.arc_lengths(part)[1][-1] == pytest.approx(
-        bodies.arc_lengths(bodies.cable("hoop", line, Given(1.0, 1.0, 1.0, 0.01), dim=2))[1][-1], rel=2e-3
-    )
+    """Places by arc length are those of the mesh, its end among them, however short the reference of a few cells is."""
+    hoop = curves.follow(meshes.read(ROOT / "meshes" / "hoop_60.msh"), None)
+    assert hoop.fewest == 6
+    coarse, fine = (bodies.cable("hoop", curves.cut(hoop, cells), SECTION, dim=2) for cells in (6, 48))
+    length = float(bodies.arc_lengths(fine)[1][-1])
+    assert length == pytest.approx(0.4 * np.pi, rel=1e-6)
+    assert length_of(coarse) == pytest.approx(length, rel=2e-3)
+    for s in (0.3, 0.5 * length, length):
+        ends = [bodies.probe(part, bodies.locate(part, s)) @ part.reference for part in (coarse, fine)]
+        np.testing.assert_allclose(*ends, atol=1e-3)
 
 
 def test_remeshed_needs_cells_for_named_points() -> None:

@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.scenes import surfaces
-from fmbs_skfem.shapes import fvs_plate, fvs_shell, nurbs, plate_audit, plate_meshes, surface, table
+from fmbs_skfem.shapes import fvs_plate, fvs_shell, halving, nurbs, plate_audit, plate_meshes, surface, table
 from fmbs_skfem.shapes.plate_meshes import PlateMesh
 
 from .test_fvs_plate import MESHES, Mesh, shaken
@@ -120,6 +120,28 @@ def test_groups_of_cut_quads() -> None:
     assert (surface.sample(shape, sides[:, 0], xi) @ shape.reference)[:, 1] == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("kind", ["free triangles", "free quads"])
+def test_halved_meshes_stay_on_the_surface(kind: str) -> None:
+    """New nodes err as the surface through the old ones does, by the third order; groups and the length of borders stay."""
+    off = []
+    for n in (8, 16, 32):
+        mesh = bent(MESHES[kind](n), wave)
+        fine = halving.halve_curved(mesh)
+        assert len(fine.cells) == 4 * len(fvs_shell.triangles(mesh).cells)
+        np.testing.assert_array_equal(fine.points[: len(mesh.points)], mesh.points)
+        assert fine.point_groups.keys() == mesh.point_groups.keys()
+        assert len(fine.face_groups["all"]) == len(fine.cells)
+        for name, pairs in mesh.edge_groups.items():
+            k, x = SIDES[name]
+            found = fine.points[fine.edge_groups[name]]
+            assert len(found) == 2 * len(pairs)
+            assert np.abs(found[..., k] - x).max() < 0.1 / n**2
+        plate_meshes.audit(fine, planar=False)
+        off.append(np.abs(fine.points[:, 2] - wave(fine.points[:, :2])[:, 2]).max())
+        fvs_shell.surface(fine)
+    assert np.log2(np.divide(off[:-1], off[1:])).mean() > 2.8
+
+
 def folded(angle: float) -> Shape:
     """A kink along u = 1/2."""
 
@@ -177,9 +199,20 @@ def test_the_shell_that_converges_is_taken(mesh: Mesh, space: type) -> None:
 
 
 def test_splines_are_of_even_grids() -> None:
-    with pytest.raises(InputError, match=r"structured quads for a shell.* without `cells` and `degree` any mesh will do"):
-        surfaces.curved(bent(MESHES["free triangles"](8), cylinder(1.0)), 2, None)
+    with pytest.raises(InputError, match=r"structured quads for a shell.* without `degree` any mesh will do"):
+        surfaces.curved(bent(MESHES["free triangles"](8), cylinder(1.0)), 1, 4)
     with pytest.warns(Notice, match="an uneven grid does not converge"):
-        surfaces.curved(bent(shaken(8), cylinder(1.0)), 2, None)
+        surfaces.curved(bent(shaken(8), cylinder(1.0)), 1, 4)
     with pytest.warns(Notice, match="64 quads in no even grid: every quad is cut"):
         surfaces.curved(bent(shaken(8), cylinder(1.0)), 1, None)
+
+
+def test_cells_of_free_meshes_are_halved() -> None:
+    mesh = bent(MESHES["free triangles"](8), cylinder(1.0))
+    shape, error = surfaces.curved(mesh, 4, None)
+    assert len(shape.nodes) == 16 * len(mesh.cells)
+    assert error == surfaces.curved(mesh, 1, None)[1]
+    with pytest.raises(
+        InputError, match="cells: expected 1, 2, 4, 8 or another power of two where quads are in no even grid, got 3"
+    ):
+        surfaces.curved(mesh, 3, None)

@@ -167,10 +167,12 @@ def folded(u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def test_kinks_and_coarse_meshes_are_told(tmp_path: Path) -> None:
-    """What the nodes do not define to a part of the thickness."""
+    """What the nodes do not define to a part of the thickness; without a degree, which wants a spline, kinks are refused."""
     plate_meshes.write(sheet(folded, (8, 6)), tmp_path / "roof.msh")
+    with pytest.raises(InputError, match="cells that meet at an angle of at most 50 degrees, got 90 degrees"):
+        build.system(scenes.loads(ROOF.format(force=-1), tmp_path))
     with pytest.warns(Notice, match=r"defined to about .* m, .* % of its thickness: mesh it finer; where it has a kink"):
-        build.system(scenes.loads(ROOF.format(force=-1).replace("0.25 m", "1 mm"), tmp_path))
+        build.system(scenes.loads(ROOF.format(force=-1).replace("0.25 m", "1 mm").replace("cells", "degree: 3, cells"), tmp_path))
 
 
 def refused(mesh: PlateMesh, *words: str) -> None:

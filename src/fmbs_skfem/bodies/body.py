@@ -175,6 +175,7 @@ class Body:
     stiffness: csr_array | None = None  #: (b, b) constant springs between the functions, the same for every component [N/m]
     outline: np.ndarray | None = None  #: (x, b) points of the line that a picture shows of a rigid body, over its functions
     values: dict[str, Value] = field(default_factory=dict)  #: numbers that scale its energy and mass, see `values`
+    arcs: np.ndarray | None = None  #: (2, x) parameters and arc lengths [m] of the curved line that its cells follow
 
     @property
     def dim(self) -> int:
@@ -229,11 +230,12 @@ def cable(
     mesh = meshes.read(mesh) if isinstance(mesh, (str, Path)) else mesh
     curve: Curve
     if isinstance(mesh, curves.Line):
-        breaks, curve, places = mesh.breaks, partial(placed_curve, name, mesh.curve, dim, origin, rotation), mesh.names
+        curve, arcs = partial(placed_curve, name, mesh.curve, dim, origin, rotation), mesh.arcs
+        breaks, places = mesh.breaks, mesh.names
     else:
         order = meshes.chain(mesh, group)
         breaks, curve = curves.through(place(f"body '{name}'", mesh.points[order], dim, origin, rotation))
-        places = curves.named_points(mesh, order, breaks)
+        places, arcs = curves.named_points(mesh, order, breaks), None
     space = line.Hermite(breaks) if ancf else line.uniform(breaks, degree, continuity)
     reference = line.fit(space, curve)
     data = section.stiffness(material)
@@ -251,6 +253,7 @@ def cable(
         mass=mass_matrix(space, reference, data.rhoA),
         constant=line.fit(space, unit_field)[:, 0],
         places=dict(places),
+        arcs=arcs,
         space=space,
         cells=cells,
         radius=data.radius,
@@ -432,17 +435,16 @@ def locate(body: Body, place: str | float) -> Place:
 
 
 def arc_lengths(body: Body) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters xi (x,) close to one another along a line, and the arc lengths (x,) of the reference to them [m].
+    """Parameters xi (x,) close to one another along a line, and the arc lengths (x,) to them [m].
 
-    Eight intervals a cell, on each of which Simpson's rule integrates |dr0/dxi|.
+    Those of the line that its cells follow, so that a place lies there on every mesh, or else of the reference.
     """
-    breaks = line.breaks(body.space)
-    fine = np.append(np.linspace(breaks[:-1], breaks[1:], 9)[:-1].T, breaks[-1])
-    speed, middle = (
-        np.linalg.norm(own(body, line.sample(body.space, xi, 1)) @ body.reference, axis=1)
-        for xi in (fine, 0.5 * (fine[1:] + fine[:-1]))
-    )
-    return fine, np.append(0.0, np.cumsum(np.diff(fine) * (speed[1:] + 4 * middle + speed[:-1]) / 6))
+    if body.arcs is None:
+        speed = lambda xi: np.linalg.norm(own(body, line.sample(body.space, xi, 1)) @ body.reference, axis=1)  # noqa: E731
+        fine, arc = curves.arc_lengths(line.breaks(body.space), speed)
+    else:
+        fine, arc = body.arcs
+    return fine, arc
 
 
 def reference_at(body: Body, place: str | float) -> np.ndarray:

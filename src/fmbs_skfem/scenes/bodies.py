@@ -26,7 +26,6 @@ from ..core.storage.records import dataclass
 from ..core.values.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, quantity, whole, word
 from ..core.values.problems import Problem, shown, unknown
 from ..shapes import curves, meshes, nurbs_file, plate_meshes, structured
-from ..shapes.plate_meshes import PlateMesh
 from ..shapes.surface import Surface
 from ..systems.places import At
 from . import field_kinds as fields
@@ -68,7 +67,7 @@ class SceneBody(Declared, ABC):
         """The body with that many cells, of one that is `open`."""
         return self
 
-    def finer(self, times: int, scene: Scene, allow_outside: bool) -> Self | None:
+    def finer(self, times: int) -> Self | None:
         """The body with so many times its cells a direction, itself where it has none; None where nobody knows how."""
         return self
 
@@ -155,7 +154,7 @@ class Cable(SceneBody):
     def with_cells(self, cells: int) -> Self:
         return replace(self, cells=cells)
 
-    def finer(self, times: int, scene: Scene, allow_outside: bool) -> Self:
+    def finer(self, times: int) -> Self:
         return replace(self, refine=times * self.refine) if self.cells is None else replace(self, cells=times * self.cells)
 
     def figures(self, part: Body, gravity: float) -> BodyFigures:
@@ -333,7 +332,7 @@ class Plate(ThinBody):
     made_of: ClassVar[str] = "mesh"
     flat: ClassVar[bool] = True
 
-    def finer(self, times: int, scene: Scene, allow_outside: bool) -> Self:
+    def finer(self, times: int) -> Self:
         return replace(self, refine=times * self.refine)
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
@@ -376,7 +375,7 @@ class Shell(ThinBody):
 
     A `mesh`, or the part of it that `face` names, is curved in space or flat; its groups are points, edges and faces. Structured
     quads make a bicubic spline through all nodes, one cell a quad; on other quads, which are cut, on triangles and on both the
-    shell is `fvs`, conforming triangles with normals fitted to the nodes.
+    shell is `fvs`, conforming triangles with normals fitted to the nodes, whose sides are cut into `cells` (2, 4, 8, ..).
 
     {type: shell, nurbs: roof.json, cells: 16, thickness: 0.25 m, material: {young_modulus: 432 MPa, density: 360}}
     """
@@ -399,9 +398,7 @@ class Shell(ThinBody):
     def files(self) -> dict[str, str]:
         return {key: name for key, name in (("nurbs", self.nurbs), ("mesh", self.mesh)) if name is not None}
 
-    def finer(self, times: int, scene: Scene, allow_outside: bool) -> Self | None:
-        if self.mesh is not None and not surfaces.is_even(self.read_mesh(self.mesh, scene.folder, allow_outside, scene.repair)):
-            return None
+    def finer(self, times: int) -> Self:
         return replace(self, cells=times * self.cells)
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
@@ -423,13 +420,10 @@ class Shell(ThinBody):
             path = meshes.path(self.nurbs or "", folder, allow_outside)
             found = nurbs_file.read(path, cells=self.cells, degree=self.degree, scale=self.unit, join=self.join)
             return surfaces.set_order(found, self.order)
-        mesh = self.read_mesh(self.mesh, folder, allow_outside, repair)
+        mesh = plate_meshes.read(meshes.path(self.mesh, folder, allow_outside), False, self.face, repair, self.unit or 1.0, 3)
         found, error = surfaces.curved(mesh, self.cells, self.degree)
         surfaces.tell_rough(f"mesh {mesh.path}", error, self.thickness)
         return surfaces.set_order(found, self.order)
-
-    def read_mesh(self, mesh: str, folder: Path, allow_outside: bool, repair: bool) -> PlateMesh:
-        return plate_meshes.read(meshes.path(mesh, folder, allow_outside), False, self.face, repair, self.unit or 1.0, 3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -462,7 +456,7 @@ class PlacedPart(SceneBody, word="part"):
     made_of: ClassVar[str] = "file"
     has_surface: ClassVar[bool] = True
 
-    def finer(self, times: int, scene: Scene, allow_outside: bool) -> None:
+    def finer(self, times: int) -> None:
         return None
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:

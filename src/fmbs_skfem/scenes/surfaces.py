@@ -97,35 +97,33 @@ def refined(mesh: PlateMesh, times: int, arcs: list[str] | None) -> PlateMesh:
     return mesh
 
 
-def is_even(mesh: PlateMesh) -> bool:
-    """Whether a mesh is an even grid of quads, through which a spline converges."""
-    try:
-        structured.grid(mesh)
-    except structured.NoGrid:
-        return False
-    return structured.unevenness(mesh.points, mesh.cells) <= UNEVEN
-
-
 def curved(mesh: PlateMesh, cells: int, degree: int | None) -> tuple[Surface, float]:
     """The surface through the nodes of a mesh, and the distance [m] to which they define it.
 
-    On even grids of quads it is a spline, split into `cells` or raised to `degree`, which other meshes cannot be; else `fvs_shell`.
+    On even grids of quads it is a spline, split into `cells` or raised to `degree`, which other meshes cannot be; else `fvs_shell`,
+    whose sides are cut into `cells`, a power of two.
     """
-    where, plain = f"mesh {mesh.path or 'in memory'}", cells == 1 and degree is None
+    where = f"mesh {mesh.path or 'in memory'}"
     try:
         found = structured.surface(mesh, cells, degree)
     except structured.NoGrid as reason:
-        if not plain:
-            raise InputError(f"{reason}; without `cells` and `degree` any mesh will do") from None
+        if degree is not None:
+            raise InputError(f"{reason}; without `degree` any mesh will do") from None
     else:
         if structured.unevenness(mesh.points, mesh.cells) <= UNEVEN:
             return found
-        if not plain:
-            notify(f"{where}: a spline through an uneven grid does not converge: leave out `cells` and `degree`, or mesh it evenly")
+        if degree is not None:
+            notify(f"{where}: a spline through an uneven grid does not converge: leave out `degree`, or mesh it evenly")
             return found
+    if cells.bit_count() > 1:
+        raise InputError(say(f"{where}: cells", "1, 2, 4, 8 or another power of two where quads are in no even grid", cells))
     if mesh.cells.shape[1] == 4:
         remark(f"{where}: {len(mesh.cells)} quads in no even grid: every quad is cut along its shorter diagonal")
-    return fvs_shell.surface(mesh)
+    shape, error = fvs_shell.surface(mesh)
+    for _ in range(cells.bit_length() - 1):
+        mesh = halving.halve_curved(mesh)
+        shape = fvs_shell.surface(mesh)[0]
+    return shape, error
 
 
 def tell_rough(where: str, error: float, thickness: float | Mapping[str, float]) -> None:

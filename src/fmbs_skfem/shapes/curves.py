@@ -8,6 +8,7 @@ parabola. de Boor, A Practical Guide to Splines, rev. ed., ISBN 978-0-387-95366-
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -123,6 +124,7 @@ class Line:
     breaks: Floats  #: (n,) parameters of the points
     curve: Curve
     names: dict[str, float]  #: parameters of the named points
+    arcs: Floats | None  #: (2, x) parameters close to one another and the arc lengths [m] to them; None of a straight one
 
     @property
     def inner(self) -> list[float]:
@@ -143,7 +145,18 @@ def follow(mesh: meshes.LineMesh, group: str | None) -> Line:
     """The smooth curve through the points of one body of a mesh, see `meshes.chain`."""
     order = meshes.chain(mesh, group)
     breaks, curve = through(mesh.points[order])
-    return Line(breaks, curve, named_points(mesh, order, breaks))
+    arcs = None if isinstance(curve, Straight) else arc_lengths(breaks, lambda xi: np.linalg.norm(curve(xi, 1), axis=1))
+    return Line(breaks, curve, named_points(mesh, order, breaks), arcs)
+
+
+def arc_lengths(breaks: Floats, speed: Callable[[Floats], Floats]) -> Floats:
+    """Parameters close to one another along a line with cells at the breaks (n,), and the arc lengths to them [m], (2, x).
+
+    Eight intervals a cell, on each of which Simpson's rule integrates the speed |dr/dxi| at parameters (x,).
+    """
+    fine = np.append(np.linspace(breaks[:-1], breaks[1:], 9)[:-1].T, breaks[-1])
+    ends, middle = speed(fine), speed(0.5 * (fine[1:] + fine[:-1]))
+    return np.stack([fine, np.append(0.0, np.cumsum(np.diff(fine) * (ends[1:] + 4 * middle + ends[:-1]) / 6))])
 
 
 def read(path: Path, group: str | None, repair: bool = False, unit: float = 1.0) -> Line:

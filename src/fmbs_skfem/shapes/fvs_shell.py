@@ -17,6 +17,8 @@ there holds r_1 or r_2 alone.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
@@ -56,11 +58,8 @@ def surface(mesh: PlateMesh) -> tuple[Surface, float]:
     Quads are cut along their shorter diagonals. The distance is that of sides with normals of cubic fits from those of quadratic
     ones. InputError names facets that meet in a crease.
     """
-    cells = mesh.cells
-    faces = mesh.face_groups
-    if cells.shape[1] == 4:
-        cells = splitting.halves(mesh.points, cells).reshape(-1, 3)
-        faces = {name: (2 * rows[:, None] + np.arange(2)).ravel() for name, rows in faces.items()}
+    mesh = triangles(mesh)
+    cells, faces = mesh.cells, mesh.face_groups
     _check_creases(mesh, cells)
     points = mesh.points
     rough = _mean_normals(points, cells)
@@ -77,6 +76,15 @@ def surface(mesh: PlateMesh) -> tuple[Surface, float]:
     ends = plate_audit.sides(cells)
     sides = (points[ends[..., 1]] - points[ends[..., 0]])[:, :, None]
     return shape, float(HERMITE * np.abs(np.sum((fine - coarse)[ends] * sides, axis=3)).max())
+
+
+def triangles(mesh: PlateMesh) -> PlateMesh:
+    """A mesh whose quads are cut along their shorter diagonals; one of triangles itself."""
+    if mesh.cells.shape[1] == 3:
+        return mesh
+    cells = splitting.halves(mesh.points, mesh.cells).reshape(-1, 3)
+    faces = {name: (2 * rows[:, None] + np.arange(2)).ravel() for name, rows in mesh.face_groups.items()}
+    return replace(mesh, cells=cells, face_groups=faces)
 
 
 # ---------------------------------------------------------------------------------------------------------------- normals

@@ -53,9 +53,7 @@ class ScenePilots:
         self.accuracy = self.analysis.accuracy
         bodies = scene.bodies.items()
         self.open = [name for name, body in bodies if body.open]
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Notice)  # of files, which are read again
-            fine = {name: body.finer(2, scene, allow_outside) for name, body in bodies if not body.open}
+        fine = {name: body.finer(2) for name, body in bodies if not body.open}
         meshed = [name for name, found in fine.items() if found is not scene.bodies[name]]
         self.refined = [name for name in meshed if fine[name] is not None]  #: bodies whose cells stay as they are, but can be finer
         self.unjudged = [name for name in meshed if fine[name] is None]
@@ -86,7 +84,7 @@ class ScenePilots:
 
     def refined_by(self, times: int) -> Scene:
         """The scene with so many times the cells a direction in all meshes that are given and can be finer."""
-        finer = {name: self.scene.bodies[name].finer(times, self.scene, self.allow_outside) for name in self.refined}
+        finer = {name: self.scene.bodies[name].finer(times) for name in self.refined}
         return replace(self.scene, bodies=self.scene.bodies | {name: body for name, body in finer.items() if body is not None})
 
     @property
