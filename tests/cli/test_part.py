@@ -209,3 +209,25 @@ def test_strains_beyond_the_training_are_told_and_strict_stops(folder: Path, tmp
     strict = fmbs("run", folder / "pushed.yaml", "--strict", "--json", "--no-plots", "--out", tmp_path / "strict")
     assert (strict.code, strict.json["reason"]) == (3, "notice")
     assert "(an error by --strict)" in strict.err
+
+
+DRIVEN = PENDULUM.replace("4 mm", "5 mm").partition("reduction:")[0]
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_an_accuracy_chooses_shape_functions_and_points(alone: bool, tmp_path: Path) -> None:
+    """The coarsest ones with which the outputs of the scene err by at most 0.3 of it: a coarser accuracy takes fewer."""
+    scene, sizes = kept(tmp_path / "scene.yaml", DRIVEN), []
+    for accuracy in ("1e-2", "1e-5"):
+        out = tmp_path / f"{accuracy}.part.h5"
+        how = ("--alone", "--runs", "2", "--duration", "0.5", "--step", "1e-3") if alone else ()
+        done = fmbs("part", "train", scene, "--body", "beam", *how, "--accuracy", f"tip={accuracy}", "--out", out, "--json")
+        assert done.code == 0, done.err
+        assert done.json["error_over_accuracy"] <= 0.3
+        assert done.json["accuracy"] == f"tip: {accuracy} of the range".replace("1e-2", "0.01").replace("1e-5", "1e-05")
+        sizes.append((done.json["functions"], done.json["points"]))
+    assert sizes[0] < sizes[1]
+    given = ("--tolerance", "1e-3", "--hyper", "0", "--force")
+    rough = fmbs("part", "train", scene, "--body", "beam", *given, "--accuracy", "tip=1e-6", "--out", out, "--json")
+    assert rough.json["functions"] < sizes[1][0]
+    assert any("where 0.3 of it is aimed at" in notice for notice in rough.json["notices"])

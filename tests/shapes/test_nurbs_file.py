@@ -6,6 +6,7 @@ import copy
 import importlib.util
 import json
 import textwrap
+from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from fmbs_skfem.core import remembered_files
 from fmbs_skfem.core.errors import InputError, MissingFeature
 from fmbs_skfem.shapes import interfaces, nurbs, nurbs_file, surface
 from fmbs_skfem.shapes.surface import Surface
@@ -415,3 +417,27 @@ def test_3dm_through_rhino3dm(tmp_path: Path) -> None:
         nurbs_file.read(file)
     with pytest.raises(InputError, match=r"b\.3dm: expected a 3dm file"):
         nurbs_file.read(saved(tmp_path, "no model", "b.3dm"))
+
+
+def test_a_file_that_stays_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once for each refinement, with arrays of their own for all who ask, and anew where the file has changed."""
+    made: list[int] = []
+    whole = nurbs_file._surface
+
+    def counted(path: Path, content: Any, cells: int, *more: Any) -> Surface:
+        made.append(cells)
+        return whole(path, content, cells, *more)
+
+    monkeypatch.setattr(nurbs_file, "_surface", counted)
+    monkeypatch.setattr(remembered_files, "SETTLED", -1.0)
+    monkeypatch.setattr(remembered_files, "KNOWN", OrderedDict())
+    path = saved(tmp_path, QUARTER)
+    one, other = (nurbs_file.read(path, cells=2) for _ in range(2))
+    same(one, other)
+    one.reference[:] = 0.0
+    same(nurbs_file.read(path, cells=2), other)
+    assert made == [2]
+    assert len(nurbs_file.read(path, cells=3).reference) > len(other.reference)
+    path.write_text(json.dumps(QUARTER).replace("[0, 3, 2]", "[0, 3.0, 2]"))
+    nurbs_file.read(path, cells=2)
+    assert made == [2, 3, 2]

@@ -17,12 +17,14 @@ from __future__ import annotations
 
 import json
 import re
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 
+from ..core import remembered_files
 from ..core.errors import InputError, closest, say
 from ..core.storage.records import dataclass
 from ..core.values.problems import shown
@@ -61,7 +63,8 @@ def read(
     another one than the file names.
 
     Every patch is raised to `degree` (by default the highest of the file) and each of its spans split into `cells` equal ones;
-    `join` stands above that of the file.
+    `join` stands above that of the file. A file that has not changed is read once, see `core.remembered_files`; the arrays are the
+    caller's own.
     """
     path = Path(path)
     readers = {".json": _read_json, ".igs": _foreign, ".iges": _foreign, ".3dm": _foreign}
@@ -73,8 +76,13 @@ def read(
         raise InputError(say(str(path), "a readable file", error.strerror, "look at its name and folder")) from error
     if size > MAX_BYTES:
         raise InputError(say(str(path), f"at most {MAX_BYTES} bytes", size, "split the surface into several files"))
-    content = readers[path.suffix.lower()](path)
-    return _surface(path, content if join is None else replace(content, join=join), cells, degree, scale)
+
+    def made() -> Surface:
+        content = readers[path.suffix.lower()](path)
+        return _surface(path, content if join is None else replace(content, join=join), cells, degree, scale)
+
+    # seams between sides take as long as a thousand steps of a small shell
+    return deepcopy(remembered_files.once(path, ("NURBS surface", cells, degree, scale, join), made))
 
 
 def _surface(path: Path, content: _Content, cells: int, degree: int | None, scale: float | None) -> Surface:

@@ -77,11 +77,17 @@ def train_part(
     *,
     body: BodyName = "",
     alone: Annotated[bool, Option("Train the body alone, with random forces at its connection points.")] = False,
-    tolerance: Annotated[float, Option("Truncation eps of the shape functions.", "EPS")] = 1e-12,
+    tolerance: Annotated[
+        float | None,
+        Option("Truncation eps of the shape functions, by default 1e-12, or from the accuracy.", "EPS", least=0.0, above=True),
+    ] = None,
     modes: Annotated[
         int | None, Option("Number of shape functions, rigid motions included, instead of a tolerance.", "R", least=1)
     ] = None,
-    hyper: Annotated[float, Option("Tolerance eta of the weighted points; 0 for all points.", "ETA", least=0.0)] = 3e-5,
+    hyper: Annotated[
+        float | None,
+        Option("Tolerance eta of the weighted points, by default 3e-5, or from the accuracy; 0 for all points.", "ETA", least=0.0),
+    ] = None,
     runs: Annotated[int, Option("Motions of the body alone, pinned at its places in turn.", "N", least=1)] = 4,
     push: Annotated[float | None, Option("Forces at its places, by default its weight.", "NEWTON", least=0.0)] = None,
     moment: Annotated[
@@ -127,6 +133,7 @@ def train_part(
 
     The part of `body` is saved into `out`, a file ending in .h5 or a folder for NAME.part.h5. With `alone` the body is moved by
     itself, by its weight, forces and moments; else it is trained on the motion of the scene. With `before` the part knows both.
+    With an accuracy eps and eta that are not given are the coarsest with which the outputs of the scene err by at most 0.3 of it.
     """
     from ..parts.excitation import Excitation
     from . import parts
@@ -137,7 +144,7 @@ def train_part(
             remedy = "give --alone, or leave out what moves the body by itself"
             raise InputError(say("--alone", "it beside the sizes of its motions", "none", remedy))
         known, excited = None if before is None else Path(before), told if alone else None
-        return parts.train(job, jobs.read_scene(job), body, excited, tolerance, modes, hyper or None, known)
+        return parts.train(job, jobs.read_scene(job), body, excited, tolerance, modes, hyper, known)
 
 
 def describe_part(path: ModelFile, **shared: Unpack[OutputOptions]) -> "PartResult":

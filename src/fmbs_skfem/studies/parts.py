@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
+import warnings
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +15,8 @@ import numpy as np
 from ..bodies import values
 from ..bodies.body import Body, reference_at
 from ..core.algebra.rotations import nearest
-from ..core.errors import InputError, closest, listed, say
+from ..core.errors import FmbsError, InputError, closest, listed, say
+from ..core.notices import Notice, notify
 from ..core.storage.records import dataclass
 from ..dynamics import Newton, Trajectory, integrate
 from ..parts import bodies as parts
@@ -21,10 +25,14 @@ from ..parts import files as part_files
 from ..parts.excitation import Excitation
 from ..parts.files import Part
 from ..reduction import snapshots
-from ..reduction.accuracy import output_errors
+from ..reduction.accuracy import error_budget, output_errors
+from ..reduction.hyper.hyper_reduction import NONE
+from ..reduction.hyper.sampling import Points
+from ..reduction.plan import Plan
 from ..scenes import build
+from ..systems import finer_systems
 from . import job as jobs
-from . import models, reports, tables
+from . import models, plans, reports, tables
 from .job import Job
 from .result import ReportTable, Result, conclude, describe_error, format_value
 from .running import compiling
@@ -53,14 +61,15 @@ def train(
     scene: Scene,
     body: str,
     alone: Excitation | None,
-    tolerance: float,
+    tolerance: float | None,
     modes: int | None,
     hyper: float | None,
     before: Path | None = None,
 ) -> PartResult:
     """The part of a body of a scene, moved alone by an excitation or by the motion of the scene, saved in a file.
 
-    With the part in a file of `before` its training goes on.
+    With the part in a file of `before` its training goes on. eps = `tolerance` and eta = `hyper` (0 for all points) are found for
+    the accuracy of the job where they are None.
     """
     path = jobs.settle_file(job, f"{body}.part.h5")
     part, others = body_of(job, scene, body)
@@ -79,14 +88,65 @@ def train(
     record = {"alone": None if told is None else reports.plain(asdict(told)), "motions_s": spent, "scene": jobs.title(scene)}
     if known is not None:
         record["before"] = {key: known.notes.get(key) for key in ("alone", "scene", "states", "strains", "before")}
-    found = part_files.train(part, states, tolerance, modes, hyper, known, body=body, **record, provenance=kept)
+
+    def make(plan: Plan) -> Part:
+        """The part to the tolerances of a plan."""
+        more = {"body": body, **record, "provenance": kept}
+        return part_files.train(part, states, plan.tolerance, modes, plan.hyper.tolerance, known, **more)
+
+    eta = part_files.ETA if hyper is None else hyper
+    plan = Plan({}, part_files.USUAL if tolerance is None else tolerance, hyper=Points(eta) if eta else NONE)
+    reached = None
+    if job.wanted is not None:
+        free = tolerance is None and modes is None, hyper is None
+        plan, reached = plan_for(job, scene, others, body, make, plan, free)
+    found = make(plan)
     view: list[ReportTable | str] = [described(f"Part {body}", found)]
+    view += [] if reached is None else [f"{reached:.2g} of the accuracy {job.wanted} in the outputs of {jobs.title(scene)}"]
     if path is not None:
         part_files.save(found, path)
         view.append(f"written: {path}")
-    report = {"status": "ok", "file": path, **facts(found), "provenance": origin, "notices": job.notices}
+    promise = {} if reached is None else {"accuracy": str(job.wanted), "error_over_accuracy": reached}
+    report = {"status": "ok", "file": path, **facts(found), **promise, "provenance": origin, "notices": job.notices}
     about = f"{body}: {found.notes['functions']} shape functions for {found.notes['functions_full']}"
     return PartResult(about=about, report=report, lines=view, part=found)
+
+
+def plan_for(
+    job: Job, scene: Scene, bodies: list[Body], name: str, make: Callable[[Plan], Part], plan: Plan, free: tuple[bool, bool]
+) -> tuple[Plan, float]:
+    """The coarsest plan with whose part the outputs of a scene keep their share of the accuracy, and their error over the accuracy.
+
+    eps and eta of the `plan` are found where they are `free`; a warning is shown where none keeps it.
+    """
+    accuracy, known = job.wanted, dict[tuple[float, float | None], float]()
+    assert accuracy is not None
+    full = job.trajectory or solve(job, scene, bodies, "full model")
+    whole, columns = next(one for one in bodies if one.name == name), output_errors.columns(full)
+
+    def error(plan: Plan) -> float:
+        """The largest error over what is wanted; what is told of a trial would be of a part that nobody gets."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Notice)
+            try:
+                own = at_place(make(plan).body, whole)
+                motion = solve(job, scene, [own if one.name == name else one for one in bodies], "with the part", checked=False)
+            except FmbsError:
+                return math.inf
+        return max(accuracy.parts(output_errors.compare(full, motion, columns)).values(), default=0.0)
+
+    def remembered(plan: Plan) -> float:
+        key = plan.tolerance, plan.hyper.tolerance
+        known[key] = known[key] if key in known else error(plan)
+        return known[key]
+
+    found = error_budget.coarsest(plan, remembered, plans.SHARE, *free)
+    if (reached := remembered(found)) > plans.SHARE:
+        text = (
+            f"with the part the outputs err by {reached:.2g} times the accuracy {accuracy}, where {plans.SHARE:g} of it is aimed at"
+        )
+        notify(f"{text}; train it on such motions, or leave out --tolerance, --modes and --hyper to have them found")
+    return found, reached
 
 
 def body_of(job: Job, scene: Scene, name: str) -> tuple[Body, list[Body]]:
@@ -104,11 +164,12 @@ def body_of(job: Job, scene: Scene, name: str) -> tuple[Body, list[Body]]:
     return part, found
 
 
-def solve(job: Job, scene: Scene, bodies: list[Body], label: str, kept: int = KEPT) -> Trajectory:
-    """The motion of a scene with its bodies made, sharp enough for training."""
+def solve(job: Job, scene: Scene, bodies: list[Body], label: str, kept: int = KEPT, checked: bool = True) -> Trajectory:
+    """The motion of a scene with its bodies made, sharp enough for training; errors of parts in it are found where `checked`."""
     analysis, system = build.dynamic(scene), build.of_parts(scene, bodies, pictures=False)
     every = max(1, round(analysis.duration / analysis.step / kept))
     form = build.chosen_form(scene, system)
+    form = form if checked else finer_systems.unchecked(form)
     return integrate(form, analysis.scheme, analysis.duration, SHARP, every, job.progress(label))
 
 
