@@ -156,3 +156,23 @@ def test_a_run_that_is_resumed_has_the_same_bits(done: int) -> None:
     for name in ("x", "v", "a", "multipliers", "work"):
         np.testing.assert_array_equal(getattr(whole, name), getattr(again, name))
     assert whole.statistics.steps == again.statistics.steps == 800
+
+
+@pytest.mark.parametrize("width", [1e-5, 1e-8])
+@pytest.mark.parametrize("steps", [100, 400])
+def test_a_pulse_that_no_step_sees_gives_its_impulse(width: float, steps: int) -> None:
+    """F of 1 / (2 w) N for 2 w = 20 us and less: m v = 1 N s."""
+    pulse = loads.PointForce("push", At("m"), (1.0, 0.0), of_time(f"where(abs(t - 0.3333) < {width}, {0.5 / width!r}, 0)"))
+    free = assemble([point_mass("m", 2.0, np.zeros(2))], [], [pulse])
+    motion = integrate(free, GeneralizedAlpha(1.0 / steps), 1.0)
+    assert motion.v[-1, 0] == pytest.approx(0.5, rel=1e-4)
+    assert motion.x[-1, 0] == pytest.approx(0.5 * (1.0 - 0.3333), rel=1e-4)
+
+
+def test_a_load_that_jumps_at_the_start_and_too_often_starts_right() -> None:
+    """A square wave of 16 jumps in 100 steps: what its first value at t = 0 alone says is not taken for the first step."""
+    square = loads.PointForce("push", At("m"), (1.0, 0.0), of_time("where(sin(50 * t) > 0, 1, -1)"))
+    free = assemble([point_mass("m", 2.0, np.zeros(2))], [], [square])
+    assert list(jumps.jumps_of_loads(free, 0.01, 100)) == [0]
+    motion = integrate(free, GeneralizedAlpha(0.01), 0.05)
+    np.testing.assert_allclose(motion.v[:, 0], 0.5 * motion.times, atol=1e-12)

@@ -47,7 +47,8 @@ STEPS = 20_000  #: longest program
 BINARY = {"<": 1, "<=": 1, ">": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3, "**": 5}  #: precedence
 UNARY = 4  #: precedence of a sign: below a power, above a product
 ARITY = FUNCTIONS | dict.fromkeys(BINARY, 2) | {"neg": 1}
-SWITCHES = ("<", "<=", ">", ">=", "sign", "floor", "mod")  #: what jumps
+COMPARISONS = ("<", "<=", ">", ">=")
+SWITCHES = (*COMPARISONS, "sign", "floor", "mod")  #: what jumps
 RESERVED = frozenset(FUNCTIONS) | {TABLE, "t", "pi"}
 OUTPUTS = "outputs are read by loads such as control_force, control_torque and actuator, by controllers and by events"
 GRAMMAR = (
@@ -122,10 +123,10 @@ class Expression:
             calls = {one.call: one for one in self.inputs if one.call}
             return np.zeros(t.shape) + evaluate(self.program, {"t": t, **inputs, **calls}, ARRAY)
 
-    def switches(self, t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """`switches` of its program at times (s,)."""
+    def switches(self, t: npt.NDArray[np.float64], margins: bool = False) -> npt.NDArray[np.float64]:
+        """`switches` of its program at times (s,), or `margins`."""
         sources = {one.name: one(t) for one in self.inputs} | {one.call: one for one in self.inputs if one.call}
-        return switches(self.program, {"t": t, **sources}, t)
+        return switches(self.program, {"t": t, **sources}, t, margins)
 
 
 storable(Expression, inputs=lambda values: ())
@@ -186,19 +187,26 @@ def evaluate(program: Program, names: Mapping[str, Any], algebra: Algebra, lift:
     return stack[0]
 
 
-def switches(program: Program, names: Mapping[str, Any], t: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Parts (s, k) of a program that jump, at times (s,): comparisons, signs and whole numbers; nan where they read what is nan."""
+def switches(
+    program: Program, names: Mapping[str, Any], t: npt.NDArray[np.float64], margins: bool = False
+) -> npt.NDArray[np.float64]:
+    """Parts (s, k) of a program that jump, at times (s,): comparisons, signs and whole numbers; nan where they read what is nan.
+
+    With `margins` the differences of both sides of comparisons, which change their signs where these jump.
+    """
     found: list[npt.NDArray[np.float64]] = []
+    words = COMPARISONS if margins else SWITCHES
 
     def recorded(word: str, *parts: Any) -> Any:
         value = ARRAY[word](*parts)
-        found.append(np.zeros(t.shape) + (np.floor(parts[0] / parts[1]) if word == "mod" else value))
+        kept = parts[0] - parts[1] if margins else np.floor(parts[0] / parts[1]) if word == "mod" else value
+        found.append(np.zeros(t.shape) + kept)
         return value
 
-    if not any(step in SWITCHES for step in program):
+    if not any(step in words for step in program):
         return np.zeros((len(t), 0))
     with np.errstate(all="ignore"):
-        evaluate(program, names, {**ARRAY, **{word: partial(recorded, word) for word in SWITCHES}})
+        evaluate(program, names, {**ARRAY, **{word: partial(recorded, word) for word in words}})
     return np.stack(found, axis=1)
 
 

@@ -12,7 +12,7 @@ a change that stays as large as it is in ever shorter intervals.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import singledispatch
+from functools import partial, singledispatch
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -25,9 +25,8 @@ from ...systems.signals import Bound, read_inputs
 from ...systems.system import System, driving
 from ..histories import of_histories
 
-Traces: TypeAlias = Callable[
-    [np.ndarray], np.ndarray
-]  #: (s, k) of k functions at times (s,) [s], one of which jumps where a load does
+#: (s, k) of k functions at times (s,) [s], one of which jumps where a load does; or, with `margins`, of what changes its sign there
+Traces: TypeAlias = Callable[..., np.ndarray]
 # 4 and 64 take as long; with 2 an expression takes four times as long
 PARTS = 16  #: of an interval that is narrowed
 SMOOTH = 2.0  #: times its mean slope, from which a change in a part of an interval may be a jump; such ones are looked at further
@@ -47,7 +46,7 @@ Jumps: TypeAlias = dict[int, list[tuple[float, float, float]]]
 @singledispatch
 def traces(signal: Any) -> Traces | None:
     """Functions that jump where a history does; None for one that is given step by step. Types of histories register here."""
-    return lambda times: np.asarray(signal(times))[:, None]
+    return lambda times, margins=False: np.asarray(signal(times))[:, None] if not margins else np.zeros((len(times), 0))
 
 
 @traces.register
@@ -61,9 +60,10 @@ def _(signal: Input | GivenInput | Bound) -> Traces | None:
 
 
 def jumps_of_loads(system: System, step: float, steps: int) -> Jumps:
-    """Where the loads of a system jump in so many steps [s]; nowhere where they do so in more than MANY of them."""
+    """Where the loads of a system jump in so many steps [s]; at the start alone where they do so in more than MANY of them."""
     found = of_histories(system, "load jumps", step, steps, lambda: jumps_of_signals(system, step, steps))
-    return found if len(found) <= MANY * steps else {}
+    start = [one for one in found.get(0, []) if one[0] == 0.0]
+    return found if len(found) <= MANY * steps else {0: start} if start else {}
 
 
 def jumps_of_signals(system: System, step: float, steps: int) -> Jumps:
@@ -96,9 +96,32 @@ def found_in(functions: Traces, step: float, steps: int) -> list[tuple[float, fl
     found = list[tuple[float, float]]()
     for first in range(0, steps, AT_ONCE):
         times = step * np.arange(first, min(first + AT_ONCE, steps) + 1)
+        times = np.unique(np.concatenate([times, crossings(partial(functions, margins=True), times, EXACT * step)]))
         low, high = narrowed(functions, times, functions(times), EXACT * step)
         found += zip(low.tolist(), high.tolist(), strict=True)
     return found
+
+
+def crossings(margins: Traces, times: np.ndarray, width: float) -> np.ndarray:
+    """Times (j,) between given ones (s,), at which margins have the other sign than at those around, as in a short pulse.
+
+    They come nearest to zero there: again and again the two of PARTS parts about the nearest time are kept, to a width [s].
+    """
+    values = margins(times)
+    size = np.abs(values)
+    same = (values[:-2] * values[1:-1] > 0.0) & (values[1:-1] * values[2:] > 0.0)
+    rows, columns = np.nonzero(same & (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:]))
+    low, high, signs = times[rows], times[rows + 2], np.sign(values[rows + 1, columns])
+    found = list[np.ndarray]()
+    while len(low) and (high - low).max() > width:
+        inside = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)
+        mine = signs[:, None] * margins(inside.ravel()).reshape(*inside.shape, -1)[np.arange(len(low)), :, columns]
+        nearest = np.clip(mine.argmin(axis=1), 1, PARTS - 1)[:, None]
+        beyond = mine.min(axis=1) <= 0.0
+        found.append(np.take_along_axis(inside, mine.argmin(axis=1)[:, None], 1)[beyond, 0])
+        low, high = (np.take_along_axis(inside, nearest + k, 1)[~beyond, 0] for k in (-1, 1))
+        columns, signs = columns[~beyond], signs[~beyond]
+    return np.concatenate([np.zeros(0), *found])
 
 
 def narrowed(functions: Traces, times: np.ndarray, values: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:

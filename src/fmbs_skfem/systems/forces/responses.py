@@ -206,7 +206,7 @@ def sense(draft: Draft, name: str) -> tuple[str, list[int], list[float]]:
     return draft.outputs[name].word, list(range(first, first + len(output.rows))), list(output.parameters)
 
 
-def switches(force: LawForces) -> Iterator[Callable[[np.ndarray], np.ndarray]]:
+def switches(force: LawForces) -> Iterator[Callable[..., np.ndarray]]:
     """Parts (s, k) at times (s,) [s] of the expressions of forces that jump with time alone, see `expressions.switches`."""
     word, _, rest = force.law.name.partition("|")
     if word != WORD:
@@ -221,10 +221,10 @@ def switches(force: LawForces) -> Iterator[Callable[[np.ndarray], np.ndarray]]:
             yield partial(clocked, program, told)
 
 
-def clocked(program: expressions.Program, told: Mapping[str, float], times: np.ndarray) -> np.ndarray:
-    """The same of a program at times (s,); what is of the state, and not `told`, is nan."""
+def clocked(program: expressions.Program, told: Mapping[str, float], times: np.ndarray, margins: bool = False) -> np.ndarray:
+    """The same of a program at times (s,), or `margins`; what is of the state, and not `told`, is nan."""
     of_state = {step: _nan if expressions.is_call(step) else np.nan for step in program if isinstance(step, str)}
-    return expressions.switches(program, {**of_state, **told, "t": times}, times)
+    return expressions.switches(program, {**of_state, **told, "t": times}, times, margins)
 
 
 def _nan(argument: np.ndarray) -> np.ndarray:
