@@ -162,6 +162,10 @@ def test_samples_of_a_sweep_have_the_cells_and_the_step_of_the_plan(tmp_path: Pa
     case = scenes.family(chosen)[1]({"load": 0.45})
     assert case.scheme.step == 1e-3
     assert case.system.size == build.system(chosen).size
+    called = fmbs("sweep", path, "--samples", "2", "--workers", "1", "--no-plots", "--out", tmp_path / "sweep")
+    plan = json.loads((tmp_path / "sweep" / "report.json").read_text())["accuracy"]
+    assert plan == studies.run(path).report["accuracy"]
+    assert f"largest in {plan['driven_by']}; at the nominal parameters" in " ".join(called.out.split())
 
 
 CHAOS = """\

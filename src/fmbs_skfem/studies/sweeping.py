@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -104,6 +104,7 @@ def sweep_points(
         "fingerprint": mark,
         "predicted_error": {name: -low(-column) for name, column in predicted.items()},
         **outside_of(table),
+        **({} if job.plan is None else {"accuracy": asdict(job.plan)}),
         "provenance": origin,
         "notices": job.notices,
         **({"sobol_indices": found} if indices else {}),
@@ -118,7 +119,8 @@ def sweep_points(
     jobs.deliver(job, report, write, figures)
     error = SweepFailure(report["message"]) if report["failed"] else None
     tables = [responses(table), *([sobol_table(found)] if found else []), *([surface_table(fitted, table.units)] if fitted else [])]
-    view: list[ReportTable | str] = [summary(report), *tables, *([failures(report)] if error else []), *list_files(report)]
+    planned = [f"{job.plan.words}; at the nominal parameters"] if job.plan else []
+    view: list[ReportTable | str] = [summary(report), *planned, *tables, *([failures(report)] if error else []), *list_files(report)]
     about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
     return conclude(SweepResult(about=about, report=report, lines=view, figures=figures, error=error, table=table))
 
