@@ -119,8 +119,8 @@ def sweep_points(
     jobs.deliver(job, report, write, figures)
     error = SweepFailure(report["message"]) if report["failed"] else None
     tables = [responses(table), *([sobol_table(found)] if found else []), *([surface_table(fitted, table.units)] if fitted else [])]
-    planned = [f"{job.plan.words}; at the nominal parameters"] if job.plan else []
-    view: list[ReportTable | str] = [summary(report), *planned, *tables, *([failures(report)] if error else []), *list_files(report)]
+    head = [summary(report), *([f"{job.plan.words}; at the nominal parameters"] if job.plan else [])]
+    view: list[ReportTable | str] = [*head, *tables, *([failures(report)] if error else []), *list_files(report)]
     about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
     return conclude(SweepResult(about=about, report=report, lines=view, figures=figures, error=error, table=table))
 
