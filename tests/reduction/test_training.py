@@ -478,6 +478,32 @@ def test_checks_calibrate_the_last_model_without_being_in_it(tolerance: float | 
     assert again.outcome.points == found.outcome.points
 
 
+def test_runs_that_are_not_in_the_model_show_that_it_is_good_enough() -> None:
+    """With `proofs` a training takes the first model that keeps its part of the wanted error there, also where it is largest."""
+    task, _ = counted()
+    found = training.train(task, places(task), OPTIONS, tolerance=1e-3, checks=2, proofs=2, aim=0.5)
+    assert found.outcome.stop is greedy.StopReason.TOLERANCE
+    assert len(found.checks) >= 2
+    seen = reduced_models.with_polynomials(found.task)
+    for run in found.checks:
+        motion = reduced_models.run_reduced(seen, found.model.cases(run.values))
+        assert full_runs.wanted_error(seen, seen.family(run.values).system, run, motion) <= 0.5e-3
+    worst = max((k for k in found.last.samples if k not in found.outcome.points), key=lambda k: found.last.found[k])
+    assert any(run.values["E"] == pytest.approx(found.search.candidates[worst, 0]) for run in found.checks)
+    assert hold_out(found, boxes.grid((YOUNG,), 7)).largest < 1e-3
+
+
+def test_the_coarsest_eps_is_found_within_a_decade() -> None:
+    """Of a run with sharp factors: with ten times as much the model errs by more than its share."""
+    task, _ = counted()
+    run = full_runs.full_run(dataclasses.replace(task, plan=dataclasses.replace(PLAN, tolerance=1e-16)), {"E": 1e9})
+    found, usual = (error_budget.choose(task, run, 1e-3, coarsest=coarsest) for coarsest in (True, False))
+    assert found.eps > usual.eps
+    assert found.truncation <= error_budget.SHOWN[0] * 1e-3
+    rough = dataclasses.replace(task.plan, tolerance=10.0 * found.eps, hyper=NONE)
+    assert error_budget.error_at(task, run, rough) > error_budget.SHOWN[0] * 1e-3
+
+
 def test_own_runs_count_as_one_where_they_scatter_little() -> None:
     def pairs(*errors: float) -> list[store.Pair]:
         return [store.Pair(k, 2, 1e-5, error) for k, error in enumerate(errors)]

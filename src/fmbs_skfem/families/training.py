@@ -5,7 +5,8 @@ r"""Training of a reduced model: of one system, or of a box of parameters by gre
 Before the checks a survey fills the samples of the last iteration up to `max_samples`, each as far as possible from the others:
 greedy looks for the maximum of I, and a surrogate of what it has seen there is too sure elsewhere. Where a wanted error is not
 reached after all, greedy goes on. A wanted error chooses eps and eta at the first full run (`error_budget`); training then ends
-when the predicted error, with its band, is below it. Where truncation is the limit before that, eps is lowered and the runs that
+when the predicted error, with its band, is below it, or with the first model that keeps a part of it at full runs which are not in
+the model, one of them where the indicator is largest. Where truncation is the limit before that, eps is lowered and the runs that
 exist serve once more. A model with nearly as many unknowns as the full one ends the training: it does not pay. One system is the
 task without parameters: one full run, and nothing to choose.
 
@@ -51,6 +52,7 @@ from .training_work import (
     lower,
     make_savable,
     pays,
+    proved,
     recalibrate,
     take_choice,
     truncates,
@@ -117,6 +119,8 @@ def train(
     progress: Progress | None = None,
     savable: bool = False,
     checks: int = 0,
+    proofs: int = 0,
+    aim: float = 1.0,
     motion: Trajectory | None = None,
 ) -> FinishedTraining:
     """Train a reduced model of one system, or over the candidates of a search.
@@ -126,14 +130,16 @@ def train(
     With a `folder` every run, model and iteration is stored, and a training that was interrupted, or is given more iterations, goes
     on from there. `tolerance` is the wanted error in the measure of the task: it replaces eps and eta of the plan and ends the
     training. With `savable` it ends with NoModel at the first full run where the model is no polynomial of the parameters: a file
-    holds nothing else. After the last iteration so many `checks` calibrate the error that is predicted.
+    holds nothing else. After the last iteration so many `checks` calibrate the error that is predicted. With `proofs` a training
+    to a `tolerance` ends with the first model that errs by at most `aim` of it at so many full runs that are not in it, one of them
+    where its indicator is largest.
     """
     if not task.parameters:
         return train_alone(task, tolerance, motion)
     if search is None:
         raise InputError(say("train", "candidates of the parameters", "none", "make them with reduction.search"))
     options = options or Options()
-    work = replace(begin(task, search, options, folder, tolerance), savable=savable)
+    work = replace(begin(task, search, options, folder, tolerance), savable=savable, proofs=proofs, aim=aim)
     with durable.writing(Path(folder or ""), ROOM):
         done = resume(work)
         outcome, last = loop(work, options, done, checks, progress)
@@ -205,7 +211,7 @@ def loop(
         if checks:
             last = survey(work, last, options)
             check(work, last, checks)
-        if work.tolerance is None or small_enough(work, last.largest):
+        if work.tolerance is None or good_enough(work, last.largest):
             return outcome, last
         if outcome.stop is StopReason.TOLERANCE and options.tolerance is None and len(work.runs) < options.iterations:
             store.keep_iteration(work.folder, last)
@@ -236,10 +242,15 @@ def run_greedy(work: TrainingState, options: Options, done: Sequence[Iteration],
         keep=functools.partial(store.keep_iteration, work.folder),
         truncates=functools.partial(truncates, work),
         name=lambda point: boxes.text(work.task.parameters, values_at(work, point)),
-        enough=functools.partial(small_enough, work),
+        enough=functools.partial(good_enough, work),
         pays=functools.partial(pays, work),
     )
     return greedy.run(problem, done)
+
+
+def good_enough(work: TrainingState, largest: float) -> bool:
+    """Whether the predicted error is small enough, or full runs that the model has not seen show that it is."""
+    return small_enough(work, largest) or (math.isfinite(largest) and proved(work))
 
 
 def small_enough(work: TrainingState, largest: float) -> bool:

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from ..scenes.points import TrainingPoints
     from .holdouts import Checked
 
+HALF = 0.5  #: of the wanted error, which a model is to keep at hold-out points: it may err by more between them
 MODEL, STORE = "model.h5", "training"
 
 
@@ -55,7 +56,14 @@ class TrainingOrder:
     options: Options
     points: TrainingPoints
     tolerance: float | None  #: wanted error in the measure of the task
+    aim: float = 1.0  #: part of it that the model is to keep at hold-out points
     allowed: Mapping[str, float] | None = None  #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
+
+    @property
+    def proof(self) -> dict[str, Any]:
+        """What the training is told of its checks: where hold-out points follow, they show whether the model is good enough."""
+        follow = len(self.points.holdout) >= prediction.PROOFS
+        return {"checks": trainings.CHECKS, "proofs": trainings.CHECKS if follow else 0, "aim": self.aim}
 
     @property
     def measure(self) -> str:
@@ -85,7 +93,7 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool)
     made = {"fingerprint": reports.fingerprint(order.scene), "provenance": reports.provenance(order.scene), "notices": job.notices}
     try:
         advance, place, begun = job.progress("training"), out / STORE if out else None, clock.process_time()
-        found = trainings.train(order.task, order.search, order.options, place, order.tolerance, advance, True, trainings.CHECKS)
+        found = trainings.train(order.task, order.search, order.options, place, order.tolerance, advance, True, **order.proof)
     except NoModel as error:
         report = {**describe_error(error), **heading(order), **made}
         jobs.deliver(job, report)
@@ -138,9 +146,9 @@ def prepare(
         raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))
     allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
     measure: Measure | None = OutputMeasure(allowed or {}) if scene.outputs else None
-    own = 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
+    aim, own = HALF, 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
     if own is None and tolerance is None and job.wanted is not None and scene.outputs:
-        own, measure = plans.tolerance_for(job.wanted)
+        aim, (own, measure) = 1.0, plans.tolerance_for(job.wanted)  # which is a share of the accuracy
     wanted = own if tolerance is None else tolerance
     form = functools.partial(build.chosen_form, scene)
     task = TrainingTask(family, known, plan, interval, form, measure, reports.hash_of_code(scene))
@@ -151,7 +159,7 @@ def prepare(
         raise InputError(
             say("--tolerance", "an error between 0 and 1, a part of the ranges of the outputs", wanted, "1e-4 for instance")
         )
-    return TrainingOrder(scene, task, search, options, chosen, wanted, allowed)
+    return TrainingOrder(scene, task, search, options, chosen, wanted, aim, allowed)
 
 
 def folder(job: Job, scene: Scene, resume: bool) -> Path | None:
@@ -190,7 +198,7 @@ def find_doubts(order: TrainingOrder, found: FinishedTraining, checked: Checked 
     high = [] if checked is None else [one.high for one in checked.predictions]
     unresolved = sum(run.unresolved for run in found.full_runs)
     off = max(run.part_error for run in found.full_runs)
-    return prediction.doubts(len(found.full_runs), found.predicted, true, high, order.tolerance, unresolved, off)
+    return prediction.doubts(len(found.full_runs), found.predicted, true, high, order.tolerance, unresolved, off, order.aim)
 
 
 def find_payoff(found: FinishedTraining, checked: Checked | None, spent: float) -> Payoff:
