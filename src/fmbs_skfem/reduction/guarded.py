@@ -53,7 +53,7 @@ from .spaces.galerkin import OPENED
 from .spaces.pod import Basis
 
 NOTE = "guard"  #: of a file, what guarded runs need to know
-SHARE = 0.5  #: of the accuracy that the training's factor between indicator and error is trusted with
+SHARE = 0.3  #: of the accuracy that the factor between indicator and error of the training is trusted with
 PERTURBED = 1e-6  #: change of velocities over the size of the mechanism [1/s], far above round-off and far below what is nonlinear
 # double pendulum, 6000 steps: a look costs 0.6 of a full step, so that all of them take 2 % of a full run
 LOOKS = 4  #: at the indicator in a window

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from functools import partial
@@ -69,13 +70,19 @@ def read_known(saved: Saved, where: Path) -> Known:
 
 def budget_of(known: Known, report: Mapping[str, Any], accuracy: Accuracy | None) -> tuple[float, str]:
     """The largest integral of the indicator [m s], and for which accuracy; twice that of its training where none is known."""
-    part, words = guarded.SHARE**2, "errors of at most twice those of its training"
+    part, words = guarded.SHARE / 2.0, "an indicator of at most twice that of its training"
     if accuracy is not None:
-        found = {name: OutputError(**one) for name, one in report.get("output_errors", {}).items()}
+        found = {name: error_of(one) for name, one in report.get("output_errors", {}).items()}
         part, words = max(accuracy.parts(found).values(), default=part), f"accuracy {accuracy}"
     elif report.get("accuracy"):
         part, words = float(report["error_over_accuracy"] or part), f"accuracy {report['accuracy']}, that of its training"
     return guarded.SHARE * known.indicator / max(part, EXACT), words
+
+
+def error_of(noted: Mapping[str, Any]) -> OutputError:
+    """The error of a column as a file notes it, with None where it stands still."""
+    error, span, relative = (math.nan if noted[key] is None else float(noted[key]) for key in ("error", "range", "relative"))
+    return OutputError(noted["output"], noted["unit"], error, span, relative)
 
 
 def task_of_scene(scene: Scene, raw: System, known: Known, report: Mapping[str, Any]) -> TrainingTask:
