@@ -416,6 +416,7 @@ SCENES |= {
             "  guide: {type: reaction, joint: guide}",
             "  middle: {type: deflection, tip: {body: rod, s: 0.15 m}, root: rod.left}",
         ],
+        more="damping: {stiffness: 1 ms}\n",
     ),
     "saw_drive": mechanism(
         1.2,

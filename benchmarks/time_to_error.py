@@ -136,6 +136,7 @@ class Row:
     cells: int
     steps: int
     pilots_s: float
+    why_not: str  #: what `accuracy` says where it does not promise the error
     exudyn_s: float | None
     exudyn_error: float | None
     settings: Settings | None
@@ -148,7 +149,8 @@ class Row:
     @property
     def words(self) -> str:
         """The cells of its line of a table."""
-        ours = f"{self.cells} x {self.steps} | {self.error:.2f} | {1e3 * self.ours_s:.1f} | {1e3 * self.pilots_s:.0f}"
+        said = f" ({self.why_not})" if self.why_not else ""
+        ours = f"{self.cells} x {self.steps} | {self.error:.2f}{said} | {1e3 * self.ours_s:.1f} | {1e3 * self.pilots_s:.0f}"
         if (best := self.settings) is None or self.exudyn_s is None:
             return f"| {self.name} | {self.wanted:g} | {ours} | none | | | |"
         how = f"{best.elements} x {best.steps}, {'reduced' if best.reduced else 'full'}, {best.tolerance:g}, {best.solver}"
@@ -388,7 +390,7 @@ def measure(name: str, scene: Scene, repetitions: int) -> list[Row]:
         reference = pilots.run(4 * cells, 4 * plan.steps)
         error = float(pilots.differ(found, reference)[0].max()) if found is not None and reference is not None else np.nan
         rest = (None, None, None) if best is None else (min(others[1:]), best[2] / wanted, best[0])
-        rows.append(Row(name, wanted, min(times[1:]), error, cells, plan.steps, pilots_s, *rest))
+        rows.append(Row(name, wanted, min(times[1:]), error, cells, plan.steps, pilots_s, plan.why_not, *rest))
         print(rows[-1].words, flush=True)
     return rows
 
@@ -403,10 +405,12 @@ def exudyn_version() -> str:
 
 def page(rows: Sequence[Row]) -> str:
     """All rows as a table, below a sentence."""
-    ratios = [row.ratio for row in rows]
+    ratios = [row.ratio for row in rows if row.exudyn_s is not None and not row.why_not]
     text = f"Exudyn {exudyn_version()} takes {statistics.median(ratios):.1f} times as long as the run that an accuracy chooses, "
-    text += f"in the median, and {min(ratios):.1f} to {max(ratios):.1f} times. "
-    with_pilots = [row.exudyn_s / (row.ours_s + row.pilots_s) for row in rows if row.exudyn_s is not None]
+    text += (
+        f"in the median of the {len(ratios)} errors that both promise and meet, and {min(ratios):.1f} to {max(ratios):.1f} times. "
+    )
+    with_pilots = [row.exudyn_s / (row.ours_s + row.pilots_s) for row in rows if row.exudyn_s is not None and not row.why_not]
     text += f"With all pilots, which nobody has made for Exudyn's best settings, {statistics.median(with_pilots):.1f} times."
     lines = ["# CPU time to a true error, beside Exudyn's best mesh and step", "", text, ""]
     return "\n".join([*lines, f"| {' | '.join(HEADS)} |", "|" + "---|" * len(HEADS), *(row.words for row in rows), ""])

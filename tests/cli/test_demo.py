@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,7 +52,13 @@ def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypat
     names = [model["name"] for model in done.json["models"]]
     assert names == [
         *("full", "system", "component", "system+ecsw", "component+ecsw", "component+ecsw-points", "ffrf", "coarse-5"),
+        *("accuracy 0.01", "accuracy 0.001"),
     ]
+    errors = {model["name"]: model["true_error"] for model in done.json["models"]}
+    assert errors["accuracy 0.01"] <= 1e-2
+    assert errors["accuracy 0.001"] <= 1e-3
+    assert errors["full"] > 0.0  # its own step errs
+    assert re.fullmatch(r"\d+ cells a line and \d+ steps", done.json["truth"])
     assert set(done.json["provenance"]) == KEYS
     out = tmp_path / "fmbs-demo"
     wanted = {"compare.json", "history_B.png", "history_C.png", "errors.png", "speed_error.png", "motion.pvd"}

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes
+from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.reduction.accuracy.comparison import Comparison, ModelRecord
 from fmbs_skfem.studies import comparison, figures, tables
+from fmbs_skfem.studies.planning import truth
 from tests.cli.calls import EXAMPLES
 
 
@@ -67,3 +69,9 @@ def test_published_totals_hold_their_parts() -> None:
 def test_an_order_below_two_is_explained(order: float | None, told: str) -> None:
     found = {"step": 1e-3, "position": 4e-4, "order": order}
     assert comparison.time_words(found) == f"Error of the full model's own step 0.001 s: {told}"
+
+
+def test_true_errors_need_lines_whose_cells_can_be_chosen() -> None:
+    scene = scenes.read(EXAMPLES / "crank_slider_coarse.yaml")
+    with pytest.raises(InputError, match="--true: expected lines whose cells can be chosen, got none"):
+        truth.find(scene)

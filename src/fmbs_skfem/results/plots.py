@@ -40,6 +40,7 @@ FAMILIES = {
     "full": (palette.BLACK, "*", "full model"),
     "coarse": (palette.GREY, "s", "full model, coarser mesh"),
     "step": (palette.ORANGE, "D", "full model, other step"),
+    "chosen": (palette.VERMILLION, "*", "full model that an accuracy chooses"),
     "system": (palette.SKY, "^", "system level"),
     "system+ecsw": (palette.BLUE, "v", "system level + ECSW"),
     "component": (palette.PURPLE, "P", "component level"),

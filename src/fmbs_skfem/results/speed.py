@@ -13,8 +13,8 @@ from collections.abc import Iterable
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 
-#: families that are full models: the reference, coarser meshes, larger steps
-FULL = frozenset({"full", "coarse", "step"})
+#: families that are full models: the reference, coarser meshes, larger steps, what accuracies choose
+FULL = frozenset({"full", "coarse", "step", "chosen"})
 
 
 @dataclass(frozen=True)

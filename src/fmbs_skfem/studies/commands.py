@@ -209,6 +209,9 @@ def compare(
     quick: Annotated[bool, Option("Only the main models, coarser meshes and larger steps; every model runs once.")] = False,
     duration: Duration = None,
     picture: Annotated[bool, Option("Draw the bodies, moving, and the error of a reduced model.")] = True,
+    true: Annotated[
+        bool, Option("True errors, of mesh, step and model together, and the full models that accuracies of 1e-2 to 1e-4 choose.")
+    ] = False,
     **shared: Unpack[Shared],
 ) -> "ComparisonResult":
     """Compare full and reduced models of a scene: time beside error.
@@ -219,7 +222,7 @@ def compare(
     from . import comparison
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return comparison.compare_scene(job, quick, picture)
+        return comparison.compare_scene(job, quick, picture, true)
 
 
 def sweep(

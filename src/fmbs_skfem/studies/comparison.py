@@ -10,7 +10,7 @@ import contextlib
 import math
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, field, replace
 from functools import partial
@@ -28,6 +28,7 @@ from ..scenes import Scene, build, read
 from . import figures, plans, projects, reports, tables
 from . import job as jobs
 from .job import Job
+from .planning import truth
 from .result import ReportTable, Result, conclude, list_files
 from .running import compiling, pictures
 from .running.outcome import SERIES
@@ -38,8 +39,10 @@ if TYPE_CHECKING:
 
 RECORD = "compare.json"
 SECOND = 1.5  #: smallest observed order in time that counts as second
+DISTANCES = "the largest distances from the full model [m]"
 AS_GOOD = 2.0  #: factor to the smallest error of a hyper-reduced model within which the fastest is chosen
 
+DEMO_WANTED = 1e-2, 1e-3  #: accuracies whose choices stand beside the models of the demo
 COARSE, STEPS = [10, 20], [2.5e-3]  #: cells a body and steps [s] of the full models that compete in the demo
 
 
@@ -74,11 +77,11 @@ class ComparisonResult(Result):
         return self.study[name]
 
 
-def compare_scene(job: Job, quick: bool, picture: bool) -> ComparisonResult:
-    """All models of a scene, with pictures of its full model and of an error."""
+def compare_scene(job: Job, quick: bool, picture: bool, true: bool) -> ComparisonResult:
+    """All models of a scene, with pictures of its full model and of an error; `true` errors beside those against that model."""
 
     scene = jobs.read_scene(job)
-    return conclude(comparison(job, scene, quick, ComparisonPictures() if picture else None))
+    return conclude(comparison(job, scene, quick, ComparisonPictures() if picture else None, truth.WANTED if true else ()))
 
 
 def demo_scene() -> Scene:
@@ -88,7 +91,7 @@ def demo_scene() -> Scene:
 
 def show_demo(job: Job, tables: bool) -> ComparisonResult:
     """All models of the scene of the demo, with pictures of its own and a VTK series; all `tables`, or the gist of them."""
-    found = comparison(job, jobs.read_scene(job), True, DEMO_SHOWN)
+    found = comparison(job, jobs.read_scene(job), True, DEMO_SHOWN, DEMO_WANTED)
     return conclude(found if tables else replace(found, lines=gist(found)))
 
 
@@ -109,14 +112,19 @@ def gist(found: ComparisonResult) -> list[Any]:
     return [table, shown, "All tables: fmbs demo --tables. Scenes to change: fmbs demo --copy."]
 
 
-def comparison(job: Job, scene: Scene, quick: bool, shown: ComparisonPictures | None) -> ComparisonResult:
-    """All models of a scene; figures, and what is to be `shown`, in the output folder."""
+def comparison(
+    job: Job, scene: Scene, quick: bool, shown: ComparisonPictures | None, wanted: Sequence[float] = ()
+) -> ComparisonResult:
+    """All models of a scene; figures, and what is to be `shown`, in the output folder.
+
+    Where accuracies are `wanted`, what these choose stands beside them, and all have their true errors.
+    """
     mark = reports.fingerprint(scene)
     names = [*(f"{name}.png" for name in figures.names(scene)), *(shown.names if shown else ())]
     out = jobs.settle_folder(job, (RECORD, *names), mark, RECORD)
     compiling.announce(job, reduces=True)
     with drawing_beside(scene, shown if out else None) as gallery:
-        study = run(scene, quick, job.allow_outside, job.progress("comparing"), gallery.begin if gallery else None)
+        study = run(scene, quick, job.allow_outside, job.progress("comparing"), gallery.begin if gallery else None, wanted)
         report, drawn = report_of(scene, study), figures.draw(scene, study)
         report |= {"fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
         missing = jobs.deliver(job, report, figures=drawn, orders=partial(gallery.go_on, study) if gallery else None, record=RECORD)
@@ -172,13 +180,18 @@ def run(
     allow_outside: bool = False,
     progress: Progress | None = None,
     see: Callable[[Trajectory], None] | None = None,
+    wanted: Sequence[float] = (),
 ) -> Comparison:
-    """The comparison of a scene, as its sections `reduction` and `compare` say; `see` gets the full motion before others run."""
+    """The comparison of a scene, as its sections `reduction` and `compare` say; `see` gets the full motion before others run.
+
+    With accuracies `wanted` all errors are true ones beside: see `planning.truth`.
+    """
     raw = build.system(scene, allow_outside=allow_outside)
     settings = plans.options(scene, quick, build.has_large_plates(scene, raw))
-    wanted = scene.compare.coarse if scene.compare else []
-    coarse = {cells: build.system(scene, cells, allow_outside) for cells in wanted}
-    return comparisons.run(plans.task(scene, raw, plans.plan(scene)), settings, coarse, progress, see)
+    coarse = {cells: build.system(scene, cells, allow_outside) for cells in (scene.compare.coarse if scene.compare else [])}
+    task = plans.task(scene, raw, plans.plan(scene))
+    sharpest = truth.find(scene, wanted, allow_outside) if wanted else None
+    return comparisons.run(task, settings, coarse, progress, see, sharpest)
 
 
 def lean(scene: Scene) -> Scene:
@@ -198,6 +211,7 @@ def report_of(scene: Scene, study: Comparison) -> dict[str, Any]:
         "models": [asdict(record) for record in study.records],
         "outputs": {name: extremes(values) for name, values in figures.drawn_outputs(study.full).items()},
         "time_error": asdict(study.time_error) if study.time_error else None,
+        "truth": study.truth,
         "front": speed.front_in_words(figures.points(study)),
         "pays_after": best.name if best else None,
         "pays_after_runs": best.pays_after_runs if best else None,
@@ -223,7 +237,8 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
     pays = report["pays_after_runs"]
     gain = "Training does not pay." if pays is None else f"Training of {report['pays_after']} pays after {math.ceil(pays)} runs."
     note = "Names end in eps, or eps/eta, where these are not the scene's. "
-    note += "Errors on the Pareto front are the largest distances from the full model [m]; training is not in the CPU times."
+    kind = f"true ones, as parts of the ranges of outputs, against {report['truth']}" if report["truth"] else DISTANCES
+    note += f"Errors on the Pareto front are {kind}; training is not in the CPU times."
     return [report["front"], note, time_words(report["time_error"]), gain, *choice_words(report)]
 
 

@@ -66,6 +66,8 @@ def cloud(scene: Scene, study: Comparison) -> Figure:
     wrong = [record.name for record in study.records if record.max_error > WRONG]
     shown = [point for point in points(study) if point.name not in wrong]
     heading = jobs.title(scene) + (f"; off the chart (error > {100.0 * WRONG:g} %): {', '.join(wrong)}" if wrong else "")
+    if study.truth:
+        return plots.speed_error(shown, None, f"true error, part of an output's range\n(against {study.truth})", heading)
     return plots.speed_error(shown, study.time_error.position if study.time_error else None, "largest position error [m]", heading)
 
 
@@ -158,8 +160,8 @@ def bases(study: Comparison, level: str) -> Mapping[str, Basis]:
 
 
 def points(study: Comparison) -> list[Point]:
-    """CPU time against position error, of all models that were run; failed ones have an infinite error."""
-    found = [(record, record.position_error) for record in study.records]
+    """CPU time against true error or, without one, position error, of all models that were run; infinite of failed ones."""
+    found = [(record, record.true_error if study.truth else record.position_error) for record in study.records]
     return [
         Point(record.name, record.family, record.cpu_s if record.cpu_s > 0 else 1.0, error if math.isfinite(error) else math.inf)
         for record, error in found

@@ -43,7 +43,7 @@ from .runs import TimeError, common_steps, kept_steps, run_fastest, run_other_st
 
 LEVELS = ("system", "component")
 FEW = 20  #: stored states at which models are compared, at least, or all
-FULL = ("full", "coarse", "step")  #: families of full models
+FULL = ("full", "coarse", "step", "chosen")  #: families of full models
 
 
 @dataclass(frozen=True)
@@ -102,6 +102,8 @@ class ModelRecord:
     mean_error: float = math.nan
     median_error: float = math.nan
     position_error: float = math.nan  #: [m]
+    #: largest error of an output over its range, against a finer mesh and step: that of mesh, step and model together
+    true_error: float = math.nan
     outputs: Mapping[str, OutputError] = field(default_factory=dict)  #: errors by column
     distance_error: float = math.nan  #: largest, root mean square over the mass [m]
     coordinates_error: float = math.nan  #: largest of eq. (53)
@@ -124,9 +126,19 @@ class Comparison:
     errors: Mapping[str, Errors]
     models: Mapping[str, ReducedModel]
     time_error: TimeError | None  #: None where the full model was run with one step only
+    truth: str = ""  #: what true errors are against
 
     def __getitem__(self, name: str) -> ModelRecord:
         return next(record for record in self.records if record.name == name)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The reference of true errors, and full models that accuracies choose."""
+
+    motion: Trajectory
+    about: str  #: its cells and steps, in words
+    chosen: Mapping[str, tuple[System, float]]  #: systems by name, with their steps [s]
 
 
 @dataclass(frozen=True)
@@ -156,6 +168,7 @@ class Reference:
     step: float  #: [s]
     kept: np.ndarray  #: numbers of the steps that are stored
     repeat: int  #: runs of which the fastest counts
+    truth: tuple[Trajectory, Mapping[str, np.ndarray]] | None = None  #: what true errors are against, with its columns
 
 
 def run(
@@ -164,10 +177,12 @@ def run(
     coarse: Mapping[int, System] | None = None,
     progress: Progress | None = None,
     see: Callable[[Trajectory], None] | None = None,
+    truth: Truth | None = None,
 ) -> Comparison:
     """Everything about one system, a task without parameters; `coarse` are the same on coarser meshes, by cells a body.
 
-    `see` gets the full motion before any other model runs.
+    `see` gets the full motion before any other model runs. With a `truth` all models have their true errors beside those against
+    the full one.
 
     A reduced or coarse model that fails is a record with its reason; a failure of the full model is raised. It runs twice where its
     snapshots need a sharper iteration than itself: the sharp motion is the reference, the other one is timed, as the models are,
@@ -181,9 +196,11 @@ def run(
     full = run_fastest(sharp, kept, options.repeat if sharp == own else 1)
     if see:
         see(full)
-    reference = Reference(raw.system, full, output_errors.columns(full), h, kept, options.repeat)
+    sharpest = (truth.motion, output_errors.columns(truth.motion)) if truth else None
+    reference = Reference(raw.system, full, output_errors.columns(full), h, kept, options.repeat, sharpest)
     fine = run_other_steps(own, kept, options.steps, options.order, options.expensive)
     jobs = [*reduced_jobs(task, options, full_runs.run_of_motion(task, full)), *competitors(task, own, options, coarse or {}, fine)]
+    jobs += chosen_models(task, own, truth) if truth else []
     records, motions, found, models = [], {}, {}, {}
     for number, job in enumerate(jobs):
         record, model, motion, errors = evaluate(job, reference)
@@ -198,7 +215,7 @@ def run(
     job = ModelJob(ModelRecord("full", "full", step=h), lambda: Model(own), own_run)
     itself = evaluate(job, replace(reference, full=own_run, outputs=output_errors.columns(own_run)))[0]
     shown = tuple(add_ratios([itself, *records], full.statistics.cpu_s))
-    return Comparison(shown, full, motions, found, models, step_error(full, fine, h))
+    return Comparison(shown, full, motions, found, models, step_error(full, fine, h), truth.about if truth else "")
 
 
 def variants(task: TrainingTask) -> list[tuple[str, HyperReduction]]:
@@ -288,6 +305,17 @@ def competitors(
         yield ModelJob(ModelRecord(f"step-{short(step)}", "step", step=step), make, ready)
 
 
+def chosen_models(task: TrainingTask, own: Case, truth: Truth) -> Iterator[ModelJob]:
+    """Full models with the cells and the step that accuracies choose."""
+    for name, (system, step) in truth.chosen.items():
+        make = functools.partial(chosen_model, task, own, system, step)
+        yield ModelJob(ModelRecord(name, "chosen", step=step), make)
+
+
+def chosen_model(task: TrainingTask, own: Case, system: System, step: float) -> Model:
+    return Model(cases.with_step(replace(own, system=task.form(system)), step))
+
+
 def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | None, Trajectory | None, Errors | None]:
     """Make a model, run it, and compare it with the full one."""
     record, full = job.record, reference.full
@@ -300,6 +328,11 @@ def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | 
     try:
         motion = job.ready or run_fastest(case, common_steps(case.scheme.step, reference.step, reference.kept), reference.repeat)
         errors, outputs = compare(full, motion), output_errors.compare(full, motion, reference.outputs)
+        true = (
+            output_errors.measure(output_errors.compare(reference.truth[0], motion, reference.truth[1]))
+            if reference.truth
+            else math.nan
+        )
     except FmbsError as error:
         return replace(record, status=str(error)), model, None, None
     cost, parts = motion.statistics, costs.shares(motion, case.scheme)
@@ -313,6 +346,7 @@ def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | 
         product_s=parts.product_s,
         kr_us=1e6 * costs.tangent_seconds(case.system),
         outputs=outputs,
+        true_error=true,
         **errors.summary,
         iterations=cost.iterations,
         factorisations=cost.factorisations,

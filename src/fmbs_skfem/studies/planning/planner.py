@@ -276,7 +276,8 @@ class Planner:
     def measured(self, cells: int, steps: int, time: Chain) -> np.ndarray | None:
         """Errors (2, k) of a number of steps on a mesh, from a run with half as many; None where these do not resolve it.
 
-        Errors that the chain foretells to be far below what is wanted are believed.
+        What runs with other steps on this mesh tell counts too. Errors that the chain foretells to be far below what is wanted are
+        believed.
         """
         half, foretold = self.limits.half(steps), time.errors(steps)
         if half == steps or size(foretold) <= SURE * SAFETY * SHARE:
@@ -288,7 +289,17 @@ class Planner:
             return difference  # forces that jump fall evenly on one mesh, and not on the next
         # where differences fall slowly nobody knows how slowly they do on this mesh
         power = time.power if time.ratio >= EVEN else math.log2(FALLS[0])
-        return None if difference is None else difference / ((steps / half) ** power - 1.0)
+        if difference is None:
+            return None
+        found = difference / ((steps / half) ** power - 1.0)
+        for other, fewer in [one for one, run in self.known.items() if run is not None]:
+            if (
+                other == cells
+                and half < fewer <= steps / MORE
+                and (apart := self.differ((cells, fewer), (cells, steps))) is not None
+            ):
+                found = np.maximum(found, apart / ((steps / fewer) ** power - 1.0))
+        return found
 
     def unsettled(self, time: Chain, mesh: np.ndarray, apart: str, *pairs: tuple[tuple[int, int], tuple[int, int]]) -> Plan:
         """The plan of a motion that pairs of runs do not settle, the first of them nor all those before it."""
