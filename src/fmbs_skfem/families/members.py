@@ -263,10 +263,14 @@ def run_case(case: Case, instants: int) -> Result:
     from ..reduction import cases
 
     shown, watched = choose_steps(case, instants), watch_steps(case)
-    motion = cases.run(case, np.union1d(shown, watched), lambda fraction: None)
+    # sets of numpy, of all steps, took 4 % of a sample of 1000 steps
+    every = 1 if len(watched) > watched[-1] else np.union1d(shown, watched)
+    motion = cases.run(case, every, lambda fraction: None)
     found, steps = keep_outputs(motion), motion.times / case.scheme.step
-    kept = np.isin(np.round(steps), shown) & (np.abs(steps - np.round(steps)) < NEAR)
-    kept[-1] = True  # where an event has stopped the run
+    numbers, last = np.round(steps), len(steps) - 1
+    rows = np.minimum(np.searchsorted(numbers, shown), last)
+    rows = rows[(numbers[rows] == shown) & (np.abs(steps[rows] - shown) < NEAR)]
+    kept = rows if rows[-1] == last else np.append(rows, last)  # where an event has stopped the run
     columns = {name: values[kept] for name, values in found.columns.items()}
     ends = {name: np.array([values.min(), values.max()]) for name, values in found.columns.items()}
     return replace(found, times=found.times[kept], columns=columns, extremes=ends)
