@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.scenes import surfaces
-from fmbs_skfem.shapes import fvs_plate, fvs_shell, halving, nurbs, plate_audit, plate_meshes, surface, table
+from fmbs_skfem.shapes import fvs_plate, fvs_shell, nurbs, plate_audit, plate_meshes, surface, table
 from fmbs_skfem.shapes.plate_meshes import PlateMesh
 
 from .test_fvs_plate import MESHES, Mesh, shaken
@@ -126,7 +126,7 @@ def test_halved_meshes_stay_on_the_surface(kind: str) -> None:
     off = []
     for n in (8, 16, 32):
         mesh = bent(MESHES[kind](n), wave)
-        fine = halving.halve_curved(mesh)
+        fine = fvs_shell.halve(mesh)
         assert len(fine.cells) == 4 * len(fvs_shell.triangles(mesh).cells)
         np.testing.assert_array_equal(fine.points[: len(mesh.points)], mesh.points)
         assert fine.point_groups.keys() == mesh.point_groups.keys()

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.shapes import ancf_plate, fvs_plate, groups, halving, plate_audit, plate_meshes, surface
+from fmbs_skfem.shapes import ancf_plate, fvs_plate, groups, plate_audit, plate_meshes, surface
 from fmbs_skfem.shapes.plate_meshes import PlateMesh
 
 FOLDER = Path(__file__).parents[2] / "meshes"
@@ -539,7 +539,7 @@ def test_halved_meshes_keep_groups_and_arcs(name: str) -> None:
     found = [mesh]
     for _ in range(2):
         arcs = ancf_plate.arcs_of(found[-1].points[:, :2], found[-1].edge_groups)
-        found.append(halving.halve(found[-1], arcs))
+        found.append(plate_meshes.halve(found[-1], arcs))
     assert [len(one.cells) for one in found] == [4**k * len(mesh.cells) for k in range(3)]
     np.testing.assert_array_equal(found[1].points[: len(mesh.points)], mesh.points)
     for group, edges in mesh.edge_groups.items():
@@ -557,7 +557,7 @@ def test_halved_meshes_keep_groups_and_arcs(name: str) -> None:
 
 def test_halved_meshes_keep_points() -> None:
     mesh = plate_meshes.read(FOLDER / "plate_8x8.msh", planar=True)
-    fine = halving.halve(mesh)
+    fine = plate_meshes.halve(mesh)
     assert fine.point_groups.keys() == {"a", "b", "c", "d"}
     for name, ids in mesh.point_groups.items():
         np.testing.assert_array_equal(fine.points[fine.point_groups[name]], mesh.points[ids])

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 from ..core.errors import InputError, closest, say
 from ..core.notices import notify, remark
 from ..core.storage.records import dataclass
-from ..shapes import ancf_plate, fvs_plate, fvs_shell, halving, skfem_surface, structured
+from ..shapes import ancf_plate, fvs_plate, fvs_shell, plate_meshes, skfem_surface, structured
 from ..shapes.plate_meshes import PlateMesh
 from ..shapes.surface import Surface
 
@@ -93,7 +93,7 @@ def argyris(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
 def refined(mesh: PlateMesh, times: int, arcs: list[str] | None) -> PlateMesh:
     """The mesh with every side cut into `times`, a power of two; new nodes lie on `arcs`, None to find these."""
     for _ in range(times.bit_length() - 1):
-        mesh = halving.halve(mesh, ancf_plate.arcs_of(mesh.points[:, :2], mesh.edge_groups, arcs))
+        mesh = plate_meshes.halve(mesh, ancf_plate.arcs_of(mesh.points[:, :2], mesh.edge_groups, arcs))
     return mesh
 
 
@@ -121,7 +121,7 @@ def curved(mesh: PlateMesh, cells: int, degree: int | None) -> tuple[Surface, fl
         remark(f"{where}: {len(mesh.cells)} quads in no even grid: every quad is cut along its shorter diagonal")
     shape, error = fvs_shell.surface(mesh)
     for _ in range(cells.bit_length() - 1):
-        mesh = halving.halve_curved(mesh)
+        mesh = fvs_shell.halve(mesh)
         shape = fvs_shell.surface(mesh)[0]
     return shape, error
 

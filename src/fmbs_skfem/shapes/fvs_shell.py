@@ -26,6 +26,7 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from . import fvs_plate, groups, meshes, plate_audit, splitting
+from . import surface as surfaces
 from .plate_meshes import PlateMesh
 from .surface import Parent, Surface
 from .table import Floats, Ints
@@ -85,6 +86,39 @@ def triangles(mesh: PlateMesh) -> PlateMesh:
     cells = splitting.halves(mesh.points, mesh.cells).reshape(-1, 3)
     faces = {name: (2 * rows[:, None] + np.arange(2)).ravel() for name, rows in mesh.face_groups.items()}
     return replace(mesh, cells=cells, face_groups=faces)
+
+
+def halve(mesh: PlateMesh) -> PlateMesh:
+    """A mesh of triangles or quads in space with a node in the middle of every side, on the smooth surface through its nodes.
+
+    Quads are cut, and nodes placed, as `surface` does; groups keep their names.
+    """
+    mesh = triangles(mesh)
+    count, corners = len(mesh.points), mesh.cells
+    ends = plate_audit.sides(corners)
+    keys, first, side = np.unique(plate_audit.side_keys(ends, count), return_index=True, return_inverse=True)
+    a, b, c = corners.T
+    ab, bc, ca = (count + side.reshape(-1, 3)).T
+    cells = np.stack([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]).transpose(2, 0, 1).reshape(-1, 3)
+
+    def halves(pairs: np.ndarray) -> np.ndarray:
+        middle = count + np.searchsorted(keys, plate_audit.side_keys(pairs, count))
+        return np.stack([pairs[:, 0], middle, middle, pairs[:, 1]], axis=1).reshape(-1, 2)
+
+    return replace(
+        mesh,
+        points=np.concatenate([mesh.points, middles(mesh, first // 3, first % 3)]),
+        cells=cells,
+        edge_groups={name: halves(pairs) for name, pairs in mesh.edge_groups.items()},
+        face_groups={name: (4 * ids[:, None] + np.arange(4)).ravel() for name, ids in mesh.face_groups.items()},
+    )
+
+
+def middles(mesh: PlateMesh, cell: np.ndarray, side: np.ndarray) -> Floats:
+    """Points (x, 3) in the middle of sides (x,) of triangles (x,), on the smooth surface through the nodes of a mesh."""
+    shape = surface(mesh)[0]
+    rows = surfaces.sample(shape, cell, surfaces.side_points(Parent.TRIANGLE, side, np.full(len(side), 0.5)))
+    return np.asarray(rows @ shape.reference)
 
 
 # ---------------------------------------------------------------------------------------------------------------- normals

@@ -10,9 +10,10 @@ side to side and turn the same way (`plate_audit`); a `Notice` says what is drop
 
 from __future__ import annotations
 
-from dataclasses import field
+from collections.abc import Iterable
+from dataclasses import field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from ..core.algebra.linalg import distinct
 from ..core.storage.records import dataclass
 from . import meshes, plate_audit, splitting
 from .msh import Floats, Ints, MshCells, Raw
+
+if TYPE_CHECKING:
+    from .ancf_plate import Arc
 
 Kind = Literal["point", "edge", "face"]
 
@@ -96,6 +100,24 @@ def to_skfem(mesh: PlateMesh) -> Any:
         for name, pairs in mesh.edge_groups.items()
     }
     return out.with_boundaries(edges).with_subdomains(mesh.face_groups)
+
+
+def halve(mesh: PlateMesh, arcs: Iterable[Arc] = ()) -> PlateMesh:
+    """A plane mesh with a node in the middle of every side and quad, behind its own nodes; groups keep their names.
+
+    Nodes in the middle of sides on arcs lie on them. By scikit-fem.
+    """
+    coarse = to_skfem(mesh)
+    fine = coarse.refined()
+    count = len(mesh.points)
+    keys = plate_audit.side_keys(coarse.facets.T, count)
+    order = np.argsort(keys)  # the node in the middle of facet k is count + k
+    for arc in arcs:
+        middles = count + order[np.searchsorted(keys[order], plate_audit.side_keys(arc.edges, count))]
+        radii = fine.p[:, middles].T - arc.center
+        fine.p[:, middles] = (arc.center + arc.radius * radii / np.linalg.norm(radii, axis=1, keepdims=True)).T
+    found = from_skfem(fine)
+    return replace(found, point_groups=mesh.point_groups, path=mesh.path)
 
 
 def audit(mesh: PlateMesh, planar: bool) -> PlateMesh:
