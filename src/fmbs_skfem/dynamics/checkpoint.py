@@ -114,6 +114,7 @@ def facts(model: Compiled, method: Method, steps: int, kept: np.ndarray) -> dict
         "tolerance of Newton's iteration [m]": repr(method.tolerance),
         "iterations at most": str(method.iterations),
         "contraction for new factors": repr(method.slow),
+        **({"local error of a step [m]": repr(method.local)} if method.local else {}),
         "steps": str(steps),
         "states to keep": f"{len(kept)}, {digest(kept)[:16]}",
         "arrays of the model": digest(np.array([digest(model.arrays), *(digest(piece.record) for piece in model.pieces)]))[:16],

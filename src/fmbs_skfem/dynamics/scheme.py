@@ -48,12 +48,14 @@ class GeneralizedAlpha:
 
     A scheme of one's own is a frozen dataclass with this base and its own `coefficients`, all that a step reads of it.
 
-    Motions start in the reference, or in the equilibrium of the loads at t = 0, see `rest`.
+    Motions start in the reference, or in the equilibrium of the loads at t = 0, see `rest`. With a `local_error` a step is taken in
+    1, 2, 4, ... or 32 parts, as few as keep its error below that, see `compiled_step.parts`.
     """
 
     step: float
     rho_inf: float = 0.8
     start: Start = "reference"
+    local_error: float = 0.0  #: of a step over the size of the mechanism, from which it is taken in parts; 0 for equal steps
 
     def __init_subclass__(cls, **more: Any) -> None:
         """Files hold schemes of one's own, too: whoever loads one imports its class first."""
@@ -65,6 +67,8 @@ class GeneralizedAlpha:
             raise InputError(say("analysis.step", "a positive time [s]", self.step))
         if not 0 <= self.rho_inf <= 1:
             raise InputError(say("analysis.rho_inf", "a number between 0 and 1", self.rho_inf))
+        if not 0 <= self.local_error < 1:
+            raise InputError(say("analysis.local_error", "a number between 0 and 1", self.local_error))
         if self.start not in get_args(Start):
             raise InputError(say("analysis.start", " or ".join(get_args(Start)), self.start))
         found: Any = self.coefficients  # of one's own may be anything
@@ -82,7 +86,7 @@ class GeneralizedAlpha:
         return am, af, gamma, (gamma + 0.5) ** 2 / 4
 
 
-storable(GeneralizedAlpha, start=lambda values: "reference")
+storable(GeneralizedAlpha, start=lambda values: "reference", local_error=lambda values: 0.0)
 
 
 @storable
@@ -144,7 +148,8 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compile
     am, af, gamma, beta = scheme.coefficients
     control = newton.tolerance * system.scale, newton.iterations, slow, round_off(system)
     left = 0.0, largest_share(scheme), DYNAMIC * system.scale
-    return of_length(Method(0.0, am, af, gamma, beta, 0.0, 0.0, 0.0, *control, *left, True, True, model.pattern is not None), h)
+    whole = model.pattern is not None, scheme.local_error * system.scale
+    return of_length(Method(0.0, am, af, gamma, beta, 0.0, 0.0, 0.0, *control, *left, True, True, *whole), h)
 
 
 def largest_share(scheme: GeneralizedAlpha) -> float:

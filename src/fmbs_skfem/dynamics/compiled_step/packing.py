@@ -35,11 +35,13 @@ class PackedStep:
     def __init__(self, model: Compiled, step: Step, large: Large | None) -> None:
         self.model, self.step = model, step
         self.begin, self.span = 0.0, step.method.h  #: of the first step of a call, and the length of each [s]
+        self.number: int | None = 0  #: of this step in the run; None for a piece of one
         self.doors = large.doors(step) if large else ()
         behind = {name: door.address for name, door in zip(BEHIND, self.doors, strict=False)}
         self.table = packed(step._replace(doors=step.doors._replace(**behind)))
         self.address, self.given = address_of(self.table), (step.job.signals, step.job.rows)
-        self.lengths: Lengths | None = None  #: of parts; few runs need them, and they take as long as ten small steps
+        #: of parts; few runs need them, and they take as long as ten small steps
+        self.lengths = Lengths(self) if step.method.local else None
 
     def advance(self, signals: np.ndarray, rows: np.ndarray, begin: float) -> int:
         """Take a step for every row of `signals`, from a time `begin` [s] on, to be stored in `rows` of the trajectory; the status.
@@ -49,7 +51,7 @@ class PackedStep:
         self.give(signals, rows)
         if self.lengths is not None and self.span != self.step.method.h:
             self.lengths.set_span(self.step.method.h)
-        self.begin, self.span = begin, self.step.method.h
+        self.begin, self.span, self.number = begin, self.step.method.h, round(begin / self.step.method.h)
         status = self.call(stepping.advance)
         if status == stepping.DONE or self.lengths is not None:
             return status
@@ -62,7 +64,7 @@ class PackedStep:
 
     def take_span(self, begin: float, span: float) -> int:
         """Take a span of time [s] at once, or in parts, as a piece of a step: nothing is stored; the status."""
-        self.begin, self.span, self.step.job.done[0] = begin, span, 0
+        self.begin, self.span, self.number, self.step.job.done[0] = begin, span, None, 0
         if self.lengths is not None:
             self.lengths.set_span(span)
         return self.divide(stepping.DONE)
@@ -112,11 +114,15 @@ class PackedStep:
 
     def time_of(self, place: float) -> float:
         """Of a place in the step that was taken last, 0 to 1 [s]."""
-        return self.begin + self.span * (int(self.step.job.done[0]) + place)
+        return self.begin_of(int(self.step.job.done[0])) + self.span * place
+
+    def begin_of(self, row: int) -> float:
+        """When a step of a call begins [s], to the bit the same in whatever call it is."""
+        return self.begin if self.number is None else self.span * (self.number + row)
 
     def warn_of_leaps(self, found: np.ndarray) -> None:
         """A warning where the shortest step is too long for what touches."""
-        begin, h = self.begin + self.span * int(found[parts.LEAP]), self.span / 2 ** int(found[parts.LENGTH])
+        begin, h = self.begin_of(int(found[parts.LEAP])), self.span / 2 ** int(found[parts.LENGTH])
         found[parts.LEAP] = -1
         where = f"what touches went through to the other side between t = {begin:.6g} and {begin + self.span:.6g} s"
         why = "it moves too fast, or is pressed in by more than half of what is thin"
@@ -135,7 +141,7 @@ class Lengths:
         pairs = [(part.view(np.int64).reshape(-1) for part in pair) for pair in zip(state, self.before, strict=True)]
         self.kept, self.copy = [packed(Kept(*pair)) for pair in pairs], packed(self.before)
         self.door = Callback(self.find_signals)
-        self.found = np.array([0, 0, -1, 0])
+        self.found = np.array([0, 0, -1, 0, 0])
         self.tables = np.tile(whole.table, (len(TRIALS), 1))
         self.addresses = addresses(list(self.tables)), np.array([halvings for halvings, _ in TRIALS]), addresses(self.kept)
         histories = self.door.address if count else 0
@@ -154,7 +160,7 @@ class Lengths:
     def find_signals(self, _: int, place: int) -> None:
         """Signals at the ends of all parts of a trial in a row of the job."""
         row, trial = divmod(place, len(TRIALS))
-        count, begin, span = 2 ** TRIALS[trial][0], self.whole.begin + self.whole.span * row, self.whole.span
+        count, begin, span = 2 ** TRIALS[trial][0], self.whole.begin_of(row), self.whole.span
         found, self.broken = leading_signals(self.system, begin + span * (np.arange(count) + 1) / count, span / count)
         self.signals[: len(found)], self.found[parts.NUMBERS] = found, len(found)
 

@@ -28,14 +28,98 @@ from ...core.compiling.jit import jit
 from ...core.compiling.structs import invoke, routine
 from ...systems import kernels
 from .step import HALVED, STEPS, Levels, Method, State, opened, opened_kept, opened_state
-from .stepping import DONE, NOT_FINITE, STOPPED, TOO_LONG, add_known
+from .stepping import COARSE, DONE, NOT_FINITE, STOPPED, TOO_LONG, add_known
 
-NUMBERS, TAKEN, LEAP, LENGTH = range(4)  #: places in `Levels.found`
+NUMBERS, TAKEN, LEAP, LENGTH, LEVEL = range(5)  #: places in `Levels.found`
+# a rolling hoop and a gripper take as many steps at 0.2 and at 0.7
+ROOM = 0.35  #: of the error that a step may have, up to which the next one is taken in half as many parts
+FINEST = 5  #: halvings by the error of a step
 
 
 @routine
 def divide(table: Any, status: Any) -> int:
     """A step that failed with a status in two or more equal parts, or in one if it has not been tried (DONE); the status.
+
+    A step whose error is controlled (COARSE) is taken in as few parts as keep it small.
+    """
+    S = opened(table)
+    # once a division: whole steps save nothing
+    copy_state(S.levels, False)
+    if status == COARSE:
+        return control(table)
+    if status == DONE:
+        return take_divided(table, status, S.state.parts[0] if S.method.local > 0.0 else 0)
+    return take_divided(table, status, max(1, S.state.parts[0]))
+
+
+@jit
+def control(table: Any) -> int:
+    """A step in as many parts as the one before, once more in shorter ones where its error asks for a quarter of their length.
+
+    Errors fall by 4 where parts are half as long. The next step has half as many parts where its error leaves ROOM for that.
+    """
+    S = opened(table)
+    s, job, levels = S.state, S.job, S.levels
+    steps, leapt = job.counters[STEPS], job.done[1]
+    for again in range(2):
+        parts = s.parts[0]
+        status, levels.found[LEVEL] = COARSE, 0
+        if parts == 0:
+            status = invoke(S.doors.take, table, job.done[0])
+        if status != DONE:
+            status = take_divided(table, status, max(1, parts))
+        if status != DONE:
+            return status
+        level, error = levels.found[LEVEL], local_error(table, levels.found[LEVEL])
+        if error < 0.0:
+            return STOPPED
+        wanted = level
+        while error > S.method.local and wanted < FINEST:
+            error, wanted = 0.25 * error, wanted + 1
+        if again == 0 and wanted > level + 1:
+            copy_state(levels, True)
+            s.parts[0], job.counters[STEPS], job.done[1] = wanted, steps, leapt
+            continue
+        if wanted == level and 4.0 * error < ROOM * S.method.local:
+            wanted = max(level - 1, 0)
+        # what touches asks for its own length
+        s.parts[0] = max(s.parts[0], wanted)
+        return DONE
+    return DONE
+
+
+@jit
+def local_error(table: Any, halvings: int) -> float:
+    """The error of the step that was taken in 2^halvings parts, root mean square [m]; -1 where it cannot be found.
+
+    The part of a change of q'' that the method does not follow in a step, h^2 dq'', through the factors,
+
+        e = |(bh M + gh C + K, Phi_q^T; Phi_q, 0)^-1 bh M dq''| H^2 / 4^k,    H the step, dq'' its change over it
+
+    so that waves which no step resolves count with their own size, and not with that of their accelerations.
+    """
+    S = opened(table)
+    s, t, before = S.state, S.space, opened_state(S.levels.before)
+    for i in range(len(t.way)):
+        t.way[i] = s.acceleration[i] - before.acceleration[i]
+    kernels.clear(t.f)
+    kernels.add_operator(S.arrays.mass, t.way, t.f)
+    factor = S.method.bh * S.method.c * S.method.h**2 / 4.0**halvings
+    for i in range(len(t.f)):
+        t.f[i] *= factor
+    for m in range(len(s.multipliers)):
+        t.rhs[0, len(t.f) + m] = 0.0
+    if invoke(S.doors.solve, table, 0) != 0:
+        return -1.0
+    square = 0.0
+    for i in range(len(t.f)):
+        square += S.arrays.norm[i] * t.f[i] * t.f[i]
+    return np.sqrt(square)
+
+
+@jit
+def take_divided(table: Any, status: int, first: int) -> int:
+    """A step in parts, from the trial `first` on; `status` says why.
 
     The trials of `Levels` follow each other. Where forces began or ended too fast for longer steps, the next step begins in half as
     many parts, and the shortest stand. On failure the state is that before the step, and the space keeps the last trial state.
@@ -43,17 +127,16 @@ def divide(table: Any, status: Any) -> int:
     S = opened(table)
     s, job, levels = S.state, S.job, S.levels
     touching, steps, leapt = status == TOO_LONG, job.counters[STEPS], job.done[1]
-    first = 0 if status == DONE else max(1, s.parts[0])
-    # once a division: whole steps save nothing
-    copy_state(levels, False)
     for trial in range(first, len(levels.tables)):
-        # what touches divides steps by plan: only failures of the iteration speak against a motion
-        job.counters[HALVED] += status != TOO_LONG and status != DONE
-        status = take_parts(table, trial)
+        # what touches divides steps by plan, and so do errors: only failures of the iteration speak against a motion
+        job.counters[HALVED] += status != TOO_LONG and status != DONE and status != COARSE
+        forget = may_touch(table) and status != COARSE
+        status = take_parts(table, trial, forget)
         job.counters[STEPS] = steps
         if status == DONE:
-            join(table, levels.tables[trial])
+            join(table, levels.tables[trial], forget)
             job.counters[STEPS] += 1
+            levels.found[LEVEL] = levels.halvings[trial]
             # a touch takes some steps: the next one begins near what this one needed, and grows back
             s.parts[0] = max(levels.halvings[trial] - 1, 0) if touching else 0
             if leapt == 0 and job.done[1] > 0:
@@ -71,10 +154,16 @@ def divide(table: Any, status: Any) -> int:
 @routine
 def begin(table: Any, trial: Any) -> int:
     """What a trial begins with, from the state before the step: what is known, no factors, and histories."""
+    return begin_parts(table, trial, may_touch(table))
+
+
+@jit
+def begin_parts(table: Any, trial: int, forget: bool) -> int:
+    """The same; earlier accelerations may be forgotten."""
     S = opened(table)
     levels = S.levels
     P = opened(levels.tables[trial])
-    part(S.state, S.method, P.method, may_touch(table))
+    part(S.state, S.method, P.method, forget)
     S.work.kind[0] = 0
     levels.found[NUMBERS] = len(P.job.signals)
     if levels.histories == 0:
@@ -84,13 +173,13 @@ def begin(table: Any, trial: Any) -> int:
 
 
 @jit
-def take_parts(table: Any, trial: int) -> int:
+def take_parts(table: Any, trial: int, forget: bool) -> int:
     """The parts of a trial; the status, and the number of those that were taken."""
     S = opened(table)
     levels = S.levels
     level = levels.tables[trial]
     P = opened(level)
-    if begin(table, trial) != DONE:
+    if begin_parts(table, trial, forget) != DONE:
         return STOPPED
     for k in range(levels.found[NUMBERS]):
         levels.found[TAKEN] = k
@@ -120,11 +209,11 @@ def may_touch(table: Any) -> bool:
 
 
 @jit
-def part(s: State, whole: Method, short: Method, touching: bool) -> None:
-    """What is known of whole steps becomes that of shorter ones; where forces begin or end (`touching`) not the earlier ones."""
+def part(s: State, whole: Method, short: Method, forget: bool) -> None:
+    """What is known of whole steps becomes that of shorter ones; where forces begin or end earlier ones are to be forgotten."""
     ratio = short.h / whole.h
     scale_multipliers(s, short.c / whole.c)
-    if touching:
+    if forget:
         # a mass that meets what is thin was guessed, and found, on its other side
         s.known[0], s.order[0], s.change[0] = 1, 0, np.inf
         return
@@ -139,7 +228,7 @@ def part(s: State, whole: Method, short: Method, touching: bool) -> None:
 
 
 @jit
-def join(table: Any, level: int) -> None:
+def join(table: Any, level: int, forget: bool) -> None:
     """Parts of the step are one: what was known before it goes on with its end."""
     S, P = opened(table), opened(level)
     s, before, whole, short = S.state, opened_state(S.levels.before), S.method, P.method
@@ -149,7 +238,7 @@ def join(table: Any, level: int) -> None:
         kernels.copy(before.past[k], s.past[k])
     s.known[0] = before.known[0]
     add_known(s, S.arrays.norm, s.acceleration, s.multipliers)
-    if not may_touch(table):
+    if not forget:
         move_algorithmic(s, whole, whole.h - short.h)
     # factors are those of parts
     S.work.kind[0] = 0

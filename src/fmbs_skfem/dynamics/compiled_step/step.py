@@ -30,6 +30,7 @@ class Method(NamedTuple):
     judging: bool  #: whether steps are refused where forces begin or end too fast, something is passed through, or corrections grow
     again: bool  #: whether a step that failed is tried once more, from a straight way
     trusting: bool  #: whether a contraction of steps before may be relied on
+    local: float  #: error of a step from which it is taken in parts [m], 0 for equal steps
 
 
 # arrays in place, so that addresses of a packed step stay valid from step to step
@@ -126,8 +127,8 @@ class Levels(NamedTuple):
     kept: Integers  #: addresses of `Kept`, one for every array of the state
     before: int  #: address of the copy of the state
     histories: int  #: fills the signals of a trial, its number + t times the row of the job; 0 where there are none
-    #: (4,) rows of signals that are numbers in the last trial, its parts that were taken; row of the job in which something passed
-    #: through what it touches for the first time, -1 for none, and halvings of that step
+    #: (5,) rows of signals that are numbers in the last trial, its parts that were taken; row of the job in which something passed
+    #: through what it touches for the first time, -1 for none, and halvings of that step; those of the last step
     found: Integers
 
 

@@ -40,7 +40,7 @@ from ...core.compiling.structs import invoke, routine
 from ...systems import evaluation, kernels, work
 from .step import FACTORISATIONS, ITERATIONS, STEPS, Method, State, StepJob, opened
 
-DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG = range(7)
+DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG, COARSE = range(8)
 # spin-up in 8 cells, 20 s in 800 steps: none is divided, nor at twice of it; of 30 runs in 120 to 300 steps 2 fail, at twice 4
 NEAR = 0.05  #: part of the way of a step by which constant q'' may miss its end where the step is taken after a second trial
 # the same in 300 to 810 steps: none of 34 fails; where parts were tried twice as well none did at half of it, 1 of 20 at twice
@@ -527,7 +527,7 @@ def take(table: Any, row: Any) -> int:
 
 @routine
 def advance(table: Any, _: Any) -> int:
-    """Take the steps of the job, one that fails in parts; the status, and the number of steps done in the job.
+    """Take the steps of the job, one that fails or is too coarse in parts; the status, and the number of steps done in the job.
 
     On failure the state stays at the last good step, and the space keeps the trial state.
     """
@@ -535,10 +535,13 @@ def advance(table: Any, _: Any) -> int:
     job = S.job
     for k in range(len(job.signals)):
         job.done[0] = k
-        # what begins in parts touches still, and is not tried whole
-        status = invoke(S.doors.take, table, k) if S.state.parts[0] == 0 else TOO_LONG
-        if status != DONE:
-            status = invoke(S.doors.divide, table, status)
+        if S.method.local > 0.0:
+            status = invoke(S.doors.divide, table, COARSE)
+        else:
+            # what begins in parts touches still, and is not tried whole
+            status = invoke(S.doors.take, table, k) if S.state.parts[0] == 0 else TOO_LONG
+            if status != DONE:
+                status = invoke(S.doors.divide, table, status)
         if status != DONE:
             return status
         if job.rows[k] >= 0:
