@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +12,11 @@ import pytest
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.scenes import build
+from fmbs_skfem.scenes.accuracy import Accuracy, Bound
 from fmbs_skfem.shapes import meshes, plate_meshes
-from fmbs_skfem.studies.planning import planned
+from fmbs_skfem.studies.planning import levels, planned
 from fmbs_skfem.studies.planning.pilots import ScenePilots
 
 from ..cli.calls import EXAMPLES, ROOT, fmbs, scene
@@ -360,3 +362,58 @@ def test_plates_beside_lines_are_judged_too(tmp_path: Path) -> None:
 def test_sides_are_cut_into_a_power_of_two(tmp_path: Path, refine: str) -> None:
     with pytest.raises(InputError, match=r"refine: expected (1, 2, 4, 8 or another power of two|a number >= 1)"):
         scenes.read(flag(tmp_path, PLATE.replace("thickness", f"refine: {refine}\n    thickness")))
+
+
+def wanting(path: Path, outputs: str) -> scenes.schema.Scene:
+    """An example with errors of some outputs below 1e-2 of their ranges."""
+    found = scenes.read(path)
+    return replace(found, analysis=replace(found.analysis, step=np.inf, every=1, accuracy=bounds(outputs)))
+
+
+def bounds(outputs: str) -> Accuracy:
+    return Accuracy({name: Bound(1e-2) for name in outputs.split()})
+
+
+def test_what_touches_takes_steps_of_several_lengths() -> None:
+    """The gripper: less than a third of the work of the equal steps that meet the accuracy, proved as these are, and true."""
+    asked = wanting(EXAMPLES / "gripper.yaml", "ball tip")
+    plan, pilots = planned.find(asked), ScenePilots(asked)
+    equal = [one for one in plan.pilots if one["resolved"] and not one["local_error"]][-2]
+    assert plan.met
+    assert plan.local_error > 0.0
+    found, before, finer = (
+        pilots.run(*given)
+        for given in ((plan.cells, plan.steps, plan.local_error), (plan.cells, equal["steps"]), (plan.cells, 4 * equal["steps"]))
+    )
+    assert found is not None
+    assert before is not None
+    assert finer is not None
+    assert pilots.differ(found, finer)[0].max() < 1.0
+    assert found.work < before.work / 3
+    settled = planned.Planned(**asdict(plan)).scene(asked)
+    assert build.dynamic(settled).scheme == GeneralizedAlpha(1.0 / plan.steps, local_error=plan.local_error)
+    assert settled.choice == (plan.cells, 1.0 / plan.steps, plan.local_error)
+    assert f"{plan.steps} steps of {1 / plan.steps:.4g} s, in up to 32 parts" in plan.words
+
+
+def test_equal_steps_stay_where_several_lengths_are_not_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = wanting(EXAMPLES / "gripper.yaml", "ball tip")
+    monkeypatch.setattr(levels, "PAYS", 0.01)
+    plan = planned.find(asked)
+    assert plan.local_error == 0.0
+    assert any(one["local_error"] for one in plan.pilots)
+
+
+def test_smooth_motions_try_none(tmp_path: Path) -> None:
+    plan = planned.find(scenes.read(scene(tmp_path, SWING % "1e-3", RAMP)))
+    assert not any(one["local_error"] for one in plan.pilots)
+
+
+def test_a_scene_may_ask_for_several_lengths(tmp_path: Path) -> None:
+    """`local_error` beside a step: parts of it err by less than a fifth."""
+    text = "{type: dynamic, duration: 0.5 s, step: 10 ms, local_error: %s}"
+    runs = [studies.run(scene(tmp_path, text % local, RAMP)) for local in ("0", "1e-6")]
+    exact = studies.run(scene(tmp_path, "{type: dynamic, duration: 0.5 s, step: 0.2 ms, every: 50}", RAMP))
+    errors = [max(np.abs(one.outputs[name] - values).max() for name, values in exact.outputs.items()) for one in runs]
+    assert errors[1] < 0.2 * errors[0]
+    assert runs[0].report["steps"] == runs[1].report["steps"] == 50

@@ -162,8 +162,8 @@ class Scene:
     used: frozenset[str] = field(default=frozenset(), metadata=HIDDEN)
     repair: bool = field(default=False, metadata=HIDDEN)  #: whether nodes of meshes that are at one place are merged
     read: Callable[[Changes], Scene] | None = field(default=None, metadata=HIDDEN, repr=False, compare=False)  #: for other values
-    #: cells of lines that have none of their own, and the step [s], as they were found for an accuracy
-    choice: tuple[int | None, float | None] | None = field(default=None, metadata=HIDDEN)
+    #: cells of lines that have none of their own, the step [s] and the error above which one is divided, as found for an accuracy
+    choice: tuple[Any, ...] | None = field(default=None, metadata=HIDDEN)
 
     def again(self, changed: Changes) -> Scene:
         """The same scene with other values of parameters, on top of those it was read with; warnings are not repeated."""
@@ -172,13 +172,16 @@ class Scene:
         found = self.read({**self.changed, **changed})
         return found if self.choice is None else found.chosen(*self.choice)
 
-    def chosen(self, cells: int | None, step: float | None) -> Scene:
-        """The scene with these cells in all lines that have none, and a step [s], as far as they are given; without an accuracy."""
+    def chosen(self, cells: int | None, step: float | None, local_error: float = 0.0) -> Scene:
+        """The scene with these cells in all lines that have none, and a step [s], as far as they are given; without an accuracy.
+
+        With a `local_error` steps are divided that err by more, see `dynamics.GeneralizedAlpha`.
+        """
         from . import build
 
-        found = build.history(self).settled(step)
+        found = build.history(self).settled(step, local_error)
         bodies = {name: body.with_cells(cells) if cells and body.open else body for name, body in self.bodies.items()}
-        return replace(self, bodies=bodies, analysis=found, choice=(cells, step))
+        return replace(self, bodies=bodies, analysis=found, choice=(cells, step, *([local_error] if local_error else [])))
 
     def run(self, **options: Any) -> Any:
         """`studies.run` of this scene, with its options: a `studies.Run`."""

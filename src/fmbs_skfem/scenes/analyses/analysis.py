@@ -105,13 +105,13 @@ class History(Analysis, ABC):
         """Whether its step is to be found."""
         return False
 
-    def settled(self, step: float | None) -> Self:
-        """The analysis with what was found for an accuracy: a step [s] of a motion."""
+    def settled(self, step: float | None, local_error: float = 0.0) -> Self:
+        """The analysis with what was found for an accuracy: a step [s] of a motion, and the error above which one is divided."""
         own: Any = self
         return cast("Self", replace(own, accuracy=None))
 
-    def piloted(self, steps: int, every: int) -> Self:
-        """The analysis in so many steps, of which every so many are kept; equilibria have none of time."""
+    def piloted(self, steps: int, every: int, local_error: float = 0.0) -> Self:
+        """The analysis in so many steps, of which every so many are kept, each with an error of its own; equilibria have none."""
         return self
 
     @property

@@ -54,6 +54,8 @@ class Dynamic(History):
     by output ({C: 1 mm, motor: 2 %}). Then the step, and the cells of lines that have none, are found by pilot runs, and every
     number comes with its error. A step that stands beside it stays.
 
+    With a `local_error` the step is the longest one: it is taken in 2 to 32 parts where it errs by more than that.
+
     {type: dynamic, duration: 2 s, step: 1 ms}
     """
 
@@ -68,6 +70,9 @@ class Dynamic(History):
     ] = 0.8
     every: fields.Every = 1
     start: Start = "reference"
+    local_error: Annotated[
+        float, quantity("", ">= 0", "< 1"), "error of a step over the size of the mechanism, above which it is divided; 0 for none"
+    ] = 0.0
     tolerance: fields.NewtonTolerance = 2e-12
     solver: Literal["own", "pardiso"] = "own"
     moves: ClassVar[bool] = True
@@ -84,7 +89,7 @@ class Dynamic(History):
 
     @property
     def scheme(self) -> GeneralizedAlpha:
-        return GeneralizedAlpha(self.step, self.rho_inf, self.start)
+        return GeneralizedAlpha(self.step, self.rho_inf, self.start, self.local_error)
 
     @property
     def newton(self) -> Newton:
@@ -96,11 +101,13 @@ class Dynamic(History):
         """What `dynamics.integrate` takes as `every`: states to be kept."""
         return times.kept(self.every, self.step, self.duration)
 
-    def settled(self, step: float | None) -> Dynamic:
-        return replace(self.counted() if step is None else replace(self, step=step), accuracy=None)
+    def settled(self, step: float | None, local_error: float = 0.0) -> Dynamic:
+        if step is None:
+            return replace(self.counted(), accuracy=None)
+        return replace(self, step=step, local_error=local_error or self.local_error, accuracy=None)
 
-    def piloted(self, steps: int, every: int) -> Dynamic:
-        return replace(self, step=self.duration / steps, every=every)
+    def piloted(self, steps: int, every: int, local_error: float = 0.0) -> Dynamic:
+        return replace(self, step=self.duration / steps, every=every, local_error=local_error or self.local_error)
 
     def counted(self) -> Dynamic:
         """The analysis with some step, for what is said of it before one is found."""

@@ -27,6 +27,7 @@ FEWEST = 2  #: cells with which a chain of meshes begins
 FLOOR = 5e4  #: errors over a run beside Newton's tolerance: 2e-12 leaves 3e-8 of a double pendulum in 3 s, 1e-10 leaves 7e-7
 FLOOR_AT_REST = 1e3  #: the same of an equilibrium, whose load steps do not add up
 TRUST = 0.5  #: of the accuracy, by which two runs of a sensitive motion may differ: the error of the finer may be twice as large
+FACTOR = 4.0  #: corrections that a factorisation is worth, at least: 4 to 14 in small models
 GRID = 100_000  #: steps a duration may have at least because of other times of its scene
 
 
@@ -36,6 +37,7 @@ class Found(NamedTuple):
     times: np.ndarray  #: (s,) [s]
     columns: Mapping[str, np.ndarray]  #: (s,) each
     events: tuple[float, ...] = ()  #: when they happened [s]
+    work: float = 0.0  #: corrections that it took, or that its factorisations would have been
 
 
 class ScenePilots:
@@ -73,6 +75,12 @@ class ScenePilots:
         return len(forces.judged) > 0 or not forces.smooth
 
     @property
+    def finest(self) -> float:
+        """The finest bound, of a range or over the size of the mechanism: a first guess of what positions may err by."""
+        length = self.any_system.scale
+        return min(one.value / (length if one.unit == "m" else 1.0) for one in self.accuracy.bounds.values())
+
+    @property
     def any_system(self) -> System:
         """The system of some level, for what all have in common."""
         return next(iter(self.systems.values()))
@@ -101,7 +109,7 @@ class ScenePilots:
             self.systems[level] = build.chosen_form(scene, build.system(scene, None, self.allow_outside))
         return self.systems[level]
 
-    def run(self, cells: int, steps: int) -> Found | None:
+    def run(self, cells: int, steps: int, local_error: float = 0.0) -> Found | None:
         """Outputs at INSTANTS instants or more; None where steps fail, many are divided, or are too large for a history.
 
         A force that repeats as often as the steps is the same at all their ends, and at those of half the steps.
@@ -110,7 +118,7 @@ class ScenePilots:
             warnings.simplefilter("ignore", Notice)
             warnings.simplefilter("always", CoarseStep)
             try:
-                motion = self.solve(cells, steps)
+                motion = self.solve(cells, steps, local_error)
             except SolverError:
                 if not self.analysis.moves:
                     raise
@@ -118,13 +126,15 @@ class ScenePilots:
             coarse = self.analysis.open and any(issubclass(one.category, CoarseStep) for one in warned)
             if coarse or motion.statistics.halved > DIVIDED:
                 return None
-            found = Found(motion.times, output_errors.columns(motion), tuple(one.time for one in motion.events))
+            cost, happened = motion.statistics, tuple(one.time for one in motion.events)
+            work = cost.iterations + FACTOR * cost.factorisations
+            found = Found(motion.times, output_errors.columns(motion), happened, work)
         self.require_room(found)
         return found
 
-    def solve(self, cells: int, steps: int) -> Trajectory:
+    def solve(self, cells: int, steps: int, local_error: float = 0.0) -> Trajectory:
         """The motion, at INSTANTS instants or about as many."""
-        return self.analysis.piloted(steps, self.stride(steps)).solve_for_outputs(self.system(cells))
+        return self.analysis.piloted(steps, self.stride(steps), local_error).solve_for_outputs(self.system(cells))
 
     def stride(self, steps: int) -> int:
         """Steps from one instant that is kept to the next, such that those of `usual` are among them which the steps meet."""
@@ -209,7 +219,7 @@ def between_events(times: np.ndarray, one: Sequence[float], other: Sequence[floa
 def until(found: Found, time: float) -> Found:
     """A run up to a time [s]."""
     early = found.times <= time
-    return Found(found.times[early], {name: values[early] for name, values in found.columns.items()}, found.events)
+    return found._replace(times=found.times[early], columns={name: values[early] for name, values in found.columns.items()})
 
 
 def grid_of(scene: Scene) -> int:

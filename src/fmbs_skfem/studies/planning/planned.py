@@ -9,8 +9,10 @@ from typing import Any
 from ...core.errors import Reason, SolverError, listed
 from ...core.notices import Progress, notify
 from ...core.storage.records import dataclass
+from ...dynamics.compiled_step.parts import FINEST
 from ...scenes import build, times
 from ...scenes.schema import Scene
+from .levels import with_levels
 from .pilots import COMMON, ScenePilots
 from .planner import LEAST, Limits, Pilot, Plan, Unresolved, plan, size
 
@@ -33,12 +35,14 @@ class Planned:
     trusted_until: float | None  #: time up to which a motion can be trusted that more steps do not settle [s]
     errors: dict[str, float]  #: of columns, in their units
     pilots: list[dict[str, Any]] = field(default_factory=list)  #: all runs: cells, steps, whether resolved, difference over wanted
+    local_error: float = 0.0  #: of a step over the size of the mechanism, above which it is divided; 0 for equal steps
 
     @property
     def words(self) -> str:
         """What was chosen and what it errs by, in a sentence."""
         cells = [f"{self.cells} cells a line"] if self.cells else []
-        steps = [f"{self.steps} steps of {self.step:.4g} s"] if self.step else []
+        levels = f", in up to {2**FINEST} parts where one errs by {self.local_error:.2g} of the size" if self.local_error else ""
+        steps = [f"{self.steps} steps of {self.step:.4g} s{levels}"] if self.step else []
         chosen = f"accuracy {self.wanted}: {', '.join([*cells, *steps, f'found by {len(self.pilots)} pilot runs'])}"
         mesh = "unknown" if self.of_mesh is None else f"{self.of_mesh:.2g}"
         step = f"step {self.of_step:.2g}, " if self.step else ""
@@ -47,7 +51,7 @@ class Planned:
 
     def scene(self, scene: Scene) -> Scene:
         """The scene with what was found for it."""
-        return scene.chosen(self.cells, self.step)
+        return scene.chosen(self.cells, self.step, self.local_error)
 
 
 def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = None) -> Planned:
@@ -77,6 +81,8 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
         assert motion is not None  # equilibria say themselves why they are not found
         text = f"{error.steps} steps of {motion.duration / error.steps:.3g} s do not resolve the motion"
         raise SolverError(f"analysis.accuracy: {text}; look at loads and joints, or give a step", Reason.NOT_CONVERGED) from error
+    if motion and not given and pilots.rough and found.met and not motion.local_error:
+        found = with_levels(pilots, found, limits, pilots.usual, see)
     if pilots.open and pilots.refined:
         found = with_given_meshes(pilots, found, see)
     errors = dict(zip(pilots.titles, found.errors.T.tolist(), strict=True))
@@ -93,6 +99,7 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
         min(pilots.trusted(*pair) for pair in found.pairs) if found.pairs else None,
         {name: own for name, (_, own) in errors.items()},
         [asdict(one) for one in found.pilots],
+        found.local_error,
     )
     warn(result, given, pilots, found.apart)
     return result

@@ -159,6 +159,7 @@ class Pilot:
     steps: int
     resolved: bool
     difference: float | None = None  #: from the run that it was first held against, in units of the accuracy
+    local_error: float = 0.0  #: of its steps where these have several lengths; its difference is that from equal ones
 
 
 @dataclass(frozen=True)
@@ -173,6 +174,7 @@ class Plan:
     why: str = ""  #: it falls short: `sensitive`, `steps`, `cells`, `doubt`
     pairs: tuple[tuple[Any, Any], ...] = ()  #: of runs of a sensitive motion, the time up to which all agree can be trusted
     apart: str = ""  #: of how many steps, or cells, these are
+    local_error: float = 0.0  #: of steps of several lengths over the size of the mechanism, 0 for equal ones
 
     @property
     def errors(self) -> np.ndarray:
