@@ -83,6 +83,13 @@ def test_what_is_given_stays() -> None:
     assert plan(Known(0.0, 1e6), 0, 200).met
 
 
+def test_meshes_are_compared_with_few_steps_however_many_are_given() -> None:
+    """A run of a mesh once finer costs four of one, and its difference hardly depends on the step."""
+    found = plan(Known(0.1, 1e6), 1, 20_000, free_cells=False, free_steps=False, limits=Limits(usual=200))
+    assert {(one.cells, one.steps) for one in found.pilots} == {(1, 20_000), (1, 40_000), (1, 200), (2, 200)}
+    assert float(found.mesh[0, 0]) >= 0.1
+
+
 @pytest.mark.parametrize("noise", [30.0, 100.0, 1000.0])
 def test_a_motion_that_more_steps_do_not_settle_is_named(noise: float) -> None:
     found = plan(Known(1.0, 1e6, noise=noise), 4, 200, limits=Limits(steps=10**6))

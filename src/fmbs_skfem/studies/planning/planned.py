@@ -65,7 +65,7 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
     if motion is None and not cells:
         return nothing_to_find(pilots)
     given, unit = not analysis.open, pilots.multiple(COMMON)
-    limits = Limits(times.STEPS // unit * unit, unit=unit, whole=pilots.grid) if motion else Limits(1)
+    limits = Limits(times.STEPS // unit * unit, unit=unit, whole=pilots.grid, usual=pilots.usual) if motion else Limits(1)
     steps = 0 if motion is None else round(motion.duration / motion.step) if given else pilots.usual
     made = 0
 

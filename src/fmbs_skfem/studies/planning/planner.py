@@ -194,6 +194,7 @@ class Limits:
     cells: int = 512
     unit: int = 1  #: numbers of steps are multiples of it
     whole: int = 1  #: those of proofs are multiples of this
+    usual: int = 10_000_000  #: with which meshes are compared, where more are given
 
     def rounded(self, steps: float) -> int:
         """Whole steps, at least so many."""
@@ -434,6 +435,7 @@ def plan(
         return done.proved(chosen, time, None, why, (free_cells, free_steps))
     rest = max(SAFETY - time.error(chosen[1]), LEFT)
     fewest = cells // 2 if free_cells else cells
+    first = first if free_steps else min(first, limits.usual)
     mesh, first, short = done.chain_of_cells(fewest, first, chosen[1], rest, single=not free_cells)
     if short == "sensitive":
         fine = mesh.fine
