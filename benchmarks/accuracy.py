@@ -47,19 +47,19 @@ def wanting(scene: Scene, accuracy: float) -> Scene:
     return replace(scene, analysis=replace(scene.analysis, step=np.inf, every=1, accuracy=Accuracy({"": Bound(accuracy)})))
 
 
-def timed(pilots: ScenePilots, cells: int, steps: int) -> tuple[float, Found | None]:
+def timed(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0) -> tuple[float, Found | None]:
     """CPU seconds of a run, and what it finds."""
     begin = time.process_time()
-    found = pilots.run(cells, steps)
+    found = pilots.run(cells, steps, local_error)
     return time.process_time() - begin, found
 
 
-def work(pilots: ScenePilots, cells: int, steps: int) -> float:
+def work(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0) -> float:
     """Counted work of a run: (iterations + 4 factorisations) (unknowns + 20).
 
     Fitted to CPU seconds of 78 runs of 13 mechanisms, which it meets within 0.6 to 1.2 for eight of ten.
     """
-    cost = pilots.solve(cells, steps).statistics
+    cost = pilots.solve(cells, steps, local_error).statistics
     return (cost.iterations + 4 * cost.factorisations) * (pilots.system(cells).size + 20)
 
 
@@ -105,25 +105,26 @@ def row(name: str, scene: Scene, accuracy: float, try_all: bool) -> Row:
     plan = planned.find(mine)
     spent, pilots = time.process_time() - begin, ScenePilots(mine)
     level = plan.cells or (1 if pilots.refined else 0)
-    pilots.run(level, plan.steps)
-    chosen, found = min((timed(pilots, level, plan.steps) for _ in range(2)), key=lambda one: one[0])
+    pilots.run(level, plan.steps, plan.local_error)
+    chosen, found = min((timed(pilots, level, plan.steps, plan.local_error) for _ in range(2)), key=lambda one: one[0])
     # of its own steps a whole number, so that all of its instants are compared
-    reference = pilots.run(4 * level, plan.steps * max(4, math.ceil(AT_LEAST / plan.steps)))
+    most = max(AT_LEAST, 4 * max(one["steps"] for one in plan.pilots))
+    reference = pilots.run(4 * level, plan.steps * math.ceil(most / plan.steps))
     end = math.inf if plan.trusted_until is None else plan.trusted_until * (1.0 + 1e-9)
     missing = reference is None or found is None or end == 0.0
     error = math.nan if missing else largest(pilots.differ(until(found, end), until(reference, end)))
-    best = cheapest(pilots, level, plan.steps) if try_all and not plan.why_not else None
+    best = cheapest(pilots, level, plan.steps, plan.local_error) if try_all and not plan.why_not else None
     foretold = plan.of_step + (plan.of_mesh or 0.0)
     told = plan.why_not, plan.trusted_until, len(plan.pilots), chosen, spent
     return Row(name, accuracy, plan.cells, plan.steps, error, foretold, *told, *(best or (None, None)), plan.pilots)
 
 
-def cheapest(pilots: ScenePilots, cells: int, steps: int) -> tuple[float, tuple[int, int]]:
+def cheapest(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0) -> tuple[float, tuple[int, int]]:
     """Counted work of a run over that of the cheapest one that meets the accuracy, and which that is; 1 where it is the cheapest.
 
     Only runs with less work are looked at. The reference has 200 2^k steps, which every number of steps of STEPS has instants of.
     """
-    mine = work(pilots, cells, steps)
+    mine = work(pilots, cells, steps, local_error)
     least, best = mine, (cells, steps)
     finest = 200 * 2 ** math.ceil(math.log2(max(AT_LEAST, 4 * steps) / 200))
     reference = pilots.run(4 * cells, finest)
@@ -190,8 +191,8 @@ def front(name: str, wanted: Sequence[float] = (1e-2, 1e-3, 1e-4), repeats: int 
         finest = max([*STEPS, *(plan.steps for plan in plans)])
         reference = pilots.run(48, 4 * finest)
 
-        def point(cells: int, steps: int) -> tuple[float, float] | None:
-            tries = [timed(pilots, cells, steps) for _ in range(repeats)]
+        def point(cells: int, steps: int, local_error: float = 0.0) -> tuple[float, float] | None:
+            tries = [timed(pilots, cells, steps, local_error) for _ in range(repeats)]
             found = tries[0][1]
             return (
                 None if found is None else (min(seconds for seconds, _ in tries), float(pilots.differ(found, reference)[0].max()))
@@ -204,7 +205,7 @@ def front(name: str, wanted: Sequence[float] = (1e-2, 1e-3, 1e-4), repeats: int 
                     *zip(*known, strict=True), "o-", ms=3, lw=0.8, color=plt.cm.viridis(number / len(CELLS)), label=f"{cells} cells"
                 )
         for accuracy, plan in zip(wanted, plans, strict=True):
-            if (one := point(plan.cells or 0, plan.steps)) is not None:
+            if (one := point(plan.cells or 0, plan.steps, plan.local_error)) is not None:
                 axes.axhline(accuracy, color="0.8", lw=0.8, zorder=0)
                 axes.loglog(
                     *one, "*", ms=13, color="#D55E00", zorder=5, label="chosen for an accuracy" if accuracy == wanted[0] else None

@@ -138,7 +138,8 @@ class Truth:
 
     motion: Trajectory
     about: str  #: its cells and steps, in words
-    chosen: Mapping[str, tuple[System, float]]  #: systems by name, with their steps [s]
+    #: systems by name, with their steps [s] and the error above which one is divided, see `dynamics.GeneralizedAlpha`
+    chosen: Mapping[str, tuple[System, float, float]]
 
 
 @dataclass(frozen=True)
@@ -307,13 +308,14 @@ def competitors(
 
 def chosen_models(task: TrainingTask, own: Case, truth: Truth) -> Iterator[ModelJob]:
     """Full models with the cells and the step that accuracies choose."""
-    for name, (system, step) in truth.chosen.items():
-        make = functools.partial(chosen_model, task, own, system, step)
+    for name, (system, step, local_error) in truth.chosen.items():
+        make = functools.partial(chosen_model, task, own, system, step, local_error)
         yield ModelJob(ModelRecord(name, "chosen", step=step), make)
 
 
-def chosen_model(task: TrainingTask, own: Case, system: System, step: float) -> Model:
-    return Model(cases.with_step(replace(own, system=task.form(system)), step))
+def chosen_model(task: TrainingTask, own: Case, system: System, step: float, local_error: float) -> Model:
+    case = cases.with_step(replace(own, system=task.form(system)), step)
+    return Model(replace(case, scheme=replace(case.scheme, local_error=local_error)))
 
 
 def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | None, Trajectory | None, Errors | None]:

@@ -45,10 +45,10 @@ def find(scene: Scene, wanted: Sequence[float] = WANTED, allow_outside: bool = F
     if missed := [f"{bound:g}" for bound, plan in found.items() if not plan.met]:
         notify(f"no full model is known to meet an accuracy of {', '.join(missed)}: the picture shows none")
     cells = FINER * max(plan.cells or 0 for plan in found.values())
-    most = max(analysis.duration / analysis.step, *(plan.steps or 0 for plan in found.values()))
+    most = max(analysis.duration / analysis.step, *(one["steps"] for plan in found.values() for one in plan.pilots))
     steps = pilots.usual * math.ceil(FINER * most / pilots.usual - 1e-9)
     chosen = {
-        f"accuracy {bound:g}": (pilots.system(plan.cells), plan.step)
+        f"accuracy {bound:g}": (pilots.system(plan.cells), plan.step, plan.local_error)
         for bound, plan in found.items()
         if plan.met and plan.cells and plan.step
     }
