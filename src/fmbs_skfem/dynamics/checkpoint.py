@@ -31,6 +31,7 @@ FACTORS = {
     4: ("lower", "diagonal", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
     5: ("W", "ends", "schur", "schur_pivots", "spread", "J", "updates", "shares", "secants"),
 }  #: what `solve` reads, by the kind of the factors
+ROTATED = ("start", "turns", "reach", "shares", "rest", "border", "pivots", "lives", "on")  #: of `step.Rotations`
 ADDRESSES = ("elastic", "lift", "laws", "forces", "calls")  #: arrays of a model that differ from process to process
 PLACES = ("kept", "turned", "gram")  #: in a space, and what follows from other numbers
 LATER = ("state work", "state push", "state gradients", "state signals")  #: which checkpoints of earlier versions do not hold
@@ -158,6 +159,7 @@ def kept(step: Step) -> dict[str, np.ndarray]:
     found = {f"state {name}": array for name, array in step.state._asdict().items()}
     found |= {"counters": step.job.counters, "kind": step.work.kind}
     found |= {"turned tangents": step.space.turned} if step.space.turned.size else {}
+    found |= {f"rotated {name}": getattr(step.rotations, name) for name in ROTATED} if step.doors.follow else {}
     return found | ({LOW: step.space.low.used} if step.doors.fill else {})
 
 

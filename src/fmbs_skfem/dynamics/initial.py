@@ -28,7 +28,7 @@ from ..systems.forces import on_rows as forces
 from ..systems.layouts import Storage
 from ..systems.prepared import prepare
 from ..systems.system import System, driven_rows, is_linear, keep_constraints
-from .compiled_step import factors, large, parts, settling, stepping, woodbury
+from .compiled_step import beam_points, factors, large, parts, rotated, settling, stepping, woodbury
 from .compiled_step.step import Doors, Levels, Method, State, Step, StepJob, Workspace
 from .histories import finite_signals
 from .names import coordinate_names
@@ -401,7 +401,9 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int, memor
     n, m = model.system.size, model.constraints
     apart = (woodbury.fill, woodbury.close, woodbury.correct) if columns_apart(model) else ()
     routines = evaluation.evaluate, *factors.doors(model.layout.storage), settling.settle, stepping.take, parts.divide, *apart
-    doors = Doors(*(one.address for one in routines))
+    doors, rotations = Doors(*(one.address for one in routines)), beam_points.rotations_of(model)
+    if len(rotations.groups):
+        doors = rotated.behind(doors)
     job = StepJob(
         signals=np.zeros((0, 0)),
         rows=np.zeros(0, np.int64),
@@ -417,7 +419,7 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int, memor
     space, state = compilation.space(model), first_state(model, start, method.c, memory)
     space.gradients[evaluation.ACCEPTED] = state.gradients
     state = state._replace(gradients=space.gradients[evaluation.ACCEPTED])  # one memory, so that a step copies them once
-    return Step(space, model.arrays, doors, state, workspace(model), method, job, Levels(none, none, none, 0, 0, none))
+    return Step(space, model.arrays, doors, state, workspace(model), rotations, method, job, Levels(none, none, none, 0, 0, none))
 
 
 def columns_apart(model: Compiled) -> int:

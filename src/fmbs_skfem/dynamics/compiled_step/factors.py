@@ -45,12 +45,28 @@ def assemble(table: Any) -> int:
 
     0, or 1 where a tangent failed. What terms keep of an assembly may be turned the next time.
     """
+    if assemble_bodies(table) != 0:
+        return 1
+    add_joints(table)
+    return 0
+
+
+@jit
+def gather_joints(table: Any) -> None:
+    """J = Phi_q at the trial state."""
+    S = opened(table)
+    # J is made with the factors alone: between them the iteration reads Phi_y on the probe rows
+    kernels.clear_rows(S.work.J)
+    for m in range(len(S.work.J)):
+        kernels.add_transposed(S.arrays.probes, 1.0, S.space.Jy[m], S.work.J[m])
+
+
+@jit
+def assemble_bodies(table: Any) -> int:
+    """J, and c W of bodies and constant matrices alone; 0, or 1 where a tangent failed."""
     S = opened(table)
     A, s, w = S.arrays, S.space, S.work
-    # J is made with the factors alone: between them the iteration reads Phi_y on the probe rows
-    kernels.clear_rows(w.J)
-    for m in range(len(s.multipliers)):
-        kernels.add_transposed(A.probes, 1.0, s.Jy[m], w.J[m])
+    gather_joints(table)
     s.c[0], s.gh[0] = S.method.c, S.method.gh
     evaluation.slopes(table)
     # one pass that writes W, so that it need not be cleared first
@@ -65,11 +81,18 @@ def assemble(table: Any) -> int:
     if len(s.turned) > 0:
         w.kind[1] = 1
     scale(S.method.c, s.W)
+    return 0
+
+
+@jit
+def add_joints(table: Any) -> None:
+    """Second derivatives of joints and forces onto c W of the bodies."""
+    S = opened(table)
+    A, s = S.arrays, S.space
     # behind the scaling: H has c in it
     kernels.add_pairs(A.pairs, A.probes, s.H, A.dense, A.blocks, s.W)
     if A.dense and len(s.low.rows) > 0:
         low_rank.add_dense(s.low, A.probes, s.W)
-    return 0
 
 
 @jit
@@ -191,6 +214,15 @@ def factor_cholesky(w: Workspace, band: np.ndarray) -> int:
     info = lapack.potrf(w.addresses, band)
     for i in range(len(band)):
         # divisions once a factorisation, products in every solution
+        band[i, 0] = 1.0 / band[i, 0]
+    return info
+
+
+@jit
+def factor_narrow(w: Workspace, band: np.ndarray) -> int:
+    """The same of a band."""
+    info = lapack.pbtrf(w.addresses, band)
+    for i in range(len(band)):
         band[i, 0] = 1.0 / band[i, 0]
     return info
 
@@ -330,10 +362,7 @@ def factor_band(table: Any) -> int:
     S = opened(table)
     W, w = S.space.W, S.work
     if w.kind[2] == BAND_CHOLESKY:
-        info = lapack.pbtrf(w.addresses, W)
-        for i in range(len(W)):
-            # divisions once a factorisation, products in every solution
-            W[i, 0] = 1.0 / W[i, 0]
+        info = factor_narrow(w, W)
     else:
         width = W.shape[1] - 1
         # three times the numbers of Cholesky's band, for pivots

@@ -27,6 +27,7 @@ import numpy as np
 from ...core.compiling.jit import jit
 from ...core.compiling.structs import invoke, routine
 from ...systems import kernels
+from . import rotated
 from .step import HALVED, STEPS, Levels, Method, State, opened, opened_kept, opened_state
 from .stepping import COARSE, DONE, NOT_FINITE, STOPPED, TOO_LONG, add_known
 
@@ -164,7 +165,7 @@ def begin_parts(table: Any, trial: int, forget: bool) -> int:
     levels = S.levels
     P = opened(levels.tables[trial])
     part(S.state, S.method, P.method, forget)
-    S.work.kind[0] = 0
+    rotated.forget(table)
     levels.found[NUMBERS] = len(P.job.signals)
     if levels.histories == 0:
         return DONE

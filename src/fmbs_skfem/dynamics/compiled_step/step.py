@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ...core.compiling.structs import Cube, Integers, Matrix, Shorts, Vector, opener
+from ...core.compiling.structs import Cube, IntegerMatrix, Integers, Matrix, Shorts, Vector, opener
 from ...systems.evaluation import Arrays, Space
 
 
@@ -56,6 +56,30 @@ class State(NamedTuple):
     signals: Vector  #: (s,) their values, none where histories change nothing at a standstill
 
 
+# tables of `beam_points`, and what `rotated` writes
+class Rotations(NamedTuple):
+    """Points of beams whose factors rotate with them, g of them by themselves, and s that t sides of beams share; c components."""
+
+    groups: IntegerMatrix  #: (g, c) unknowns of points
+    owners: Integers  #: (g,) their beams
+    shared: IntegerMatrix  #: (s, c) unknowns of points of several beams
+    sides: IntegerMatrix  #: (t, 4) shared point, beam, and which of `members` are its unknowns
+    members: Integers  #: unknowns of beams that are not shared, beam by beam
+    ends: IntegerMatrix  #: (g + t, 2 c) unknowns of the points after and before one, -1 for none
+    held: Matrix  #: (g + t, c) distance of these where all unknowns are zero
+    start: Matrix  #: (g + t, c) directions when W was factored
+    turns: Matrix  #: (g + t, c c) rotations since, row by row
+    columns: Matrix  #: (s c, n) of the shared points in W
+    reach: Matrix  #: (s c, n) W^-1 of these
+    shares: Matrix  #: (t c, t c) of beams in the tangent of the shared points
+    rest: Matrix  #: (s c, s c) what is left of it
+    border: Matrix  #: (s c, s c) its factors
+    pivots: Shorts  #: (s c,)
+    pull: Vector  #: (s c,) room of a solution
+    lives: Vector  #: (2,) steps that factors serve in the mean, as a whole and rotated
+    on: Integers  #: (2,) 1 where factors rotate, 0 where they do not; number of factorisations
+
+
 # made once a run by `initial.workspace`; empty arrays where a storage needs none
 class Workspace(NamedTuple):
     """Factors, and preallocated space of the solver."""
@@ -99,6 +123,9 @@ class Doors(NamedTuple):
     fill: int = 0  #: `woodbury.fill`, and the two behind it; 0 where no derivatives of low rank are apart from W
     close: int = 0
     correct: int = 0
+    follow: int = 0  #: `rotated.follow`, 0 where factors do not rotate; whole W factored and applied behind the two below
+    whole: int = 0
+    inside: int = 0
 
 
 class StepJob(NamedTuple):
@@ -140,6 +167,7 @@ class Step(NamedTuple):
     doors: Doors
     state: State
     work: Workspace
+    rotations: Rotations
     method: Method
     job: StepJob
     levels: Levels

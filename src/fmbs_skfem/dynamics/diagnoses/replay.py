@@ -49,7 +49,7 @@ def attempt(run: OpenRun, halvings: int) -> Attempt:
     whole, model, space, trial = run.packed, run.model, run.step.space, TRIALS.index((halvings, False))
     assert whole.lengths is not None  # of a step that failed in all of them
     table = whole.lengths.tables[trial].copy()
-    method, held = unpacked(Method, address_of(table[METHOD:])), [*run.step.work, space.W]
+    method, held = unpacked(Method, address_of(table[METHOD:])), [*run.step.work, *run.step.rotations, space.W]
     before = [part.copy() for part in (*run.step.state, run.step.job.counters)]
     whole.call(parts.begin, trial)
     status, taken, count = stepping.DONE, -1, int(whole.lengths.found[parts.NUMBERS])
