@@ -37,7 +37,8 @@ def test_failure_json_holds_the_facts(call: Call, folder: Path) -> None:
     assert found["causes"][0]["name"] == "jump"
     assert found["step"] == 6
     assert found["good"] == pytest.approx(0.005)
-    assert [attempt["step"] for attempt in found["attempts"]] == pytest.approx([1e-3 / 2**k for k in range(7)])
+    # the step ends where the load jumps, and another one begins there
+    assert [attempt["step"] for attempt in found["attempts"]] == pytest.approx([5e-4 / 2**k for k in range(7)])
     assert {one["name"] for one in found["multipliers"]} == {"joint clamp.x", "joint clamp.y", "joint clamp.slope 1"}
     assert found["residuals"][0]["name"].startswith("beam at s = ")
 
@@ -64,7 +65,7 @@ def test_the_last_good_state_is_drawn(call: Call, folder: Path) -> None:
 
 def test_tables_without_json(tmp_path: Path) -> None:
     done = fmbs("run", scene(tmp_path, SHORT, JUMP), "--out", tmp_path / "out", "--no-plots")
-    assert all(text in done.out for text in ("Likely causes", "jumps from 1 to 1e+12", "last good state", "residuals with step"))
+    assert all(text in done.out for text in ("Likely causes", "jumps from 1", "last good state", "residuals with step"))
     assert not (tmp_path / "out" / "failure.png").exists()
 
 

@@ -193,7 +193,7 @@ class Body:
         return self.reference if self.spread is None else np.asarray(self.spread @ self.reference)
 
 
-storable(Body, values=lambda values: {})
+storable(Body, values=lambda values: {}, arcs=lambda values: None)
 
 
 def cable(

@@ -66,14 +66,15 @@ def beams_of(model: Compiled) -> list[Beam]:
     system, layout = model.system, model.layout
     spans = {name: (first, last) for name, first, last in system.coordinates}
     found, lift = [], csr_array(system.lift.matrix)
+    # whatever is slaved to several unknowns, or to a multiple of one, is no point of its own; whether a beam is slaved to a rigid
+    # body or that to the beam is a matter of the unit
+    if (np.diff(lift.indptr) > 1).any() or (lift.data != 1.0).any():
+        return []
     for name in dict.fromkeys(elastic.name for elastic in system.elastic):
         gathers = [elastic.gather for elastic in system.elastic if elastic.name == name]
         if name not in spans or not all(isinstance(one, Cells) and one.law in LINES and one.spread is None for one in gathers):
             return []
         rows, offset = lift[slice(*spans[name])], system.lift.offset[slice(*spans[name])]
-        # whatever is slaved to several unknowns, or to a multiple of one, is no point of its own
-        if (np.diff(rows.indptr) > 1).any() or (rows.data != 1.0).any():
-            return []
         unknowns = np.full(rows.shape[0], -1)
         unknowns[np.diff(rows.indptr) == 1] = layout.place[rows.indices]
         count = len(unknowns) // system.dim
