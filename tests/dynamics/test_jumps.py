@@ -176,3 +176,12 @@ def test_a_load_that_jumps_at_the_start_and_too_often_starts_right() -> None:
     assert list(jumps.jumps_of_loads(free, 0.01, 100)) == [0]
     motion = integrate(free, GeneralizedAlpha(0.01), 0.05)
     np.testing.assert_allclose(motion.v[:, 0], 0.5 * motion.times, atol=1e-12)
+
+
+@pytest.mark.parametrize("place", [1e3 + 3.0e-4, 1e3 + 4.5e-4, 1e3 + 7.7e-4])
+def test_margins_that_come_near_to_zero_late_in_a_motion_are_left(place: float) -> None:
+    """Times lie farther apart there than the width to which instants are found."""
+    times = 1e3 + 1e-3 * np.arange(-2, 4)
+    assert not len(jumps.crossings(lambda t: np.abs(t - place)[:, None] + 1e-9, times, 1e-15))
+    found = jumps.crossings(lambda t: np.abs(t - place)[:, None] - 1e-9, times, 1e-15)
+    np.testing.assert_allclose(found, place, atol=1e-9)

@@ -113,15 +113,22 @@ def crossings(margins: Traces, times: np.ndarray, width: float) -> np.ndarray:
     rows, columns = np.nonzero(same & (size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:]))
     low, high, signs = times[rows], times[rows + 2], np.sign(values[rows + 1, columns])
     found = list[np.ndarray]()
-    while len(low) and (high - low).max() > width:
-        inside = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)
-        mine = signs[:, None] * margins(inside.ravel()).reshape(*inside.shape, -1)[np.arange(len(low)), :, columns]
+    while len(low) and (high - low > np.maximum(width, ULPS * np.spacing(high))).any():
+        inside, mine = sampled(margins, low, high, columns)
+        mine = signs[:, None] * mine
         nearest = np.clip(mine.argmin(axis=1), 1, PARTS - 1)[:, None]
         beyond = mine.min(axis=1) <= 0.0
         found.append(np.take_along_axis(inside, mine.argmin(axis=1)[:, None], 1)[beyond, 0])
         low, high = (np.take_along_axis(inside, nearest + k, 1)[~beyond, 0] for k in (-1, 1))
         columns, signs = columns[~beyond], signs[~beyond]
     return np.concatenate([np.zeros(0), *found])
+
+
+def sampled(functions: Traces, low: np.ndarray, high: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Times (j, PARTS + 1) from `low` to `high` (j,), and what the functions of these numbers (j,) are there."""
+    inside = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)
+    inside[:, -1] = high
+    return inside, functions(inside.ravel()).reshape(*inside.shape, -1)[np.arange(len(low)), :, columns]
 
 
 def narrowed(functions: Traces, times: np.ndarray, values: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
@@ -135,9 +142,7 @@ def narrowed(functions: Traces, times: np.ndarray, values: np.ndarray, width: fl
         low, high, last, whole = times[rows], times[rows + 1], changes[rows, columns], changes[rows, columns]
         end, first = np.maximum(width, ULPS * np.spacing(high)), True
         while len(low) and (high - low > end).any():
-            inside = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, PARTS + 1)
-            inside[:, -1] = high
-            found = functions(inside.ravel()).reshape(*inside.shape, -1)[np.arange(len(low)), :, columns]
+            inside, found = sampled(functions, low, high, columns)
             changes = np.nan_to_num(np.abs(np.diff(found, axis=1)))
             part = changes.argmax(axis=1)[:, None]
             low, high, last = (
