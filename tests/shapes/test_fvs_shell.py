@@ -126,7 +126,7 @@ def test_halved_meshes_stay_on_the_surface(kind: str) -> None:
     off = []
     for n in (8, 16, 32):
         mesh = bent(MESHES[kind](n), wave)
-        fine = fvs_shell.halve(mesh)
+        fine = fvs_shell.halve(mesh, fvs_shell.surface(mesh)[0])
         assert len(fine.cells) == 4 * len(fvs_shell.triangles(mesh).cells)
         np.testing.assert_array_equal(fine.points[: len(mesh.points)], mesh.points)
         assert fine.point_groups.keys() == mesh.point_groups.keys()

@@ -121,7 +121,7 @@ def curved(mesh: PlateMesh, cells: int, degree: int | None) -> tuple[Surface, fl
         remark(f"{where}: {len(mesh.cells)} quads in no even grid: every quad is cut along its shorter diagonal")
     shape, error = fvs_shell.surface(mesh)
     for _ in range(cells.bit_length() - 1):
-        mesh = fvs_shell.halve(mesh)
+        mesh = fvs_shell.halve(mesh, shape)
         shape = fvs_shell.surface(mesh)[0]
     return shape, error
 

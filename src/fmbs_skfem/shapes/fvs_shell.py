@@ -88,10 +88,10 @@ def triangles(mesh: PlateMesh) -> PlateMesh:
     return replace(mesh, cells=cells, face_groups=faces)
 
 
-def halve(mesh: PlateMesh) -> PlateMesh:
-    """A mesh of triangles or quads in space with a node in the middle of every side, on the smooth surface through its nodes.
+def halve(mesh: PlateMesh, shape: Surface) -> PlateMesh:
+    """A mesh of triangles or quads in space with a node in the middle of every side, on the `shape` through its nodes.
 
-    Quads are cut, and nodes placed, as `surface` does; groups keep their names.
+    Quads are cut as `surface` does, which gives that shape; groups keep their names.
     """
     mesh = triangles(mesh)
     count, corners = len(mesh.points), mesh.cells
@@ -107,16 +107,15 @@ def halve(mesh: PlateMesh) -> PlateMesh:
 
     return replace(
         mesh,
-        points=np.concatenate([mesh.points, middles(mesh, first // 3, first % 3)]),
+        points=np.concatenate([mesh.points, middles(shape, first // 3, first % 3)]),
         cells=cells,
         edge_groups={name: halves(pairs) for name, pairs in mesh.edge_groups.items()},
         face_groups={name: (4 * ids[:, None] + np.arange(4)).ravel() for name, ids in mesh.face_groups.items()},
     )
 
 
-def middles(mesh: PlateMesh, cell: np.ndarray, side: np.ndarray) -> Floats:
-    """Points (x, 3) in the middle of sides (x,) of triangles (x,), on the smooth surface through the nodes of a mesh."""
-    shape = surface(mesh)[0]
+def middles(shape: Surface, cell: np.ndarray, side: np.ndarray) -> Floats:
+    """Points (x, 3) of a shape in the middle of sides (x,) of triangles (x,)."""
     rows = surfaces.sample(shape, cell, surfaces.side_points(Parent.TRIANGLE, side, np.full(len(side), 0.5)))
     return np.asarray(rows @ shape.reference)
 
