@@ -212,9 +212,7 @@ def factor_cholesky(w: Workspace, band: np.ndarray) -> int:
     """Cholesky's factor of a dense block in place, its diagonal inverted; 0, or LAPACK's info."""
     # LAPACK's factors, but a substitution of one's own below: calls for one vector cost more than the work in them
     info = lapack.potrf(w.addresses, band)
-    for i in range(len(band)):
-        # divisions once a factorisation, products in every solution
-        band[i, 0] = 1.0 / band[i, 0]
+    invert_pivots(band)
     return info
 
 
@@ -222,9 +220,15 @@ def factor_cholesky(w: Workspace, band: np.ndarray) -> int:
 def factor_narrow(w: Workspace, band: np.ndarray) -> int:
     """The same of a band."""
     info = lapack.pbtrf(w.addresses, band)
+    invert_pivots(band)
+    return info
+
+
+@jit
+def invert_pivots(band: np.ndarray) -> None:
+    """Divisions once a factorisation, products in every solution."""
     for i in range(len(band)):
         band[i, 0] = 1.0 / band[i, 0]
-    return info
 
 
 @jit
