@@ -141,11 +141,11 @@ def budget_words(parts: dict[str, float]) -> str:
     return f"error over what is wanted: {', '.join(f'{name} {part:.2g}' for name, part in parts.items())}"
 
 
-def task(scene: Scene, raw: System, plan: Plan) -> TrainingTask:
-    """The reduction of one system of a scene, with all multipliers, by a plan."""
+def task(scene: Scene, raw: System, plan: Plan, snapshots: float | np.ndarray | None = None) -> TrainingTask:
+    """The reduction of one system of a scene, with all multipliers, by a plan; without `snapshots` [s] with those of the scene."""
     analysis = build.stepped(scene)
     case = Case(raw, analysis.scheme, analysis.duration, analysis.newton)
-    return task_of(case, plan, interval(scene), partial(build.chosen_form, scene))
+    return task_of(case, plan, interval(scene) if snapshots is None else snapshots, partial(build.chosen_form, scene))
 
 
 def options(scene: Scene, quick: bool = False, expensive: bool = False) -> ComparisonOptions:

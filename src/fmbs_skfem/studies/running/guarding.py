@@ -15,14 +15,13 @@ from ...core.storage.validation import check
 from ...dynamics.output_errors import OutputError
 from ...dynamics.tracing import FEW
 from ...reduction import files, guarded
-from ...reduction.cases import Case
-from ...reduction.full_runs import TrainingTask, task_of
+from ...reduction.full_runs import TrainingTask
 from ...reduction.guarded import Guarded, Known
 from ...reduction.hyper import hyper_reduction
 from ...reduction.plan import USUAL, Plan
 from ...scenes import build
 from .. import job as jobs
-from .. import models, reports
+from .. import models, plans, reports
 from ..job import Job
 from ..result import ReportTable
 from . import judging
@@ -87,11 +86,9 @@ def error_of(noted: Mapping[str, Any]) -> OutputError:
 
 def task_of_scene(scene: Scene, raw: System, known: Known, report: Mapping[str, Any]) -> TrainingTask:
     """The full model of a scene, and how a model was trained that is to stand for it."""
-    analysis = build.stepped(scene)
     hyper = hyper_reduction.named(str(report["hyper_reduction"]), report["hyper_tolerance"])
     plan = Plan(known.components, report["tolerance"] or USUAL, None, hyper, known.eliminate, known.invariant)
-    case = Case(raw, analysis.scheme, analysis.duration, analysis.newton)
-    return task_of(case, plan, analysis.step, partial(build.chosen_form, scene))
+    return plans.task(scene, raw, plan, build.stepped(scene).step)
 
 
 def run(job: Job, path: Path) -> Run:
