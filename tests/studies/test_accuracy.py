@@ -12,9 +12,10 @@ import pytest
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha
+from fmbs_skfem.dynamics import GeneralizedAlpha, output_errors
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes.accuracy import Accuracy, Bound
+from fmbs_skfem.scenes.analyses.dynamic import LEFT_OUT
 from fmbs_skfem.shapes import meshes, plate_meshes
 from fmbs_skfem.studies.planning import levels, planned
 from fmbs_skfem.studies.planning.pilots import ScenePilots
@@ -53,7 +54,7 @@ def test_the_planned_scene_is_a_scene_with_these_cells_and_this_step(tmp_path: P
     plan = found.report["accuracy"]
     text = (
         path.read_text()
-        .replace("accuracy: 1e-2", f"step: {plan['step']!r}")
+        .replace("accuracy: 1e-2", f"step: {plan['step']!r}, tolerance: {plan['tolerance']!r}")
         .replace("line: beam", f"line: beam\n    cells: {plan['cells']}")
     )
     same = tmp_path / "same.yaml"
@@ -74,6 +75,23 @@ def test_errors_by_output_in_their_units(tmp_path: Path) -> None:
     assert coarser["steps"] < plan["steps"]
     everywhere = studies.run(scene(tmp_path, SWING % "2 um", RAMP)).report["accuracy"]
     assert everywhere["steps"] == plan["steps"]
+
+
+def test_a_tolerance_of_the_scene_stays(tmp_path: Path) -> None:
+    text = (SWING % "1e-2").replace("accuracy", "tolerance: 1e-11, accuracy")
+    run = studies.run(scene(tmp_path, text, RAMP))
+    assert run.report["accuracy"]["tolerance"] == 1e-11
+
+
+def test_the_tolerance_leaves_less_in_more_steps(tmp_path: Path) -> None:
+    """Errors add up with the 3/2 power of the number of steps; those that may be divided count with all their parts."""
+    pilots = ScenePilots(scenes.read(scene(tmp_path, SWING % "1e-2", RAMP)))
+    assert pilots.tolerance(1000) == 2e-12  # nothing is known of the outputs yet
+    pilots.run(4, 200)
+    assert pilots.tolerance(4000) == pytest.approx(pilots.tolerance(1000) / 8.0)
+    assert pilots.tolerance(2, local_error=1e-4) == pytest.approx(pilots.tolerance(64))
+    assert pilots.tolerance(1) == 1e-8
+    assert pilots.tolerance(10_000_000) == 2e-12
 
 
 def test_a_step_that_is_given_stays(tmp_path: Path) -> None:
@@ -151,6 +169,31 @@ def test_a_resumed_run_plans_nothing_anew(tmp_path: Path, monkeypatch: pytest.Mo
     for name, values in whole.outputs.items():
         np.testing.assert_array_equal(values, gone_on.outputs[name])
     assert gone_on.report["accuracy"] == whole.report["accuracy"]
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "four_bar", "spin_up"])
+def test_the_tolerance_follows_the_accuracy(name: str) -> None:
+    """Newton leaves at most 2 % of the accuracy, and a part of the error of the step, and makes fewer corrections."""
+    found = scenes.read(EXAMPLES / f"{name}.yaml")
+    own = replace(build.dynamic(found), step=LEFT_OUT, accuracy=Accuracy({"": Bound(1e-2)}))
+    asked = replace(found, analysis=own, reduction=None, compare=None)
+    plan = planned.find(asked)
+    assert plan.tolerance is not None
+    assert 2e-12 < plan.tolerance <= 1e-8
+    assert f"Newton's tolerance {plan.tolerance:.2g}" in plan.words
+    chosen = plan.scene(asked)
+    analysis, system = build.dynamic(chosen), build.chosen_form(chosen, build.system(chosen))
+    assert analysis.newton.tolerance == plan.tolerance
+    loose, tight, usual, finer = (
+        replace(analysis, tolerance=tolerance, step=analysis.step / n, every=n).solve(system)
+        for tolerance, n in ((plan.tolerance, 1), (1e-14, 1), (2e-12, 1), (1e-14, 2))
+    )
+    assert loose.statistics.iterations < 0.9 * usual.statistics.iterations
+    columns = [output_errors.columns(motion) for motion in (loose, tight, finer)]
+    left, step = (output_errors.between(columns[1], other, system.outputs) for other in (columns[0], columns[2]))
+    for column, error in left.items():
+        assert error.relative < 0.02 * 1e-2, column
+        assert error.relative <= 0.05 * step[column].relative, column
 
 
 def test_samples_of_a_sweep_have_the_cells_and_the_step_of_the_plan(tmp_path: Path) -> None:
@@ -392,7 +435,7 @@ def test_what_touches_takes_steps_of_several_lengths() -> None:
     assert found.work < before.work / 3
     settled = planned.Planned(**asdict(plan)).scene(asked)
     assert build.dynamic(settled).scheme == GeneralizedAlpha(1.0 / plan.steps, local_error=plan.local_error)
-    assert settled.choice == (plan.cells, 1.0 / plan.steps, plan.local_error)
+    assert settled.choice == (plan.cells, 1.0 / plan.steps, plan.local_error, plan.tolerance)
     assert f"{plan.steps} steps of {1 / plan.steps:.4g} s, in up to 32 parts" in plan.words
 
 

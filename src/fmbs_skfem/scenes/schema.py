@@ -162,7 +162,7 @@ class Scene:
     used: frozenset[str] = field(default=frozenset(), metadata=HIDDEN)
     repair: bool = field(default=False, metadata=HIDDEN)  #: whether nodes of meshes that are at one place are merged
     read: Callable[[Changes], Scene] | None = field(default=None, metadata=HIDDEN, repr=False, compare=False)  #: for other values
-    #: cells of lines that have none of their own, the step [s] and the error above which one is divided, as found for an accuracy
+    #: what was found for an accuracy, as `chosen` takes it
     choice: tuple[Any, ...] | None = field(default=None, metadata=HIDDEN)
 
     def again(self, changed: Changes) -> Scene:
@@ -172,16 +172,16 @@ class Scene:
         found = self.read({**self.changed, **changed})
         return found if self.choice is None else found.chosen(*self.choice)
 
-    def chosen(self, cells: int | None, step: float | None, local_error: float = 0.0) -> Scene:
+    def chosen(self, cells: int | None, step: float | None, local_error: float = 0.0, tolerance: float | None = None) -> Scene:
         """The scene with these cells in all lines that have none, and a step [s], as far as they are given; without an accuracy.
 
-        With a `local_error` steps are divided that err by more, see `dynamics.GeneralizedAlpha`.
+        With a `local_error` steps are divided that err by more, see `dynamics.GeneralizedAlpha`; the `tolerance` is Newton's.
         """
         from . import build
 
-        found = build.history(self).settled(step, local_error)
+        found = build.history(self).settled(step, local_error, tolerance)
         bodies = {name: body.with_cells(cells) if cells and body.open else body for name, body in self.bodies.items()}
-        return replace(self, bodies=bodies, analysis=found, choice=(cells, step, *([local_error] if local_error else [])))
+        return replace(self, bodies=bodies, analysis=found, choice=(cells, step, local_error, tolerance))
 
     def run(self, **options: Any) -> Any:
         """`studies.run` of this scene, with its options: a `studies.Run`."""

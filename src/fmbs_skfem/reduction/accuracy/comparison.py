@@ -138,8 +138,9 @@ class Truth:
 
     motion: Trajectory
     about: str  #: its cells and steps, in words
-    #: systems by name, with their steps [s] and the error above which one is divided, see `dynamics.GeneralizedAlpha`
-    chosen: Mapping[str, tuple[System, float, float]]
+    #: systems by name, with their steps [s], the error above which one is divided, see `dynamics.GeneralizedAlpha`, and Newton's
+    #: tolerance
+    chosen: Mapping[str, tuple[System, float, float, float]]
 
 
 @dataclass(frozen=True)
@@ -308,14 +309,15 @@ def competitors(
 
 def chosen_models(task: TrainingTask, own: Case, truth: Truth) -> Iterator[ModelJob]:
     """Full models with the cells and the step that accuracies choose."""
-    for name, (system, step, local_error) in truth.chosen.items():
-        make = functools.partial(chosen_model, task, own, system, step, local_error)
+    for name, (system, step, local_error, tolerance) in truth.chosen.items():
+        make = functools.partial(chosen_model, task, own, system, step, local_error, tolerance)
         yield ModelJob(ModelRecord(name, "chosen", step=step), make)
 
 
-def chosen_model(task: TrainingTask, own: Case, system: System, step: float, local_error: float) -> Model:
+def chosen_model(task: TrainingTask, own: Case, system: System, step: float, local_error: float, tolerance: float) -> Model:
     case = cases.with_step(replace(own, system=task.form(system)), step)
-    return Model(replace(case, scheme=replace(case.scheme, local_error=local_error)))
+    scheme, newton = replace(case.scheme, local_error=local_error), replace(case.newton, tolerance=tolerance)
+    return Model(replace(case, scheme=scheme, newton=newton))
 
 
 def evaluate(job: ModelJob, reference: Reference) -> tuple[ModelRecord, Model | None, Trajectory | None, Errors | None]:

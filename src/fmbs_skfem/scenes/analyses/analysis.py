@@ -96,7 +96,7 @@ class Analysis(Declared, ABC):
 class History(Analysis, ABC):
     """States over time or over the load factor, with outputs."""
 
-    tolerance: float
+    tolerance: float | None
     accuracy: Accuracy | None = None  #: for which cells are found, and the step of a motion
     label: ClassVar[str]  #: what is done while it is solved
 
@@ -105,13 +105,16 @@ class History(Analysis, ABC):
         """Whether its step is to be found."""
         return False
 
-    def settled(self, step: float | None, local_error: float = 0.0) -> Self:
-        """The analysis with what was found for an accuracy: a step [s] of a motion, and the error above which one is divided."""
+    def settled(self, step: float | None, local_error: float = 0.0, tolerance: float | None = None) -> Self:
+        """The analysis with what was found for an accuracy.
+
+        Of a motion: a step [s], the error above which one is divided, and Newton's tolerance where it has none of its own.
+        """
         own: Any = self
         return cast("Self", replace(own, accuracy=None))
 
-    def piloted(self, steps: int, every: int, local_error: float = 0.0) -> Self:
-        """The analysis in so many steps, of which every so many are kept, each with an error of its own; equilibria have none."""
+    def piloted(self, steps: int, every: int, local_error: float = 0.0, tolerance: float | None = None) -> Self:
+        """The analysis in so many steps, of which every so many are kept, the rest as `settled` has it; equilibria have none."""
         return self
 
     @property

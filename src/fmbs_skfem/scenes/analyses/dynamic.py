@@ -16,7 +16,7 @@ from ...core.storage.records import dataclass
 from ...core.values.fields import Takes, Time, quantity
 from ...core.values.problems import Found, Keys, Problem
 from ...dynamics import GeneralizedAlpha, Newton, Trajectory, rest
-from ...dynamics.scheme import Start
+from ...dynamics.scheme import DYNAMIC, Start
 from ...dynamics.tracing import FEW
 from .. import field_kinds as fields
 from .. import times
@@ -54,6 +54,8 @@ class Dynamic(History):
     by output ({C: 1 mm, motor: 2 %}). Then the step, and the cells of lines that have none, are found by pilot runs, and every
     number comes with its error. A step that stands beside it stays.
 
+    Newton's `tolerance` is 2e-12 of the size of the mechanism, or looser where an accuracy leaves it out and allows that.
+
     With a `local_error` the step is the longest one: it is taken in 2 to 32 parts where it errs by more than that.
 
     {type: dynamic, duration: 2 s, step: 1 ms}
@@ -73,7 +75,7 @@ class Dynamic(History):
     local_error: Annotated[
         float, quantity("", ">= 0", "< 1"), "error of a step over the size of the mechanism, above which it is divided; 0 for none"
     ] = 0.0
-    tolerance: fields.NewtonTolerance = 2e-12
+    tolerance: fields.NewtonTolerance | None = None
     solver: Literal["own", "pardiso"] = "own"
     moves: ClassVar[bool] = True
     label: ClassVar[str] = "integrating"
@@ -94,20 +96,21 @@ class Dynamic(History):
     @property
     def newton(self) -> Newton:
         """How every step is iterated."""
-        return Newton(tolerance=self.tolerance, solver=self.solver)
+        return Newton(self.tolerance or DYNAMIC, solver=self.solver)
 
     @property
     def kept(self) -> int | np.ndarray:
         """What `dynamics.integrate` takes as `every`: states to be kept."""
         return times.kept(self.every, self.step, self.duration)
 
-    def settled(self, step: float | None, local_error: float = 0.0) -> Dynamic:
+    def settled(self, step: float | None, local_error: float = 0.0, tolerance: float | None = None) -> Dynamic:
         if step is None:
             return replace(self.counted(), accuracy=None)
-        return replace(self, step=step, local_error=local_error or self.local_error, accuracy=None)
+        local, own = local_error or self.local_error, self.tolerance or tolerance
+        return replace(self, step=step, local_error=local, tolerance=own, accuracy=None)
 
-    def piloted(self, steps: int, every: int, local_error: float = 0.0) -> Dynamic:
-        return replace(self, step=self.duration / steps, every=every, local_error=local_error or self.local_error)
+    def piloted(self, steps: int, every: int, local_error: float = 0.0, tolerance: float | None = None) -> Dynamic:
+        return replace(self.settled(self.duration / steps, local_error, tolerance), every=every, accuracy=self.accuracy)
 
     def counted(self) -> Dynamic:
         """The analysis with some step, for what is said of it before one is found."""

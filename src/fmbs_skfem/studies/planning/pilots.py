@@ -14,6 +14,8 @@ import numpy as np
 from ...core.errors import InputError, SolverError, listed, say
 from ...core.notices import CoarseStep, Notice
 from ...dynamics import Trajectory, output_errors
+from ...dynamics.compiled_step.parts import FINEST
+from ...dynamics.scheme import DYNAMIC
 from ...scenes import build
 from ...scenes.schema import Scene
 from ...systems.compiled import compile_system
@@ -26,6 +28,10 @@ DIVIDED = 20  #: steps that a run may divide to count as resolved
 FEWEST = 2  #: cells with which a chain of meshes begins
 FLOOR = 1.5e5  #: errors over a run beside Newton's tolerance: 2e-12 leaves 2e-7 of a double pendulum in 3 s, 1e-10 leaves 7e-7
 FLOOR_AT_REST = 1e3  #: the same of an equilibrium, whose load steps do not add up
+# four models in 60 numbers of steps: of positions 0.3 % of the accuracy is left at most, of reactions 3 % of the error of the step;
+# with ten times of it as much, in equal times
+LEFT = 0.02  #: of the accuracy, that Newton may leave of a motion where its tolerance is chosen
+LOOSEST = 1e-8  #: tolerance that is chosen
 TRUST = 0.5  #: of the accuracy, by which two runs of a sensitive motion may differ: the error of the finer may be twice as large
 FACTOR = 4.0  #: corrections that a factorisation is worth, at least: 4 to 14 in small models
 GRID = 100_000  #: steps a duration may have at least because of other times of its scene
@@ -62,6 +68,7 @@ class ScenePilots:
         self.grid = grid_of(scene) if scene.analysis.moves else 1
         self.systems: dict[int, System] = {}
         self.titles: tuple[str, ...] = ()  #: of the columns that are compared
+        self.room = 0.0  #: what a motion may err by, over its size, as far as it is known
 
     @property
     def order(self) -> int:
@@ -129,12 +136,29 @@ class ScenePilots:
             cost, happened = motion.statistics, tuple(one.time for one in motion.events)
             work = cost.iterations + FACTOR * cost.factorisations
             found = Found(motion.times, output_errors.columns(motion), happened, work)
-        self.require_room(found)
+        self.find_room(found)
         return found
 
     def solve(self, cells: int, steps: int, local_error: float = 0.0) -> Trajectory:
         """The motion, at INSTANTS instants or about as many."""
-        return self.analysis.piloted(steps, self.stride(steps), local_error).solve_for_outputs(self.system(cells))
+        tolerance = self.tolerance(steps, local_error)
+        return self.analysis.piloted(steps, self.stride(steps), local_error, tolerance).solve_for_outputs(self.system(cells))
+
+    def tolerance(self, steps: int, local_error: float = 0.0) -> float:
+        """Newton's tolerance, over the size of the mechanism: that of the scene, or one that leaves LEFT of the accuracy.
+
+        What d is left of q in a step changes q' by some d / (beta h), which takes q along to the end: with any signs over N steps
+
+            e = d N^(3/2) / beta    of positions, and of velocities in units of the size over the duration.
+
+        That is 2 to 30 times what is found. Accelerations and reactions err by d / (beta h^2), which the iteration keeps below a
+        part of the method's own error in every step, see `compiled_step.stepping`, whatever the tolerance is.
+        """
+        scheme = self.analysis.piloted(max(steps, 1), 1, local_error).scheme
+        if self.analysis.tolerance is not None or scheme is None:
+            return self.analysis.tolerance or DYNAMIC
+        most = steps * 2**FINEST if scheme.local_error else steps
+        return float(np.clip(LEFT * self.room * scheme.coefficients[3] / most**1.5, DYNAMIC, LOOSEST))
 
     def stride(self, steps: int) -> int:
         """Steps from one instant that is kept to the next, such that those of `usual` are among them which the steps meet."""
@@ -150,16 +174,25 @@ class ScenePilots:
         """The number of steps with which a chain begins, INSTANTS or more."""
         return INSTANTS // COMMON * self.multiple(COMMON)
 
-    def require_room(self, found: Found) -> None:
-        """Refuse an accuracy below what the iteration of every step leaves, in a motion with these outputs."""
-        floor = (FLOOR if self.analysis.moves else FLOOR_AT_REST) * self.analysis.tolerance
-        for error in output_errors.between(found.columns, found.columns, self.any_system.outputs).values():
+    def find_room(self, found: Found) -> None:
+        """What a motion with these outputs may err by; an accuracy below what the iteration of every step leaves is refused.
+
+        The room is the finest bound over what a mechanism of this size does in that time, or over the range where that is larger.
+        """
+        system = self.any_system
+        tolerance = self.analysis.tolerance or DYNAMIC  # the least one that is chosen
+        floor = (FLOOR if self.analysis.moves else FLOOR_AT_REST) * tolerance
+        natural = output_errors.smallest_ranges(system, float(np.ptp(found.times)), 1.0)
+        off = {name: values + 1.0 for name, values in found.columns.items()}  # in its unit
+        for error in output_errors.between(found.columns, off, system.outputs).values():
             bound = self.accuracy.bound(error)
             least = 0.0 if bound is None else floor * error.range if bound.unit else floor
             if bound is not None and bound.value < least:
                 expected = f"an error of {error.output} of at least {least:.1g} {bound.unit}".strip()
-                remedy = f"Newton's tolerance of {self.analysis.tolerance:g} leaves that"
+                remedy = f"Newton's tolerance of {tolerance:g} leaves that"
                 raise InputError(say("analysis.accuracy", expected, f"{bound.value:g}", remedy))
+            if bound is not None and (part := bound.part(error)) > 0.0 and (size := max(natural.get(error.unit, 0.0), error.range)):
+                self.room = min(self.room, 1.0 / (part * size)) if self.room else 1.0 / (part * size)
 
     def differ(self, one: Found, other: Found) -> np.ndarray:
         """(2, k): differences of columns from `other` over what is wanted, 0 where nothing is; and in their units."""

@@ -36,13 +36,15 @@ class Planned:
     errors: dict[str, float]  #: of columns, in their units
     pilots: list[dict[str, Any]] = field(default_factory=list)  #: all runs: cells, steps, whether resolved, difference over wanted
     local_error: float = 0.0  #: of a step over the size of the mechanism, above which it is divided; 0 for equal steps
+    tolerance: float | None = None  #: of Newton's iteration, over that size, in a motion
 
     @property
     def words(self) -> str:
         """What was chosen and what it errs by, in a sentence."""
         cells = [f"{self.cells} cells a line"] if self.cells else []
         levels = f", in up to {2**FINEST} parts where one errs by {self.local_error:.2g} of the size" if self.local_error else ""
-        steps = [f"{self.steps} steps of {self.step:.4g} s{levels}"] if self.step else []
+        newton = f", Newton's tolerance {self.tolerance:.2g}" if self.tolerance else ""
+        steps = [f"{self.steps} steps of {self.step:.4g} s{levels}{newton}"] if self.step else []
         chosen = f"accuracy {self.wanted}: {', '.join([*cells, *steps, f'found by {len(self.pilots)} pilot runs'])}"
         mesh = "unknown" if self.of_mesh is None else f"{self.of_mesh:.2g}"
         step = f"step {self.of_step:.2g}, " if self.step else ""
@@ -51,7 +53,7 @@ class Planned:
 
     def scene(self, scene: Scene) -> Scene:
         """The scene with what was found for it."""
-        return scene.chosen(self.cells, self.step, self.local_error)
+        return scene.chosen(self.cells, self.step, self.local_error, self.tolerance)
 
 
 def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = None) -> Planned:
@@ -100,6 +102,7 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
         {name: own for name, (_, own) in errors.items()},
         [asdict(one) for one in found.pilots],
         found.local_error,
+        pilots.tolerance(found.steps, found.local_error) if motion else None,
     )
     warn(result, given, pilots, found.apart)
     return result

@@ -48,8 +48,8 @@ def find(scene: Scene, wanted: Sequence[float] = WANTED, allow_outside: bool = F
     most = max(analysis.duration / analysis.step, *(one["steps"] for plan in found.values() for one in plan.pilots))
     steps = pilots.usual * math.ceil(FINER * most / pilots.usual - 1e-9)
     chosen = {
-        f"accuracy {bound:g}": (pilots.system(plan.cells), plan.step, plan.local_error)
+        f"accuracy {bound:g}": (pilots.system(plan.cells), plan.step, plan.local_error, plan.tolerance)
         for bound, plan in found.items()
-        if plan.met and plan.cells and plan.step
+        if plan.met and plan.cells and plan.step and plan.tolerance
     }
     return Truth(pilots.solve(cells, steps), f"{cells} cells a line and {steps} steps", chosen)
