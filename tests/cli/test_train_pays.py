@@ -54,7 +54,7 @@ def test_a_family_of_parts_that_do_not_stand_for_their_bodies_promises_nothing(t
 def rows(*pairs: tuple[float, float]) -> Any:
     """Models of a training by the time of a run and the largest error at hold-out points."""
     made = tuple(SimpleNamespace(run_s=spent, max_error=error) for spent, error in pairs)
-    return SimpleNamespace(rows=made, models=len(made), last=made[-1])
+    return SimpleNamespace(rows=made, models=len(made), last=made[-1], full_s=0.05)
 
 
 def test_a_model_that_is_slower_than_the_full_one_is_told_with_what_pays() -> None:

@@ -7,13 +7,16 @@ import math
 import warnings
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
 from fmbs_skfem import studies
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.reduction import NONE, Plan, Points, full_runs, reduced_models
+from fmbs_skfem.families import worth
+from fmbs_skfem.reduction import NONE, Plan, Points, affine, full_runs, reduced_models
 from fmbs_skfem.reduction.accuracy import error_budget
 from fmbs_skfem.reduction.accuracy.costs import Payoff
 from fmbs_skfem.reduction.full_runs import OutputMeasure
@@ -109,7 +112,10 @@ def test_snapshots_that_are_too_few_are_told(tmp_path: Path) -> None:
     assert any("0.3 of it is aimed at; take snapshots more often" in text for text in found["notices"])
 
 
-def test_the_first_line_says_whether_it_pays(tmp_path: Path) -> None:
+def test_the_first_line_says_whether_it_pays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A beam of a few cells is trained here, though no reduced model is faster."""
+    monkeypatch.setattr(worth, "FAST", 0.0)
+    monkeypatch.setattr(worth, "LARGEST", 1.0)
     path = scene(tmp_path, SHAKEN, HISTORY, TRAINED)
     call = fmbs("reduce", path, "--accuracy", "1e-2", "--out", tmp_path / "model.h5")
     assert call.code == 0, call.err
@@ -125,6 +131,70 @@ def test_the_first_line_says_whether_it_pays(tmp_path: Path) -> None:
     assert report["training_s"] >= report["cpu_s_full_runs"] + report["cpu_s_models"]
     assert report["tolerance"] == pytest.approx(plans.SHARE * 1e-2)
     assert report["budget"] is not None
+
+
+def test_a_training_that_cannot_pay_ends_before_it_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first full run says so: no others are made but to be timed, nothing is fitted, and no file of a model is written."""
+    made, fitted = Mock(wraps=full_runs.run_case), Mock(wraps=affine.fit)
+    monkeypatch.setattr(full_runs, "run_case", made)
+    monkeypatch.setattr(affine, "fit", fitted)
+    out = tmp_path / "out"
+    call = fmbs("train", scene(tmp_path, SHAKEN, HISTORY, TRAINED), "--accuracy", "1e-2", "--no-plots", "--out", out)
+    assert call.code == 0, call.err
+    first, second = call.out.splitlines()[:2]
+    assert "does not pay: " in first
+    assert second.startswith("No model: take the full one (accuracy 0.01 of the range: ")
+    assert "--accuracy 1e-2 does; --tolerance 0.003 trains one all the same." in second
+    report = json.loads((out / "report.json").read_text())
+    assert (report["status"], report["pays"], report["pays_after_runs"]) == ("does not pay", False, None)
+    assert first.endswith(report["reason"])
+    assert not (out / "model.h5").exists()
+    assert made.call_count <= worth.REPEAT
+    assert not fitted.called
+
+
+def test_a_basis_of_half_the_coordinates_does_not_pay(tmp_path: Path) -> None:
+    """Modes of one full run of a shaken beam."""
+    task = order(scene(tmp_path, SHAKEN, HISTORY, TRAINED), "1e-2").task
+    run = full_runs.full_run(replace(task, plan=replace(task.plan, tolerance=1e-20)), {"load": 0.5})
+    half = int(worth.LARGEST * worth.coordinates(run))
+    worth.require_small(replace(task, plan=replace(task.plan, modes=half // 2)), [run])
+    with pytest.raises(worth.DoesNotPay, match=r"takes \d+ modes for one full run, where the full model has \d+ coordinates"):
+        worth.require_small(replace(task, plan=replace(task.plan, modes=half + 1)), [run])
+
+
+def test_a_model_has_to_be_faster_by_half(tmp_path: Path) -> None:
+    worth.require_gain(0.03, 0.019)
+    with pytest.raises(worth.DoesNotPay, match=r"1\.4 times as fast as the full model") as found:
+        worth.require_gain(0.03, 0.021)
+    assert (found.value.full_s, found.value.run_s) == (0.03, 0.021)
+    declined = Payoff(0.03, 0.7, math.nan, "too many modes")
+    assert declined.words == "full: 30 ms a run; training 0.7 s: does not pay: too many modes"
+    assert declined.report == {"pays": False, "pays_after_runs": None, "speedup": None}
+
+
+@pytest.mark.parametrize(
+    ("errors", "tried", "chosen"),
+    [
+        ([0.3, 7e-2, 2.4e-3, 1.7e-3, 1.5e-3, 1.5e-3, 1.4e-3], 6, 3),  # snapshots are the limit: what is as good, and no further
+        ([0.3, 2e-3, 2e-3, 1e-3, 8e-4, 1e-5], 5, 4),  # two that are alike have the same modes
+        ([0.3, 1e-4], 2, 1),
+    ],
+)
+def test_eps_is_not_lowered_where_truncation_is_not_the_limit(
+    monkeypatch: pytest.MonkeyPatch, errors: list[float], tried: int, chosen: int
+) -> None:
+    """A share of 9e-4 of 3e-3 is asked for."""
+    known: list[float] = []
+
+    def error(task: object, run: object, plan: Plan) -> float:
+        known.append(plan.tolerance)
+        return errors[len(known) - 1]
+
+    monkeypatch.setattr(error_budget, "error_at", error)
+    task: Any = SimpleNamespace(plan=replace(BEAM, hyper=NONE), measure=None)
+    eps, found = error_budget.choose_eps(task, None, 3e-3, 0.3, 0)  # type: ignore[arg-type]
+    assert (len(known), eps, found) == (tried, known[chosen], errors[chosen])
 
 
 def order(path: Path, accuracy: str, tolerance: float | None = None) -> greedy_training.TrainingOrder:

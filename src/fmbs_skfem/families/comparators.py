@@ -74,6 +74,7 @@ class Trial:
     points: int = 0  #: quadrature points in use
     prepare_s: float = math.nan  #: CPU time from parameters to the reduced system [s]
     run_s: float = math.nan  #: CPU time of the reduced run [s]
+    full_s: float = math.nan  #: of the full run
     reason: str = ""
     outputs: Mapping[str, OutputError] = field(default_factory=dict)  #: errors by column
 
@@ -269,7 +270,7 @@ def try_one(task: TrainingTask, comparator: Comparator, raw: System, truth: Full
         return replace(made, reason=str(error))
     outputs = full_runs.errors_of_outputs(raw, truth, motion)
     errors = (full_runs.wanted_error(task, raw, truth, motion), full_runs.error(task, raw, truth, motion))
-    return replace(made, error=errors[0], states=errors[1], outputs=outputs, run_s=motion.statistics.cpu_s)
+    return replace(made, error=errors[0], states=errors[1], outputs=outputs, run_s=motion.statistics.cpu_s, full_s=truth.cpu_s)
 
 
 def measure_sizes(system: System) -> Trial:

@@ -54,6 +54,7 @@ from .training_work import (
     pays,
     proved,
     recalibrate,
+    require_worth,
     take_choice,
     truncates,
     unit_box,
@@ -122,6 +123,7 @@ def train(
     proofs: int = 0,
     aim: float = 1.0,
     motion: Trajectory | None = None,
+    must_pay: bool = False,
 ) -> FinishedTraining:
     """Train a reduced model of one system, or over the candidates of a search.
 
@@ -132,7 +134,8 @@ def train(
     training. With `savable` it ends with NoModel at the first full run where the model is no polynomial of the parameters: a file
     holds nothing else. After the last iteration so many `checks` calibrate the error that is predicted. With `proofs` a training
     to a `tolerance` ends with the first model that errs by at most `aim` of it at so many full runs that are not in it, one of them
-    where its indicator is largest.
+    where its indicator is largest. One that `must_pay` ends with DoesNotPay as soon as it is known that no model can be faster than
+    the full one, see `worth`.
     """
     if not task.parameters:
         return train_alone(task, tolerance, motion)
@@ -141,6 +144,10 @@ def train(
     options = options or Options()
     work = replace(begin(task, search, options, folder, tolerance), savable=savable, proofs=proofs, aim=aim)
     with durable.writing(Path(folder or ""), ROOM):
+        work.must_pay = must_pay
+        if must_pay and not store.read(work.folder).runs:
+            require_worth(work)
+        work.fast = replace(work.fast, family=with_polynomials(work.task).family)
         done = resume(work)
         outcome, last = loop(work, options, done, checks, progress)
     found = replace(work.task, plan=work.fast.plan)
@@ -174,7 +181,7 @@ def begin(
     if tolerance is not None:
         lowest = error_budget.first_eps(tolerance) * LOWER_EPS**LOWERINGS
         task = replace(task, plan=replace(task.plan, tolerance=lowest, modes=None))
-    return TrainingState(task, with_polynomials(task), search, place, tolerance)
+    return TrainingState(task, task, search, place, tolerance)
 
 
 def resume(work: TrainingState) -> tuple[Iteration, ...]:
@@ -188,10 +195,10 @@ def resume(work: TrainingState) -> tuple[Iteration, ...]:
         if notes.choice is not None:
             take_choice(work, notes.choice)
         work.models.append(store.read_model(work.folder, number) or make_savable(work, work.runs[:number]))
-    work.checks = store.read_checks(work.folder)
+    work.checks |= store.read_checks(work.folder)
     if len(work.models) == len(work.runs):
         work.indicators = dict(known.indicators)
-        if work.checks:
+        if work.models and work.checks:
             recalibrate(work)
     return known.iterations[: len(work.models)]
 

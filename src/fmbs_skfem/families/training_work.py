@@ -28,20 +28,21 @@ from ..reduction import full_runs
 from ..reduction import parameters as boxes
 from ..reduction.accuracy import error_budget
 from ..reduction.accuracy.error_budget import BudgetChoice
+from ..reduction.cases import Case, Family
 from ..reduction.full_runs import FullRun, TrainingTask, full_run
 from ..reduction.parameters import Search
 from ..reduction.reduced_models import ReducedModel, indicator, make_model, run_reduced
-from . import calibration, greedy
+from . import calibration, greedy, worth
 from . import training_store as store
 from .calibration import Calibration
 from .training_store import Pair
+from .worth import DoesNotPay
 
 LOWER_EPS, LOWER_ETA = 1e-2, 0.3  #: factors where truncation and hyper-reduction are the limit
 NEXT_EPS = 0.1  #: factor to eps where that was the coarsest that does at the first run, so that one which does elsewhere is near
 LOWERINGS = 2
 LARGE = 0.75  #: unknowns of a reduced model over coordinates of the full one, whose matrices are sparse, from which it does not pay
 # four-bar: 29 of 110 coordinates are 1.6 times as fast, 67 of them 0.7 to 0.95; shell: 20, 47, 105 of 138 are 5, 2.7, 1.0 times so
-HALF = 0.5  #: the same where the coarsest model is searched for, of which larger ones are known to be slower
 CHECK = -1  #: number of the run of a pair that is a check
 
 
@@ -73,6 +74,7 @@ class TrainingState:
     savable: bool = False  #: whether a file has to be able to hold the models
     proofs: int = 0  #: full runs that are not in the model and show that it is good enough; 0: they are not asked
     aim: float = 1.0  #: part of the wanted error that it keeps there
+    must_pay: bool = False  #: whether the training ends where no model can be faster than the full one
 
 
 def truncates(work: TrainingState) -> bool:
@@ -92,8 +94,8 @@ def pays(work: TrainingState) -> bool:
 
     At most 0.75 of the coordinates of the components, half of them where the coarsest model is searched for.
     """
-    full = sum(len(factor.modes) for factor in work.runs[-1].factors.values())
-    return sum(work.models[-1].modes.values()) <= (HALF if work.proofs else LARGE) * full
+    full = worth.coordinates(work.runs[-1])
+    return sum(work.models[-1].modes.values()) <= (worth.LARGEST if work.proofs else LARGE) * full
 
 
 def known_pairs(work: TrainingState) -> list[Pair]:
@@ -126,9 +128,7 @@ def proved(work: TrainingState) -> bool:
     fresh = {k: value for k, value in work.indicators.items() if k not in work.points}
     if not work.proofs or work.tolerance is None or not fresh or not all(map(math.isfinite, fresh.values())):
         return False
-    worst, own = max(fresh, key=lambda k: fresh[k]), calibrate(known_pairs(work))
-    if worst not in work.checks and calibration.predict(own, fresh[worst]).low > work.tolerance:
-        return False
+    worst = max(fresh, key=lambda k: fresh[k])
     while True:
         seen = unseen(work)
         errors = [pair.error for point, run in seen.items() for pair in pairs_at(work, [(CHECK, point, run)])]
@@ -147,7 +147,8 @@ def add_check(work: TrainingState, point: int) -> bool:
     run = full_runs.try_run(work.task, functools.partial(run_check, work, point), values_at(work, point))
     if isinstance(run, FullRun):
         work.checks[point] = run
-        recalibrate(work)
+        if work.models:
+            recalibrate(work)
     return isinstance(run, FullRun)
 
 
@@ -183,6 +184,39 @@ def values_at(work: TrainingState, point: int) -> dict[str, float]:
     return boxes.named(work.task.parameters, work.search.candidates[point])
 
 
+def require_worth(work: TrainingState) -> None:
+    """The first full run, with eps and eta chosen there: DoesNotPay where no model that knows it can be faster than the full."""
+    work.fast = replace(work.task, family=remember(work.task.family))
+    if work.tolerance is None or not add_check(work, work.search.first):
+        return
+    run = work.checks[work.search.first]
+    try:
+        take_choice(work, error_budget.choose(work.fast, run, work.tolerance, None, work.proofs > 0))
+    except NoModel as error:
+        raise DoesNotPay(f"no reduced model keeps the wanted error ({error})", run.cpu_s) from error
+    worth.require_fast(work.fast, run)
+
+
+def seconds(work: TrainingState) -> tuple[float, float]:
+    """Mean CPU times [s] of the full runs of the model and of reduced runs there, those that fail apart: 0 where all do."""
+    known = [(work.runs[k].cpu_s, work.motions[p].statistics.cpu_s) for k, p in enumerate(work.points) if p in work.motions]
+    full, reduced = np.mean(known or [(0.0, 0.0)], axis=0)
+    return float(full), float(reduced)
+
+
+def remember(family: Family) -> Family:
+    """A family that assembles no instance twice, for few of them."""
+    known: dict[tuple[tuple[str, float], ...], Case] = {}
+
+    def case(values: Mapping[str, float]) -> Case:
+        key = tuple(sorted(values.items()))
+        if key not in known:
+            known[key] = family(values)
+        return known[key]
+
+    return case
+
+
 def extend(work: TrainingState, point: int) -> None:
     """The full run at a candidate, unless there is one, and the model of all runs up to it.
 
@@ -201,9 +235,13 @@ def extend(work: TrainingState, point: int) -> None:
     if work.tolerance is not None and work.choice is None:
         step = full_runs.step_error(work.task, values, run)
         take_choice(work, error_budget.choose(work.fast, run, work.tolerance, step, work.proofs > 0))
+    if work.must_pay:
+        worth.require_small(work.fast, work.runs)
     model = make_savable(work, work.runs)
     work.models, work.indicators, work.motions, work.stale = [*work.models[:number], model], {}, {}, False
     work.pairs = [*work.pairs, *before, *recalibrate(work)]
+    if work.must_pay:
+        worth.require_gain(*seconds(work))
     notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
     store.keep_model(work.folder, number + 1, model, notes)
     store.keep_indicators(work.folder, number + 1, work.indicators)

@@ -21,6 +21,7 @@ from ..core.storage.records import dataclass
 from ..families import comparators, greedy, parametric_model, prediction
 from ..families import training as trainings
 from ..families import training_store as store
+from ..families.worth import DoesNotPay
 from ..reduction import files, parameters, reduced_models
 from ..reduction.accuracy.costs import FAST, Payoff
 from ..reduction.full_runs import Measure, OutputMeasure, TrainingTask
@@ -57,13 +58,15 @@ class TrainingOrder:
     points: TrainingPoints
     tolerance: float | None  #: wanted error in the measure of the task
     aim: float = 1.0  #: part of it that the model is to keep at hold-out points
+    must_pay: bool = False  #: whether it ends where no model can be faster than the full one of an accuracy
     allowed: Mapping[str, float] | None = None  #: wanted largest errors of outputs, of which `tolerance` 1 is the whole
 
     @property
     def proof(self) -> dict[str, Any]:
         """What the training is told of its checks: where hold-out points follow, they show whether the model is good enough."""
         follow = len(self.points.holdout) >= prediction.PROOFS
-        return {"checks": trainings.CHECKS, "proofs": trainings.CHECKS if follow else 0, "aim": self.aim}
+        proofs = trainings.CHECKS if follow else 0
+        return {"checks": trainings.CHECKS, "proofs": proofs, "aim": self.aim, "must_pay": self.must_pay}
 
     @property
     def measure(self) -> str:
@@ -79,8 +82,8 @@ class TrainingOrder:
 class TrainingResult(Result):
     """A reduced model of a box of parameters."""
 
-    model: ParametricModel
-    training: FinishedTraining
+    model: ParametricModel | None  #: None where none can pay
+    training: FinishedTraining | None
     holdout: Checked | None  #: what was found at hold-out points
 
 
@@ -94,6 +97,8 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool)
     try:
         advance, place, begun = job.progress("training"), out / STORE if out else None, clock.process_time()
         found = trainings.train(order.task, order.search, order.options, place, order.tolerance, advance, True, **order.proof)
+    except DoesNotPay as error:
+        return decline(job, order, error, clock.process_time() - begun, made)
     except NoModel as error:
         report = {**describe_error(error), **heading(order), **made}
         jobs.deliver(job, report)
@@ -128,6 +133,31 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool)
     return TrainingResult(about=about, report=report, lines=view, figures=figures, model=model, training=found, holdout=checked)
 
 
+def decline(job: Job, order: TrainingOrder, error: DoesNotPay, spent: float, made: Mapping[str, Any]) -> TrainingResult:
+    """No model, since none can be faster than the full one of the accuracy: what was found, and what to do instead."""
+    payoff = Payoff(error.full_s, spent, error.run_s, error.reason)
+    report = {
+        **heading(order),
+        "status": "does not pay",
+        **payoff.report,
+        "reason": error.reason,
+        "cpu_s_full": payoff.full_s,
+        "cpu_s": None if math.isnan(payoff.run_s) else payoff.run_s,
+        "training_s": payoff.training_s,
+        "accuracy": str(job.wanted),
+        "tolerance": order.tolerance,
+        **made,
+    }
+    jobs.deliver(job, report)
+    option = "" if job.accuracy is None else f" --accuracy {job.accuracy}"
+    sweep = f"fmbs sweep {order.scene.path or 'SCENE'}{option}"
+    plan = "" if job.plan is None else f" ({job.plan.words})"
+    remedy = f"No model: take the full one{plan}, as {sweep} does; --tolerance {order.tolerance:g} trains one all the same."
+    lines = [payoff.words, remedy, *list_files(report)]
+    about = f"{report['scene']}: {payoff.words}"
+    return TrainingResult(about=about, report=report, lines=lines, model=None, training=None, holdout=None)
+
+
 def save_model(model: ParametricModel, out: Path) -> list[Path]:
     """The model in its folder."""
     parametric_model.save(model, out / MODEL)
@@ -147,7 +177,7 @@ def prepare(
     allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
     measure: Measure | None = OutputMeasure(allowed or {}) if scene.outputs else None
     aim, own = HALF, 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
-    if own is None and tolerance is None and job.wanted is not None and scene.outputs:
+    if must_pay := own is None and tolerance is None and job.wanted is not None and bool(scene.outputs):
         aim, (own, measure) = 1.0, plans.tolerance_for(job.wanted)  # which is a share of the accuracy
     wanted = own if tolerance is None else tolerance
     form = functools.partial(build.chosen_form, scene)
@@ -159,7 +189,7 @@ def prepare(
         raise InputError(
             say("--tolerance", "an error between 0 and 1, a part of the ranges of the outputs", wanted, "1e-4 for instance")
         )
-    return TrainingOrder(scene, task, search, options, chosen, wanted, aim, allowed)
+    return TrainingOrder(scene, task, search, options, chosen, wanted, aim, must_pay, allowed)
 
 
 def folder(job: Job, scene: Scene, resume: bool) -> Path | None:
@@ -202,19 +232,20 @@ def find_doubts(order: TrainingOrder, found: FinishedTraining, checked: Checked 
 
 
 def find_payoff(found: FinishedTraining, checked: Checked | None, spent: float) -> Payoff:
-    """Whether the model pays beside the cheapest full run; `spent` is the CPU time of the training in this process [s].
+    """Whether the model pays beside full runs at the same points; `spent` is the CPU time of the training in this process [s].
 
     Of a training that went on in its folder that is a part: what its stored runs and models have taken counts at least.
     """
-    if checked is not None:
-        run_s = checked.last.run_s
-    else:
-        try:
-            run_s = reduced_models.run_reduced(found.task, found.model.cases(found.runs[-1].values)).statistics.cpu_s
-        except FmbsError:
-            run_s = math.nan
     full = [run.cpu_s for run in found.full_runs]
-    return Payoff(min(full), max(spent, sum(full) + sum(model.training_s for model in found.models)), run_s)
+    training_s = max(spent, sum(full) + sum(model.training_s for model in found.models))
+    if checked is not None:
+        return Payoff(checked.full_s, training_s, checked.last.run_s)
+    run = found.runs[-1]
+    try:
+        run_s = reduced_models.run_reduced(found.task, found.model.cases(run.values)).statistics.cpu_s
+    except FmbsError:
+        run_s = math.nan
+    return Payoff(run.cpu_s, training_s, run_s)
 
 
 def warn_of_cost(order: TrainingOrder, payoff: Payoff, checked: Checked | None) -> None:

@@ -70,6 +70,11 @@ class Checked:
         return np.flatnonzero(~np.isnan(self.true))
 
     @property
+    def full_s(self) -> float:
+        """CPU time [s] of a full run, the median of the points at which the last model has a motion as well."""
+        return comparators.median([trial.full_s for trial in self.last.trials])
+
+    @property
     def inside(self) -> float | None:
         """Part of the points whose true error lies in the predicted band; None where nothing is predicted or known."""
         if not self.predictions or not len(self.known):

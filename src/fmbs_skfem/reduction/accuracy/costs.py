@@ -54,6 +54,7 @@ class Payoff:
     full_s: float
     training_s: float
     run_s: float
+    doubt: str = ""  #: why no model was made
 
     @property
     def speedup(self) -> float:
@@ -63,7 +64,7 @@ class Payoff:
     @property
     def pays(self) -> bool:
         """Whether it is so much faster that its training is worth while for many runs."""
-        return self.speedup >= FAST
+        return not self.doubt and self.speedup >= FAST
 
     @property
     def runs(self) -> float | None:
@@ -73,6 +74,8 @@ class Payoff:
     @property
     def reason(self) -> str:
         """Why it does not pay; nothing where it does."""
+        if self.doubt:
+            return self.doubt
         if math.isnan(self.speedup):
             return "a run of it fails"
         return "" if self.pays else f"{self.speedup:.2g} times as fast as the full model"
@@ -82,12 +85,14 @@ class Payoff:
         """All of that in a line."""
         full, training, run = map(seconds_in_words, (self.full_s, self.training_s, self.run_s))
         told = f"does not pay: {self.reason}" if self.runs is None else f"pays from {math.ceil(self.runs)} runs"
-        return f"full: {full} a run; training {training}; reduced {run}: {told}"
+        reduced = "" if math.isnan(self.run_s) and self.doubt else f"; reduced {run}"
+        return f"full: {full} a run; training {training}{reduced}: {told}"
 
     @property
     def report(self) -> dict[str, Any]:
         """The same for reports."""
-        return {"pays": self.pays, "pays_after_runs": self.runs, "speedup": self.speedup}
+        speedup = None if math.isnan(self.speedup) and self.doubt else self.speedup
+        return {"pays": self.pays, "pays_after_runs": self.runs, "speedup": speedup}
 
 
 def seconds_in_words(seconds: float) -> str:

@@ -12,7 +12,7 @@ Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, equations (14), (45), doi 10.1016
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 from ...core.errors import FmbsError, InputError, NoModel, say
@@ -32,6 +32,8 @@ LARGEST_EPS, SMALLEST_EPS = 1e-6, 1e-24
 LARGEST_ETA, SMALLEST_ETA = 1e-2, 1e-6
 REFINED, DECADE = 3, 10.0  #: halvings of an interval of eps, down to this ratio of its ends
 TRIALS = 8  #: of eps, and of eta
+FLAT, FAR = 0.8, 30.0  #: ratio of errors that no longer fall while eps falls by so much: by ten, modes may be the same
+SAME = 1.25  #: error over the best one that is as good
 UNSTABLE = 1e-3  #: factor to eps where the reduced run fails
 SAFE = 0.5  #: of the eps that just keeps its share
 NAMED = 3  #: outputs that are named where none is good enough
@@ -99,12 +101,13 @@ def choose_eps(task: TrainingTask, run: FullRun, tolerance: float, part: float, 
     found: dict[float, float] = {}
     for _ in range(TRIALS):
         found[eps] = error_at(task, run, replace(task.plan, tolerance=eps, modes=None, hyper=plain))
-        if found[eps] <= share or eps <= SMALLEST_EPS:
+        if found[eps] <= share or eps <= SMALLEST_EPS or stays(found):
             break
         # the same law from the error that was found, with some room, since modes come one by one
         factor = SAFE * (share / found[eps]) ** 2 if math.isfinite(found[eps]) else UNSTABLE
         eps = clip(eps * max(factor, UNSTABLE), SMALLEST_EPS, LARGEST_EPS)
-    best = min(found, key=lambda eps: found[eps])
+    least = min(found.values())
+    best = max(eps for eps in found if found[eps] <= (share if least <= share else SAME * least))
     for _ in range(refined if found[best] <= share else 0):
         # coarse models err by anything, and say little of the eps that would do: the law has jumped too far behind them
         if (rough := min((eps for eps in found if found[eps] > share and eps > best), default=best)) <= DECADE * best:
@@ -118,6 +121,14 @@ def choose_eps(task: TrainingTask, run: FullRun, tolerance: float, part: float, 
         remedy = "take snapshots more often, leave these outputs out, or lower the tolerance of Newton's method"
         raise NoModel(say("tolerance", expected, tolerance, remedy))
     return best, found[best]
+
+
+def stays(found: Mapping[float, float]) -> bool:
+    """Whether the last errors by eps are what other things than truncation make: snapshots too few, or Newton's tolerance."""
+    if len(found) < 3:
+        return False
+    (first, before), _, (last, after) = [*found.items()][-3:]
+    return math.isfinite(before) and after > FLAT * before and last * FAR < first
 
 
 def choose_eta(task: TrainingTask, run: FullRun, adds: float, eps: float, truncation: float) -> tuple[float | None, float]:

@@ -1,0 +1,79 @@
+r"""Whether a reduced model can be worth its training: known from the first full runs, before anything is sampled or searched for.
+
+    gain = t_full / t_reduced of one instance;    it does not pay where gain < FAST, or where r > LARGEST n
+
+Models only grow: the one that a training ends with has at least as many modes r as that of its first full run, and where a run is
+not followed as many as one that knows it. So a model that is no faster, or a basis that is too large beside the n coordinates of
+the full model, ends a training long before its end. Seconds decide, since they are what is saved.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..core.errors import NoModel, SolverError
+from ..reduction import full_runs, reduced_models
+from ..reduction.accuracy.costs import FAST
+from ..reduction.accuracy.runs import PATIENCE
+from ..reduction.full_runs import FullRun, TrainingTask
+from ..reduction.reduced_models import Bases
+
+LARGEST = 0.5  #: modes over coordinates of the full model, whose matrices are sparse: from there on a model is at most as fast
+# gains of 1.05 (spin-up), 1.1 (double pendulum), 1.4 (four-bar), 1.7 (shell of 147 coordinates) at half of them
+REPEAT = 3  #: runs of either model of which the fastest counts, as long as the reduced one is not faster
+
+
+class DoesNotPay(NoModel):
+    """No reduced model of the wanted error is faster than the full one; seconds of a run of both, NaN where there is none."""
+
+    def __init__(self, reason: str, full_s: float, run_s: float = math.nan) -> None:
+        super().__init__(f"does not pay: {reason}")
+        self.reason, self.full_s, self.run_s = reason, full_s, run_s
+
+
+def coordinates(run: FullRun) -> int:
+    """Coordinates of all components of the full model."""
+    return sum(len(factor.modes) for factor in run.factors.values())
+
+
+def count_modes(bases: Bases) -> int:
+    """Modes of all components."""
+    return sum(basis.modes.shape[1] for basis in bases.values())
+
+
+def require_small(task: TrainingTask, runs: Sequence[FullRun]) -> None:
+    """DoesNotPay where the basis of some runs has too many modes: their singular values say so without any reduced run."""
+    found = reduced_models.bases(task, task.family(runs[0].values).system, runs)
+    modes, full = count_modes(found), coordinates(runs[0])
+    if modes > LARGEST * full:
+        many = f"{len(runs)} full runs" if len(runs) > 1 else "one full run"
+        reason = f"the wanted error takes {modes} modes for {many}, where the full model has {full} coordinates"
+        raise DoesNotPay(reason, float(np.mean([run.cpu_s for run in runs])))
+
+
+def require_gain(full_s: float, run_s: float) -> None:
+    """DoesNotPay where a reduced run takes nearly as long as the full one."""
+    if full_s < FAST * run_s:
+        raise DoesNotPay(f"{full_s / run_s:.2g} times as fast as the full model", full_s, run_s)
+
+
+def require_fast(task: TrainingTask, run: FullRun) -> None:
+    """DoesNotPay where the reduced model of one full run is too large, or not faster than the full one.
+
+    The fastest of some runs of either count, one beside the other: what else a computer does makes runs slower by halves.
+    """
+    require_small(task, [run])
+    case = reduced_models.reduced_case(task, reduced_models.train_reduction(task, [run]), run.values)
+    full_s, run_s = run.cpu_s, math.inf
+    with contextlib.suppress(SolverError):  # a run that fails asks for others
+        for number in range(REPEAT):
+            run_s = min(run_s, reduced_models.run_reduced(task, case).statistics.cpu_s)
+            if full_s >= FAST * run_s or full_s > PATIENCE:
+                break
+            if number:
+                full_s = min(full_s, full_runs.run_case(task, task.family(run.values)).statistics.cpu_s)
+        require_gain(full_s, run_s)
