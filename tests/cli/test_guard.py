@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
-from fmbs_skfem.reduction import files, guarded
+from fmbs_skfem import studies
+from fmbs_skfem.reduction import cases, files, guarded
 
 from .calls import fmbs
 from .test_rom import TRAINING
@@ -161,3 +163,26 @@ def test_other_models_and_options_are_refused(folder: Path, tmp_path: Path) -> N
     alone = fmbs("rom", "run", folder / "swing.h5", "--accuracy", "1e-3")
     assert alone.code == 3
     assert "with --guard SCENE the full model keeps another one" in " ".join(alone.err.split())
+
+
+def test_scenes_with_events_are_reduced_and_not_guarded(tmp_path: Path) -> None:
+    """What looks at every step can change no model: the file is made, and a guarded run of it is refused."""
+    path = kept(tmp_path / "swing.yaml", SWING + "events: {low: {when: tip.y + 1.9, stop: true}}\n")
+    done = fmbs("reduce", path, "--out", tmp_path / "swing.h5", "--json")
+    assert done.code == 0, done.err
+    refused = fmbs("rom", "run", tmp_path / "swing.h5", "--guard", path)
+    assert refused.code == 3
+    assert "expected a scene without events and controllers, got" in " ".join(refused.err.split())
+
+
+def test_what_guarded_runs_need_costs_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The reduced model runs twice, to be timed; the second time with other velocities."""
+    runs, legs = Mock(wraps=cases.run), Mock(wraps=guarded.Leg)
+    monkeypatch.setattr(cases, "run", runs)
+    monkeypatch.setattr(guarded, "Leg", legs)
+    found = studies.reduce(kept(tmp_path / "swing.yaml", SWING))
+    reduced = [one for one in runs.call_args_list if one.args[0].system.size == found.system.size]
+    assert (len(reduced), legs.call_count) == (1, 1)
+    again, _ = guarded.growth(found.case)
+    assert found.known.growth == pytest.approx(again, rel=1e-3)
+    assert found.known.growth > 1e-3

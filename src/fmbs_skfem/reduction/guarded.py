@@ -87,8 +87,8 @@ class Known:
     states: Annotated[np.ndarray, Reals("s r")]  #: of this motion
 
 
-def know(task: TrainingTask, model: ReducedModel, full: Trajectory, motion: Trajectory) -> Known:
-    """What is noted of a model in its file, from its motion and the full one over the training."""
+def know(task: TrainingTask, model: ReducedModel, motion: Trajectory, distance: float, growth: float) -> Known:
+    """What is noted of a model in its file, from its motion over the training, which is `distance` [m] from the full one."""
     case = task.family({})
     looks = LOOKS * max(round(case.duration / case.scheme.step) // WINDOW, FEWEST)
     few = evenly(0, len(motion.times) - 1, min(len(motion.times), looks))
@@ -99,30 +99,38 @@ def know(task: TrainingTask, model: ReducedModel, full: Trajectory, motion: Traj
         task.plan.eliminate,
         task.plan.invariant,
         errors.indicator(case.system, motion.part(few), case.scheme),
-        float(errors.compare(full, motion).distance.max()),
-        growth(model.cases({})),
+        distance,
+        growth,
         motion.x[evenly(0, len(motion.times) - 1, min(len(motion.times), STATES))],
     )
 
 
-def growth(case: Case) -> float:
+def growth(case: Case, motion: Trajectory | None = None, kept: np.ndarray | None = None) -> tuple[float, float]:
     """Largest displacement over time that a change of the first velocities makes in a reduced model, over that of a free flight.
 
     max_t |dx(t)| / (|dx'(0)| T) of a change along a random direction, always the same, in the norm of the modes. Where it is larger
-    than in the training, errors grow faster than they did there. NaN where the motion fails.
+    than in the training, errors grow faster than they did there. The motion without the change is given, after the steps `kept`
+    (s,), or found. Also the CPU time [s] of the motion with it, which costs what the model costs. NaN where a motion fails, and in
+    scenes with events and controllers, which have no guarded runs.
     """
-    steps, scheme = steps_in(case.scheme, case.duration), replace(case.scheme, start="reference")
+    steps, lift = steps_in(case.scheme, case.duration), case.system.lift
     change = np.random.default_rng(0).normal(size=case.system.size)
-    size = PERTURBED * case.system.scale / float(np.linalg.norm(change))
-    leg = Leg(case.system, scheme, case.newton, steps, steps)
-    start = leg.now
+    change *= PERTURBED * case.system.scale / float(np.linalg.norm(change))
     try:
-        one = leg.take(steps).x.copy()
-        leg.put(start._replace(rate=start.rate + size * np.asarray(case.system.lift.matrix @ change)))
-        largest = float(np.linalg.norm(leg.take(steps).x - one, axis=1).max())
-    except SolverError:
-        return math.nan
-    return largest / (PERTURBED * case.system.scale * case.duration)
+        leg = Leg(case.system, replace(case.scheme, start="reference"), case.newton, steps, steps)
+        start = leg.now
+        if motion is None:
+            known, rows = leg.take(steps).x.copy(), np.arange(steps + 1)
+        else:
+            known, rows = motion.x, np.arange(steps + 1) if kept is None else kept
+            start = start._replace(q=lift(motion.x[0]), rate=np.asarray(lift.matrix @ motion.v[0]))
+        leg.put(start._replace(rate=start.rate + np.asarray(lift.matrix @ change)), case.scheme.start == "equilibrium")
+        before = leg.cpu_s
+        apart = leg.take(steps).x[rows] - known
+    except (SolverError, InputError):
+        return math.nan, math.nan
+    largest = float(np.linalg.norm(apart, axis=1).max())
+    return largest / (PERTURBED * case.system.scale * case.duration), leg.cpu_s - before
 
 
 @dataclass(frozen=True)
@@ -334,7 +342,7 @@ class Guard:
     def run(self) -> Guarded:
         """The whole motion; SolverError, with the motion so far, where the full model has none."""
         own = self.reduced()
-        now = growth(reduced_models.reduced_case(self.task, self.own, {}))
+        now, _ = growth(reduced_models.reduced_case(self.task, self.own, {}))
         self.growth = errors.over(now, self.known.growth)
         if not self.growth <= 1.0:
             self.budget *= 1.0 / self.growth if self.growth > 0.0 else 0.0  # nothing where that motion fails
