@@ -106,7 +106,7 @@ SCENES = {
     "powers of a unit": (changed(BEAM, "load: 0.5 N", f"{POWERS}, load: 0.5 N"), "a quantity whose unit has small powers"),
     "steps": (changed(BEAM, "duration: 10 ms, step: 1 ms", "duration: 1e9, step: 1e-9"), "at most 10000000 steps"),
     "more steps": (changed(BEAM, "duration: 10 ms, step: 1 ms", "duration: 1e300, step: 1e-300"), "at most 10000000 steps"),
-    "spans": (changed(BEAM, "step: 1 ms", "step: 1 ms, every: [{every: 1e300}]"), "a multiple of the step"),
+    "spans": (changed(BEAM, "step: 1 ms", "step: 1 ms, every: [{every: 1e-300}]"), "at most 10000000 states"),
     "modes": (changed(BEAM, "{type: dynamic, duration: 10 ms, step: 1 ms}", f"{{type: modes, count: {10**18}}}"), "1e+06"),
     "refinement": (changed(BEAM, "line: beam", f"refine: {10**9}"), "a number <= 1000"),
 }

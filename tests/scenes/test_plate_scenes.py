@@ -222,7 +222,7 @@ def test_spatial_system() -> None:
             "type: pressure, body: crank, pressure: 1",
             "scene:30: loads.weight",
         ),
-        ("every: 5 ms}", "every: 5.5 ms}", r"scene:37: analysis.every\[0\].every: expected a multiple of the step 0.001 s"),
+        ("every: 5 ms}", "every: 1 ns}", r"scene:37: analysis.every\[0\].every: expected at most 10000000 states"),
         ("until: 0.05 s, ", "", "scene:37: analysis.every: expected the key 'until' in every span but the last"),
         ("{every: 2 ms}", "{until: 0.01 s, every: 2 ms}", "scene:37: analysis.every: expected spans that end one after the other"),
         (
@@ -234,11 +234,6 @@ def test_spatial_system() -> None:
             "every: [{until: 0.05 s, every: 5 ms}, {every: 2 ms}]",
             "every: 0",
             "scene:37: analysis.every: expected a number >= 1 .a number of steps, a time such as 5 ms",
-        ),
-        (
-            "every: [{until: 0.05 s, every: 5 ms}, {every: 2 ms}]",
-            "every: 2.5 ms",
-            "scene:37: analysis.every.*: expected a multiple of",
         ),
         ("until: 50 ms", "until: 50.5 ms", r"scene:43: reduction.snapshots\[1\].until: expected a multiple"),
         ("component: x", "component: z", "scene:39: outputs.x_B.component: expected x or y in the plane"),

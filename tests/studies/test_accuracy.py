@@ -196,6 +196,28 @@ def test_the_tolerance_follows_the_accuracy(name: str) -> None:
         assert error.relative <= 0.05 * step[column].relative, column
 
 
+def test_times_of_outputs_ask_for_no_steps(tmp_path: Path) -> None:
+    """Steps are those of the accuracy, longer than the time between outputs, which are as good there; resumed bit for bit."""
+    usual = studies.run(scene(tmp_path, SWING % "1e-3", RAMP)).report["accuracy"]
+    path = scene(tmp_path, (SWING % "1e-3").replace("rho_inf", "every: 0.37 ms, rho_inf"), RAMP)
+    whole, out = studies.run(path, out=tmp_path / "whole", checkpoint=0.0), tmp_path / "out"
+    plan = whole.report["accuracy"]
+    assert plan == usual
+    assert plan["step"] > 0.37e-3
+    times = whole.trajectory.times
+    np.testing.assert_allclose(times[:-1], 0.37e-3 * np.arange(len(times) - 1), atol=1e-12)
+    assert times[-1] == pytest.approx(0.5)
+    pilots = ScenePilots(scenes.read(path), within=True)
+    finer = build.dynamic(scenes.read(path)).piloted(8 * plan["steps"], 8)
+    with_times = replace(finer, every=build.dynamic(scenes.read(path)).every).solve(pilots.system(4 * plan["cells"]))
+    errors = output_errors.between(output_errors.columns(with_times), whole.outputs, pilots.any_system.outputs)
+    assert max(error.relative for error in errors.values()) < 1e-3
+    assert fmbs("run", path, "--out", out, "--checkpoint", "0.001", "--time-limit", "0.001").code == 6
+    gone_on = studies.resume(out)
+    for name, values in whole.outputs.items():
+        np.testing.assert_array_equal(values, gone_on.outputs[name])
+
+
 def test_samples_of_a_sweep_have_the_cells_and_the_step_of_the_plan(tmp_path: Path) -> None:
     path = scene(tmp_path, SWING % "1e-2", RAMP)
     path.write_text(path.read_text().replace("{load: 0.5 N}", "{load: {value: 0.5 N, range: [0.4 N, 0.6 N]}}"))

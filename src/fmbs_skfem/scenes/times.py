@@ -33,6 +33,21 @@ def numbers(spans: Spans, step: float, duration: float) -> np.ndarray:
     return np.concatenate(parts)
 
 
+def instants(spans: Spans, step: float, duration: float) -> np.ndarray | None:
+    """Times (s,) [s], 0 first, at which spans of time ask for a state, and the end; None where all are whole numbers of steps."""
+    counted = [time for span in spans for time in (span.every, span.until) if time is not None]
+    if all(count_steps(time, step) is not None for time in counted):
+        return None
+    parts, begin = [np.array([0.0])], 0.0
+    for k, span in enumerate(spans):
+        until = duration if span.until is None or k == len(spans) - 1 else min(duration, span.until)
+        count = int((until - begin) / span.every * (1.0 + NEAR))
+        parts.append(begin + span.every * np.arange(1.0, count + 1.0))
+        begin = max(begin, until)
+    found = np.concatenate(parts)
+    return np.append(found[found < duration * (1.0 - NEAR)], duration)
+
+
 def kept(every: int | Spans, step: float, duration: float) -> int | np.ndarray:
     """What `dynamics.integrate` takes as `every`; with spans the last step is always kept."""
     return every if isinstance(every, int) else np.union1d(numbers(every, step, duration), round(duration / step))

@@ -197,10 +197,11 @@ def refused(job: Job, warning: str = "") -> Warned | None:
     return Warned(f"{found} (an error by --strict)") if found else None
 
 
-def read_scene(job: Job, plans: bool = True) -> Scene:
+def read_scene(job: Job, plans: bool = True, within: bool = False) -> Scene:
     """The scene of a job with its parameters and the duration of a dynamic analysis replaced.
 
-    What its accuracy leaves open is found by pilot runs; without `plans` it has some step and the cells of its meshes.
+    What its accuracy leaves open is found by pilot runs; without `plans` it has some step and the cells of its meshes. Where states
+    may lie `within` steps, their times do not count for the step.
     """
     from .. import scenes
     from ..scenes import build
@@ -219,7 +220,7 @@ def read_scene(job: Job, plans: bool = True) -> Scene:
     if job.accuracy is not None:
         scene = with_accuracy(scene, job.accuracy)
     scene = fit_step(scene) if scene.analysis.moves else scene
-    return plan(job, scene, plans) if isinstance(scene.analysis, History) else scene
+    return plan(job, scene, plans, within) if isinstance(scene.analysis, History) else scene
 
 
 def with_duration(scene: Scene, duration: float) -> Scene:
@@ -251,7 +252,7 @@ def with_accuracy(scene: Scene, text: str | float) -> Scene:
     return found
 
 
-def plan(job: Job, scene: Scene, plans: bool) -> Scene:
+def plan(job: Job, scene: Scene, plans: bool, within: bool = False) -> Scene:
     """The scene with what its accuracy leaves open found, or with some step."""
     from ..scenes import build, where
 
@@ -266,7 +267,7 @@ def plan(job: Job, scene: Scene, plans: bool) -> Scene:
         return scene.chosen(None, None)
     from .planning import planned
 
-    job.plan = planned.find(scene, job.allow_outside, job.progress("choosing step and mesh"))
+    job.plan = planned.find(scene, job.allow_outside, job.progress("choosing step and mesh"), within)
     return job.plan.scene(scene)
 
 

@@ -16,6 +16,8 @@ from ...core.storage.records import dataclass
 from ...core.values.fields import Takes, Time, quantity
 from ...core.values.problems import Found, Keys, Problem
 from ...dynamics import GeneralizedAlpha, Newton, Trajectory, rest
+from ...dynamics.instants import Instants
+from ...dynamics.observers import Observer
 from ...dynamics.scheme import DYNAMIC, Start
 from ...dynamics.tracing import FEW
 from .. import field_kinds as fields
@@ -44,6 +46,8 @@ STEP = Takes(
 @dataclass(frozen=True, kw_only=True)
 class Dynamic(History):
     """Time integration by generalized-alpha; every `every`-th step is kept, or states every so many seconds, span by span.
+
+    States at times that are no multiples of the step are interpolated within steps, with the order of the method.
 
     The motion starts as the scene is drawn, or in the equilibrium of its loads at t = 0, with the initial motion put on top of it.
 
@@ -103,6 +107,18 @@ class Dynamic(History):
         """What `dynamics.integrate` takes as `every`: states to be kept."""
         return times.kept(self.every, self.step, self.duration)
 
+    @property
+    def within(self) -> np.ndarray | None:
+        """Instants (s,) [s] of states within steps; None where all are at ends of steps."""
+        return times.instants(self.every, self.step, self.duration) if isinstance(self.every, tuple) else None
+
+    def sampled(self) -> tuple[int | np.ndarray, list[Observer]]:
+        """What `dynamics.integrate` takes as `every`, and who gives states within steps."""
+        if (asked := self.within) is None:
+            return self.kept, []
+        found = Instants(asked, self.scheme, self.duration)
+        return found.steps, [found]
+
     def settled(self, step: float | None, local_error: float = 0.0, tolerance: float | None = None) -> Dynamic:
         if step is None:
             return replace(self.counted(), accuracy=None)
@@ -125,7 +141,7 @@ class Dynamic(History):
         return np.minimum(np.arange(int(np.ceil(self.duration / self.step)) + 1) * self.step, self.duration)
 
     def work(self) -> Work:
-        steps, kept = round(self.duration / self.step), self.kept
+        steps, kept = round(self.duration / self.step), self.sampled()[0]
         stored = len(kept) if isinstance(kept, np.ndarray) else steps // kept + 1
         counts = {"steps": steps, "stored_states": stored}
         forces, factors, before = ITERATIONS + 4 * FACTORED, FACTORED, 0.0 if self.drawn else rest.LOAD_STEPS * statics.ITERATIONS
@@ -135,12 +151,14 @@ class Dynamic(History):
     def solve(
         self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
     ) -> Trajectory:
-        return dynamics.integrate(system, self.scheme, self.duration, self.newton, self.kept, advance, watch, resume)
+        every, observers = self.sampled()
+        return dynamics.integrate(system, self.scheme, self.duration, self.newton, every, advance, watch, resume, observers)
 
     def solve_for_outputs(
         self, system: System, advance: Progress | None = None, watch: Record | None = None, resume: Resumed | None = None
     ) -> Trajectory:
-        given = system, self.scheme, self.duration, self.newton, self.kept, advance, watch, resume
+        every, observers = self.sampled()
+        given = system, self.scheme, self.duration, self.newton, every, advance, watch, resume, observers
         return dynamics.integrate(*given, states=FEW)
 
     def examine(self, scene: Scene, raw: System) -> None:
@@ -152,6 +170,10 @@ class Dynamic(History):
         key = ("analysis", "step")
         if self.accuracy is not None:
             yield from of_outputs(self.accuracy, scene.outputs, ("analysis", "accuracy"))
+        for i, span in enumerate(self.every if isinstance(self.every, tuple) else ()):
+            if self.duration > times.STEPS * span.every:
+                got = f"{span.every:g} s for {self.duration:g} s"
+                yield ("analysis", "every", i, "every"), Problem(f"at most {times.STEPS} states", got, "keep fewer")
         if self.open:
             if self.accuracy is None and self.step == LEFT_OUT:
                 yield key, Problem("a step, or an accuracy for which one is found", "neither", "add step: 1 ms or accuracy: 1e-3")
@@ -161,7 +183,6 @@ class Dynamic(History):
         if self.duration > times.STEPS * self.step:
             got = f"{self.step:g} s for {self.duration:g} s"
             yield key, Problem(f"at most {times.STEPS} steps", got, "shorten the duration, or lengthen the step")
-        yield from self.uneven(("analysis", "every"), self.every)
         if scene.reduction is not None:
             yield from self.uneven(("reduction", "snapshots"), scene.reduction.snapshots)
 

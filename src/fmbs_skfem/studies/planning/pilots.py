@@ -50,10 +50,10 @@ class ScenePilots:
     """Runs of a scene, and their differences beside its accuracy.
 
     A level of cells is the number of them in every line that has none of its own; where all have theirs, how many times as many
-    these become in every direction.
+    these become in every direction. States may be asked for `within` steps.
     """
 
-    def __init__(self, scene: Scene, allow_outside: bool = False) -> None:
+    def __init__(self, scene: Scene, allow_outside: bool = False, within: bool = False) -> None:
         self.scene, self.allow_outside = scene, allow_outside
         self.analysis = build.history(scene)
         if self.analysis.accuracy is None:
@@ -65,7 +65,7 @@ class ScenePilots:
         meshed = [name for name, found in fine.items() if found is not scene.bodies[name]]
         self.refined = [name for name in meshed if fine[name] is not None]  #: bodies whose cells stay as they are, but can be finer
         self.unjudged = [name for name in meshed if fine[name] is None]
-        self.grid = grid_of(scene) if scene.analysis.moves else 1
+        self.grid = grid_of(scene, within) if scene.analysis.moves else 1
         self.systems: dict[int, System] = {}
         self.titles: tuple[str, ...] = ()  #: of the columns that are compared
         self.room = 0.0  #: what a motion may err by, over its size, as far as it is known
@@ -255,10 +255,13 @@ def until(found: Found, time: float) -> Found:
     return found._replace(times=found.times[early], columns={name: values[early] for name, values in found.columns.items()})
 
 
-def grid_of(scene: Scene) -> int:
-    """The fewest equal steps of a motion of which all other times that count steps are whole numbers."""
+def grid_of(scene: Scene, within: bool = False) -> int:
+    """The fewest equal steps of a motion of which all other times that count steps are whole numbers.
+
+    Those of states are none where these may lie `within` steps.
+    """
     analysis, spans = build.dynamic(scene), []
-    for every in (analysis.every, scene.reduction.snapshots if scene.reduction else None):
+    for every in (analysis.every, scene.reduction.snapshots if scene.reduction else None) if not within else ():
         spans += [time for span in every for time in (span.every, span.until)] if isinstance(every, tuple) else []
         spans += [every] if isinstance(every, float) else []
     spans += [one.sample for one in scene.controllers.values()]

@@ -56,12 +56,12 @@ class Planned:
         return scene.chosen(self.cells, self.step, self.local_error, self.tolerance)
 
 
-def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = None) -> Planned:
-    """Cells and step for the accuracy of a scene; warnings of what is not met, or not judged.
+def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = None, within: bool = False) -> Planned:
+    """Cells and step for the accuracy of a scene; warnings of what is not met, or not judged. States may lie `within` steps.
 
     SolverError where no number of steps resolves the motion, InputError for an accuracy that no output has the unit of.
     """
-    analysis, pilots = build.history(scene), ScenePilots(scene, allow_outside)
+    analysis, pilots = build.history(scene), ScenePilots(scene, allow_outside, within)
     cells = 2 * pilots.fewest if pilots.open else 1 if pilots.refined else 0
     motion = build.dynamic(scene) if analysis.moves else None
     if motion is None and not cells:

@@ -40,7 +40,7 @@ def run_source(job: Job, step: float | None = None, picture: bool = False) -> Ru
         raise InputError(say("--picture", "a saved reduced model (.h5)", f"{job.path}", "draw a scene with fmbs render"))
     if step is not None:
         raise InputError(say("--step", "a saved reduced model (.h5)", f"{job.path}", "a scene has its own step: analysis.step"))
-    scene = jobs.read_scene(job)
+    scene = jobs.read_scene(job, within=True)
     if given and not scene.analysis.moves:
         raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
     if given and job.out is None:
@@ -50,7 +50,7 @@ def run_source(job: Job, step: float | None = None, picture: bool = False) -> Ru
 
 def render_scene(job: Job, frames: int, ending: str, scale: float) -> Run:
     """A scene, with its picture and its animation of `frames` instants (none for 0), `.gif` or `.mp4`."""
-    scene = jobs.read_scene(job)
+    scene = jobs.read_scene(job, within=True)
     if isinstance(scene.analysis, States):
         if scale != 1.0:
             raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
@@ -64,7 +64,7 @@ def render_scene(job: Job, frames: int, ending: str, scale: float) -> Run:
 
 def export_scene(job: Job, frames: int) -> Run:
     """A scene, with its VTK series."""
-    scene = jobs.read_scene(job)
+    scene = jobs.read_scene(job, within=True)
     if isinstance(scene.analysis, States):
         return solve_scene(job, scene, near_states.write_series, [f"{near_states.SERIES}.pvd"])
     return solve_scene(job, scene, partial(write_series, frames), [f"{SERIES}.pvd", f"{SERIES}{temporal.SUFFIX}"])
