@@ -10,15 +10,16 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import scenes, studies
-from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, output_errors
+from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes.accuracy import Accuracy, Bound
 from fmbs_skfem.scenes.analyses.dynamic import LEFT_OUT
 from fmbs_skfem.shapes import meshes, plate_meshes
 from fmbs_skfem.studies.planning import levels, planned
-from fmbs_skfem.studies.planning.pilots import ScenePilots
+from fmbs_skfem.studies.planning.pilots import DIVIDED, ScenePilots, give_up
 
 from ..cli.calls import EXAMPLES, ROOT, fmbs, scene
 
@@ -75,6 +76,25 @@ def test_errors_by_output_in_their_units(tmp_path: Path) -> None:
     assert coarser["steps"] < plan["steps"]
     everywhere = studies.run(scene(tmp_path, SWING % "2 um", RAMP)).report["accuracy"]
     assert everywhere["steps"] == plan["steps"]
+
+
+def test_pilots_that_divide_many_steps_end_early() -> None:
+    """A four-bar in steps that are too large: given up where it has divided more steps than count as resolved."""
+    found = scenes.read(EXAMPLES / "four_bar.yaml")
+    own = replace(build.dynamic(found), step=LEFT_OUT, accuracy=Accuracy({"": Bound(1e-2)}))
+    pilots, steps = ScenePilots(replace(found, analysis=own, reduction=None, compare=None)), 200
+    whole = pilots.solve(40, steps)
+    assert whole.statistics.halved > 2 * DIVIDED
+    assert pilots.run(40, steps) is None
+    seen = []
+
+    def watch(state: RunState) -> None:
+        seen.append(state.done)
+        give_up(state)
+
+    with pytest.raises(SolverError):
+        pilots.solve(40, steps, watch=watch)
+    assert seen[-1] < 0.7 * steps
 
 
 def test_a_tolerance_of_the_scene_stays(tmp_path: Path) -> None:

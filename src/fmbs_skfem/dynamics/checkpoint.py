@@ -88,6 +88,7 @@ class RunState:
     bytes_a_state: int  #: of `rows`
     rows: Callable[[int, int], Rows]  #: stored states from the first up to the second number
     checkpoint: Callable[[], Checkpoint]
+    halved: int = 0  #: steps that failed, and were divided
 
 
 @dataclass(frozen=True)

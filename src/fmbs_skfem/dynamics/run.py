@@ -299,7 +299,8 @@ def moment(run: OpenRun) -> RunState:
 
     numbers = 3 * run.model.system.size + run.model.constraints if run.tracer is None else run.tracer.width(run.model.system)
     size = 8 * numbers
-    return RunState(run.done, run.steps, run.scheme.step * run.done, count_stored(run), size, partial(states, run), checkpoint)
+    calls = partial(states, run), checkpoint
+    return RunState(run.done, run.steps, run.scheme.step * run.done, count_stored(run), size, *calls, cost_of(run).halved)
 
 
 def solver_of(run: OpenRun) -> str:

@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.errors import InputError, SolverError, listed, say
+from ...core.errors import InputError, Reason, SolverError, listed, say
 from ...core.notices import CoarseStep, Notice
 from ...dynamics import Trajectory, output_errors
+from ...dynamics.checkpoint import Record, RunState
 from ...dynamics.compiled_step.parts import FINEST
 from ...dynamics.scheme import DYNAMIC
 from ...scenes import build
@@ -125,7 +126,7 @@ class ScenePilots:
             warnings.simplefilter("ignore", Notice)
             warnings.simplefilter("always", CoarseStep)
             try:
-                motion = self.solve(cells, steps, local_error)
+                motion = self.solve(cells, steps, local_error, give_up)
             except SolverError:
                 if not self.analysis.moves:
                     raise
@@ -139,10 +140,10 @@ class ScenePilots:
         self.find_room(found)
         return found
 
-    def solve(self, cells: int, steps: int, local_error: float = 0.0) -> Trajectory:
+    def solve(self, cells: int, steps: int, local_error: float = 0.0, watch: Record | None = None) -> Trajectory:
         """The motion, at INSTANTS instants or about as many."""
-        tolerance = self.tolerance(steps, local_error)
-        return self.analysis.piloted(steps, self.stride(steps), local_error, tolerance).solve_for_outputs(self.system(cells))
+        analysis = self.analysis.piloted(steps, self.stride(steps), local_error, self.tolerance(steps, local_error))
+        return analysis.solve_for_outputs(self.system(cells), watch=watch)
 
     def tolerance(self, steps: int, local_error: float = 0.0) -> float:
         """Newton's tolerance, over the size of the mechanism: that of the scene, or one that leaves LEFT of the accuracy.
@@ -234,6 +235,12 @@ class ScenePilots:
             else:
                 low = middle
         return float(common[low])
+
+
+def give_up(state: RunState) -> None:
+    """SolverError of a run that has divided too many of its steps to count as resolved: divided ones are the dearest."""
+    if state.halved > DIVIDED:
+        raise SolverError(f"{state.halved} divided steps up to t = {state.time:.6g} s", Reason.NOT_CONVERGED)
 
 
 def shrunk(part: float, whole: float) -> float:
