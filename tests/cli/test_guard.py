@@ -134,6 +134,7 @@ def test_other_materials_and_lengths_of_time(folder: Path, tmp_path: Path) -> No
         ("upper", "above", "expected the bodies of the reduced model (lower, upper), got no upper and also above"),
         ("cells: 12", "cells: 9", "expected the meshes on which the model was trained, got others of upper, lower"),
         ("elbow: {type: pin", "knee: {type: pin", "expected the joints of the reduced model, got a scene without elbow"),
+        ("step: 1 ms", "step: 1 ms, every: 1.5 ms", "every: expected multiples of the step 0.001 s in a guarded run"),
         ("type: dynamic, duration: 0.8 s, step: 1 ms", "type: static", "expected a dynamic analysis, got static"),
     ],
 )

@@ -17,9 +17,10 @@ from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.scenes import build
 from fmbs_skfem.scenes.accuracy import Accuracy, Bound
 from fmbs_skfem.scenes.analyses.dynamic import LEFT_OUT
+from fmbs_skfem.scenes.field_kinds import Span
 from fmbs_skfem.shapes import meshes, plate_meshes
 from fmbs_skfem.studies.planning import levels, planned
-from fmbs_skfem.studies.planning.pilots import DIVIDED, ScenePilots, give_up
+from fmbs_skfem.studies.planning.pilots import DIVIDED, ScenePilots, give_up, grid_of
 
 from ..cli.calls import EXAMPLES, ROOT, fmbs, scene
 
@@ -236,6 +237,14 @@ def test_times_of_outputs_ask_for_no_steps(tmp_path: Path) -> None:
     gone_on = studies.resume(out)
     for name, values in whole.outputs.items():
         np.testing.assert_array_equal(values, gone_on.outputs[name])
+
+
+def test_samples_of_controllers_ask_for_steps() -> None:
+    """States may lie within steps, instants at which controllers are asked may not."""
+    found = scenes.read(EXAMPLES / "sampled_arm.yaml")
+    uneven = replace(found, analysis=replace(build.dynamic(found), every=(Span(3e-3),), step=LEFT_OUT), reduction=None)
+    assert grid_of(uneven, within=True) == 2000  # 2 ms in 4 s
+    assert grid_of(uneven) == 4000
 
 
 def test_samples_of_a_sweep_have_the_cells_and_the_step_of_the_plan(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from ...reduction.full_runs import TrainingTask
 from ...reduction.guarded import Guarded, Known
 from ...reduction.hyper import hyper_reduction
 from ...reduction.plan import USUAL, Plan
-from ...scenes import build
+from ...scenes import build, where
 from .. import job as jobs
 from .. import models, plans, reports
 from ..job import Job
@@ -111,6 +111,9 @@ def task(
 ) -> RunTask:
     """The guarded run of a reduced system, and what is to be said of it."""
     raw, analysis = build.system(scene, allow_outside=job.allow_outside), build.dynamic(scene)
+    if analysis.within is not None:
+        expected = f"multiples of the step {analysis.step:g} s in a guarded run"
+        raise InputError(say(f"{where(scene, 'analysis')}: every", expected, "times within steps", "choose others"))
     own, (budget, words) = task_of_scene(scene, raw, known, report), promise
     reduced = guarded.reduction_of(own, system, known)
     facts = {"model": job.path, "guard": path, **jobs.facts(scene, raw, own.form(raw)), "promise": words}
