@@ -79,6 +79,40 @@ def test_errors_by_output_in_their_units(tmp_path: Path) -> None:
     assert everywhere["steps"] == plan["steps"]
 
 
+ARM = """
+schema: 1
+dimension: 2
+bodies:
+  beam:
+    type: cable
+    mesh: beam_20.msh
+    section: {shape: rectangular, width: 20 mm, height: 3 mm}
+    material: {young_modulus: 1 GPa, density: 1800 kg/m^3}
+joints: {O: {type: pin, at: beam.left}}
+loads: {m: {type: control_torque, at: beam.left, torque: -8 N m * (angle - 0.5) - 0.8 N m s * rate}}
+outputs: {tip: {type: position, at: beam.right}}
+analysis: {type: dynamic, duration: 1 s, accuracy: 1e-3}
+"""
+
+
+def test_no_single_number_of_steps_is_wrong_with_it() -> None:
+    """An arm that starts with a jump of its torque: 2243 steps fail at 1e-9, and 2377 at 1e-8."""
+    pilots = ScenePilots(scenes.loads(ARM, ROOT / "meshes"))
+    pilots.run(8, 3200)
+    system, analysis = pilots.system(8), build.dynamic(pilots.scene)
+    for steps in (1700, 1950, 2243, 2377, 2600):
+        own = pilots.tolerance(steps)
+        assert own > 5e-12
+        loose, tight = (
+            output_errors.columns(replace(analysis.piloted(steps, steps // 50), tolerance=tolerance).solve(system))
+            for tolerance in (own, 1e-14)
+        )
+        errors = output_errors.between(tight, loose, system.outputs)
+        assert max(error.relative for error in errors.values()) < 0.02 * 1e-3, steps
+    with pytest.raises(SolverError):
+        replace(analysis.piloted(2377, 1), tolerance=1e-8).solve(system)
+
+
 def test_pilots_that_divide_many_steps_end_early() -> None:
     """A four-bar in steps that are too large: given up where it has divided more steps than count as resolved."""
     found = scenes.read(EXAMPLES / "four_bar.yaml")
