@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import studies
+from fmbs_skfem.dynamics import Trajectory
 from fmbs_skfem.reduction import cases, files, guarded
 
 from .calls import fmbs
@@ -187,3 +188,19 @@ def test_what_guarded_runs_need_costs_no_run(tmp_path: Path, monkeypatch: pytest
     again, _ = guarded.growth(found.case)
     assert found.known.growth == pytest.approx(again, rel=1e-3)
     assert found.known.growth > 1e-3
+
+
+def test_what_the_reduced_model_does_alone_is_run_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its motion is that which the growth of errors is found from, beside one with other velocities."""
+    taken = list[int]()
+    take = guarded.Leg.take
+
+    def counted(leg: guarded.Leg, many: int) -> Trajectory:
+        found = take(leg, many)
+        taken.append(len(found.times) - 1)
+        return found
+
+    monkeypatch.setattr(guarded.Leg, "take", counted)
+    report = studies.run_model(folder / "swing.h5", guard=folder / "swing.yaml").report
+    assert steps(report, "reduced") == 800
+    assert sum(taken) == 2 * 800

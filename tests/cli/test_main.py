@@ -2,6 +2,7 @@
 
 import errno
 import inspect
+import json
 import re
 import subprocess
 import sys
@@ -22,6 +23,8 @@ from fmbs_skfem.studies import job as jobs
 from fmbs_skfem.studies.options import OutputOptions
 
 from .calls import EXAMPLES, fmbs
+from .test_guard import SWING
+from .test_train import kept
 
 HEAVY = ("importlib.abc", "numba", "pyvista", "vtkmodules", "matplotlib", "scipy", "numpy", "sklearn", "distributed", "rich")
 
@@ -55,18 +58,34 @@ def test_a_check_of_a_scene_imports_only_what_it_uses() -> None:
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-def test_what_is_compiled_runs_without_numba(tmp_path: Path) -> None:
-    """By a process that may compile, as this one may have what no folder keeps, and by another."""
+def without_numba(folder: Path, *call: str) -> None:
+    """By a process that may compile, as this one may have what no folder keeps, and by another, which has it all."""
     for name in ("first", "second"):
-        run = ["run", str(EXAMPLES / "hanging_mass.yaml"), "--duration", "0.01", "--out", str(tmp_path / name)]
+        given = [*call, "--out", str(folder / name)]
         code = (
-            f"import sys\nfrom fmbs_skfem.cli.main import main\nmain({run!r}, standalone_mode=False)\nprint('numba' in sys.modules)"
+            "import sys\nfrom fmbs_skfem.cli.main import main\n"
+            f"assert not main({given!r}, standalone_mode=False)\nprint('numba' in sys.modules)"
         )
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1] == "False"
+
+
+def test_what_is_compiled_runs_without_numba(tmp_path: Path) -> None:
+    without_numba(tmp_path, "run", str(EXAMPLES / "hanging_mass.yaml"), "--duration", "0.01")
     first, second = ((tmp_path / name / "outputs.csv").read_bytes() for name in ("first", "second"))
     assert first == second
+
+
+def test_reductions_and_guarded_runs_do_without_numba(tmp_path: Path) -> None:
+    """Hyper-reductions, laws and states that are put from Python, too; another load and an accuracy ask for both models."""
+    scene = kept(tmp_path / "swing.yaml", SWING)
+    without_numba(tmp_path, "reduce", str(scene), "--force")
+    (tmp_path / "guarded").mkdir()
+    more = ("--set", "g=14.7", "--accuracy", "tip=2e-4,held=1e-3", "--no-plots", "--force")
+    without_numba(tmp_path / "guarded", "rom", "run", str(tmp_path / "second" / "swing.h5"), "--guard", str(scene), *more)
+    report = json.loads((tmp_path / "guarded" / "second" / "report.json").read_text())
+    assert {one["model"] for one in report["guarded"]["windows"]} == {"reduced", "full"}
 
 
 def test_the_module_is_the_command() -> None:

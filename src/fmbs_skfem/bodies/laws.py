@@ -21,7 +21,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..core.compiling.entries import call
+from ..core.compiling.entries import call, call_now
 from ..core.compiling.jit import jit
 from ..core.errors import InputError, closest, listed, say
 from ..core.storage.container import ENUMS, Arrays, encode
@@ -214,9 +214,12 @@ def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
 def stress(law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.ndarray, S: np.ndarray) -> None:
     """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (k c, p, e).
 
-    S is written in place; section (i, p, e), its last row the weight. Where beta is 0 the rates have no effect.
+    S is written in place; section (i, p, e), its last row the weight. Where beta is 0 the rates have no effect. TypeError for an S
+    that is not contiguous.
     """
-    call_stress(addresses(law, len(u) // law.vectors, beta > 0.0), u, rate, beta, section, S)
+    calls = addresses(law, len(u) // law.vectors, beta > 0.0)
+    given = (np.ascontiguousarray(part, np.float64) for part in (u, rate, section))
+    call_now(int(calls[STRESS]), (*given, S), (*u.shape, int(calls[OPTION])), beta)
 
 
 def dissipation(law: Law, u: np.ndarray, rate: np.ndarray, section: np.ndarray) -> float:

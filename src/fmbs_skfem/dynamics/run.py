@@ -127,7 +127,7 @@ class OpenRun:
         """Store the present state, if it is to be."""
         self.make_room(self.done)
         if (row := self.row(self.done)) >= 0:
-            stepping.store(self.step.state, self.step.method.c, row, self.step.job)
+            stepping.keep(self.step, row)
 
     def make_room(self, number: int) -> None:
         """Let states be read and go, where the one after so many steps finds no row."""

@@ -38,7 +38,7 @@ from ..dynamics.scheme import GeneralizedAlpha, steps_in
 from ..dynamics.tracing import FEW, Tracer, joined_parts, tracer_of
 from ..dynamics.trajectory import Statistics, Trajectory
 from ..systems.compiled import Compiled, compile_system
-from ..systems.system import System, project, sizes
+from ..systems.system import System, project, projector, sizes
 from . import reduced_models
 from .accuracy import errors
 from .cases import Case
@@ -105,13 +105,15 @@ def know(task: TrainingTask, model: ReducedModel, motion: Trajectory, distance: 
     )
 
 
-def growth(case: Case, motion: Trajectory | None = None, kept: np.ndarray | None = None) -> tuple[float, float]:
+def growth(
+    case: Case, x: np.ndarray | None = None, v: np.ndarray | None = None, kept: np.ndarray | None = None
+) -> tuple[float, float]:
     """Largest displacement over time that a change of the first velocities makes in a reduced model, over that of a free flight.
 
     max_t |dx(t)| / (|dx'(0)| T) of a change along a random direction, always the same, in the norm of the modes. Where it is larger
-    than in the training, errors grow faster than they did there. The motion without the change is given, after the steps `kept`
-    (s,), or found. Also the CPU time [s] of the motion with it, which costs what the model costs. NaN where a motion fails, and in
-    scenes with events and controllers, which have no guarded runs.
+    than in the training, errors grow faster than they did there. The motion without the change is found, or known: x (s, n) after
+    the steps `kept` (s,) and its first velocities v (n,). Also the CPU time [s] of the motion with the change, which costs what the
+    model costs. NaN where a motion fails, and in scenes with events and controllers, which have no guarded runs.
     """
     steps, lift = steps_in(case.scheme, case.duration), case.system.lift
     change = np.random.default_rng(0).normal(size=case.system.size)
@@ -119,14 +121,13 @@ def growth(case: Case, motion: Trajectory | None = None, kept: np.ndarray | None
     try:
         leg = Leg(case.system, replace(case.scheme, start="reference"), case.newton, steps, steps)
         start = leg.now
-        if motion is None:
-            known, rows = leg.take(steps).x.copy(), np.arange(steps + 1)
+        if x is None or v is None:
+            x = leg.take(steps).x.copy()
         else:
-            known, rows = motion.x, np.arange(steps + 1) if kept is None else kept
-            start = start._replace(q=lift(motion.x[0]), rate=np.asarray(lift.matrix @ motion.v[0]))
+            start = start._replace(q=lift(x[0]), rate=np.asarray(lift.matrix @ v))
         leg.put(start._replace(rate=start.rate + np.asarray(lift.matrix @ change)), case.scheme.start == "equilibrium")
-        before = leg.cpu_s
-        apart = leg.take(steps).x[rows] - known
+        before, rows = leg.cpu_s, np.arange(steps + 1) if kept is None else kept
+        apart = leg.take(steps).x[rows] - x
     except (SolverError, InputError):
         return math.nan, math.nan
     largest = float(np.linalg.norm(apart, axis=1).max())
@@ -256,6 +257,7 @@ class Record:
     def __init__(self, form: System, raw: System, scheme: GeneralizedAlpha, kept: np.ndarray, states: int | None) -> None:
         self.form, self.raw, self.scheme, self.kept = form, raw, scheme, kept
         self.chosen = np.arange(len(kept)) if states is None else evenly(0, len(kept) - 1, min(states, len(kept)))
+        self.nearest = projector(form.lift.matrix)  #: unknowns of body coordinates; factors took a fifth of a run, block by block
         self.start = np.empty(0)  #: (q,) the first state
         self.done = 0  #: steps
         self.parts = list[Trajectory]()
@@ -290,7 +292,7 @@ class Record:
         """States in the unknowns of the full system; multipliers that a model does not know are 0."""
         lift = self.form.lift
         q, v, a = lifted(motion)
-        x, v, a = (np.ascontiguousarray(project(lift.matrix, part.T).T) for part in (q - lift.offset, v, a))
+        x, v, a = (np.ascontiguousarray(self.nearest(part.T).T) for part in (q - lift.offset, v, a))
         known = {name: motion.multipliers[:, k] for k, name in enumerate(motion.system.constraints.names)}
         none = np.zeros(len(q))
         forces = [known.get(name, none) for name in self.form.constraints.names]
@@ -324,6 +326,8 @@ class Guard:
         self.used, self.looking_s, self.failed = 0.0, 0.0, 0
         self.excess = 1.0  #: of the indicator that was not trusted last, over what was allowed
         self.windows, self.enrichments, self.legs = list[Window](), list[Enrichment](), list[Leg]()
+        self.ahead = dict[int, tuple[Trajectory, Handed]]()  #: what the reduced model does alone, by the first step of a block
+        self.masks = dict[int, np.ndarray]()  #: rows of the residual that count, over their weights, by model
         self.seen = [trained]  #: (k, q) states that hyper-reductions are trained on
         self.cpu, self.wall = clock.process_time(), clock.perf_counter()
 
@@ -342,8 +346,7 @@ class Guard:
     def run(self) -> Guarded:
         """The whole motion; SolverError, with the motion so far, where the full model has none."""
         own = self.reduced()
-        now, _ = growth(reduced_models.reduced_case(self.task, self.own, {}))
-        self.growth = errors.over(now, self.known.growth)
+        self.growth = errors.over(self.look_ahead(own), self.known.growth)
         if not self.growth <= 1.0:
             self.budget *= 1.0 / self.growth if self.growth > 0.0 else 0.0  # nothing where that motion fails
         handed = self.full.now if self.case.scheme.start == "equilibrium" else own.now
@@ -363,6 +366,23 @@ class Guard:
         found = self.record.motion(self.cost), tuple(self.windows), tuple(self.enrichments), full, reduced
         return Guarded(*found, self.used, self.budget, self.growth, self.looking_s)
 
+    def look_ahead(self, leg: Leg) -> float:
+        """`growth` of the reduced model alone, whose motion is kept: what is trusted of it need not be run again."""
+        case = reduced_models.reduced_case(self.task, self.own, {})
+        if self.case.scheme.start == "equilibrium":
+            return growth(case)[0]
+        start = leg.now
+        try:
+            while (done := leg.run.done) < self.steps:
+                found = leg.take(AT_ONCE * self.window)
+                self.ahead[done] = found.part(np.arange(len(found.times))), leg.now
+        except SolverError:
+            return math.nan
+        finally:
+            leg.put(start)
+        blocks = [block for block, _ in self.ahead.values()]
+        return growth(case, np.vstack([*(block.x[:-1] for block in blocks), blocks[-1].x[-1:]]), blocks[0].v[0])[0]
+
     def allowed(self, done: int) -> float:
         """The largest mean of the indicator [m] over the next window: RATE times that which uses up the budget by the end."""
         left = self.steps - done
@@ -372,7 +392,9 @@ class Guard:
         """Steps of the windows of a block, and the mean of the indicator [m] over each."""
         begun, stride, last = clock.process_time(), self.window // LOOKS, len(block.times) - 1
         rows = np.union1d(np.arange(stride, last, stride), last)
-        R = errors.full_residual(compile_system(self.raw), block.part(rows)) * (errors.mask(self.raw, leg.system) / self.weights)
+        if id(leg) not in self.masks:
+            self.masks[id(leg)] = errors.mask(self.raw, leg.system) / self.weights
+        R = errors.full_residual(compile_system(self.raw), block.part(rows)) * self.masks[id(leg)]
         found = errors.scaling(self.case.scheme) * np.linalg.norm(R, axis=1)
         self.looking_s += clock.process_time() - begun
         for k in range(0, len(rows), LOOKS):
@@ -387,7 +409,8 @@ class Guard:
         while not why and handed.done < self.steps:
             trusted = 0
             try:
-                block = leg.take(AT_ONCE * self.window)
+                known = self.ahead.get(handed.done)
+                block, after = known or (leg.take(AT_ONCE * self.window), leg.now)
                 for many, mean in self.indicators(leg, block):
                     if not mean <= (most := self.allowed(handed.done + trusted)):
                         why, self.excess = f"its indicator of {mean:.2g} m is above {most:.2g} m", errors.over(mean, most)
@@ -398,12 +421,13 @@ class Guard:
                 why, self.excess = f"a step of it fails: {error.reason.value}", 1.0
             if why and trusted:
                 leg.put(handed)
-                block = leg.take(trusted)
+                block, after = leg.take(trusted), leg.now
             if trusted:
                 self.record.add(leg, block, handed.done)
                 self.seen.append(body_coordinates(block.part(np.array([-1]))))
-                handed = leg.now
+                handed = after
             self.progress(handed.done / self.steps)
+        self.ahead.clear()
         self.note("reduced", begin, handed.done, leg, why)
         return handed
 

@@ -105,7 +105,7 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
     case = model.cases({})
     job.progress("reduced model")
     motion = cases.run(case, kept)
-    growth, again_s = guarded.growth(case, motion, kept)  # the second run, which is timed, serves guarded runs
+    growth, again_s = guarded.growth(case, motion.x, motion.v[0], kept)  # the second run, which is timed, serves guarded runs
     payoff = Payoff(timed.statistics.cpu_s, training_s, float(np.fmin(motion.statistics.cpu_s, again_s)))
     errors = reduction.compare(full, motion)
     if errors.maximum > ROUGH:

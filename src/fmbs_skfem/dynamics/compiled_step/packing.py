@@ -58,7 +58,7 @@ class PackedStep:
         status, done = self.divide(status), self.step.job.done
         if status == stepping.DONE:
             if rows[done[0]] >= 0:
-                stepping.store(self.step.state, self.step.method.c, rows[done[0]], self.step.job)
+                stepping.keep(self.step, rows[done[0]])
             done[0] += 1
         return status
 

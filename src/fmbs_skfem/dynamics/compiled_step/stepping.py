@@ -38,7 +38,7 @@ import numpy as np
 from ...core.compiling.jit import jit, summing
 from ...core.compiling.structs import invoke, routine
 from ...systems import evaluation, kernels, work
-from .step import FACTORISATIONS, ITERATIONS, STEPS, Method, State, StepJob, opened
+from .step import FACTORISATIONS, ITERATIONS, STEPS, Method, State, Step, StepJob, opened
 
 DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG, COARSE = range(8)
 # spin-up in 8 cells, 20 s in 800 steps: none is divided, nor at twice of it; of 30 runs in 120 to 300 steps 2 fail, at twice 4
@@ -605,6 +605,13 @@ def jump(table: Any, _: Any) -> int:
     work.find_forces(table)
     kernels.copy(t.f, s.push)
     return DONE
+
+
+def keep(step: Step, row: int) -> None:
+    """`store` as Python calls it: that of compiled code takes half a second to load, as much as a small run."""
+    s, job = step.state, step.job
+    job.out[:, row, job.order] = s.x, s.v, s.acceleration
+    job.multipliers[row], job.memory[row], job.work[row] = s.multipliers / step.method.c, s.memory, s.work[0]
 
 
 @jit

@@ -19,11 +19,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from enum import Enum
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...core.compiling.jit import jit
+from ...core.compiling.structs import Integers, Matrix, Vector, opener, routine
 from ...core.errors import InputError, Reason, SolverError, say
 from ...core.storage.container import storable
 from ...core.storage.records import dataclass
@@ -190,11 +192,51 @@ def _blocks(blocks: Blocks, b: ArrayLike | None, where: str) -> Iterator[tuple[A
         raise InputError(say(where, "at least one block of G and as many rows as b has entries", got))
 
 
+class _Search(NamedTuple):
+    """An active-set search; Gram form: rows = A, R empty; compressed form: rows = R^T, c unused."""
+
+    rows: Matrix  #: (e, i)
+    c: Vector  #: (e,)
+    R: Matrix  #: (k, e)
+    y: Vector  #: (k,)
+    bb: float
+    tolerance: float
+    active: Integers  #: (e,) columns in use, the first of them
+    w: Vector  #: (e,) their weights
+    squared: Vector  #: (1,) of the residual
+    counts: Integers  #: (2,) columns in use, iterations
+    free: Integers  #: (e,) 1 for columns that are not in use
+    passed: Integers  #: (e,) 1 for those that do not help beside the present ones
+    T: Matrix  #: (e, e) factor of the active columns
+    z: Vector  #: (e,)
+    Q: Matrix  #: (e, k) orthonormal columns as rows
+    trial: Vector  #: (e,)
+    slope: Vector  #: (e,)
+    column: Vector  #: (i,) one that is appended
+    gap: Vector  #: (k,)
+
+
+_opened = opener(_Search)
+
+
+def _run_search(rows: Array, c: Array, bb: float, R: Array, y: Array, tolerance: float) -> tuple[Indices, Array, float, int]:
+    """Active columns, their weights, the squared residual and the iterations."""
+    e, k = len(rows), len(y)
+    w, z, trial, slope = (np.zeros(e) for _ in range(4))
+    active, squared, counts = np.zeros(e, np.int64), np.array([bb]), np.zeros(2, np.int64)
+    flags, work = (np.ones(e, np.int64), np.zeros(e, np.int64)), (np.empty((e, e)), z, np.empty((e, k)), trial, slope)
+    columns, right = np.ascontiguousarray(rows, np.float64), np.ascontiguousarray(R, np.float64)
+    spare = np.zeros(columns.shape[1]), np.zeros(k)
+    _search(_Search(columns, c, right, y, float(bb), float(tolerance), active, w, squared, counts, *flags, *work, *spare))
+    count, iterations = counts.tolist()
+    return active[:count], w[:count], float(squared[0]), iterations
+
+
 def _search_gram(normal: Gram, tolerance: float) -> tuple[Indices, Array, float, int]:
     """Active columns, their weights, the relative residual and the iterations, from the Gram form."""
     _check_target(normal.bb)
     empty = np.zeros((0, normal.c.size))
-    active, w, squared, iterations = _search(normal.A, normal.c, normal.bb, empty, np.zeros(0), tolerance)
+    active, w, squared, iterations = _run_search(normal.A, normal.c, normal.bb, empty, np.zeros(0), tolerance)
     return active, w, float(np.sqrt(squared / normal.bb)), iterations
 
 
@@ -202,102 +244,107 @@ def _search_columns(R: Array, y: Array, tolerance: float) -> tuple[Indices, Arra
     """Active columns, their weights and the iterations, from the compressed form."""
     bb = float(y @ y)
     _check_target(bb)
-    active, w, _, iterations = _search(np.ascontiguousarray(R.T), np.zeros(R.shape[1]), bb, R, y, tolerance)
+    active, w, _, iterations = _run_search(R.T, np.zeros(R.shape[1]), bb, R, y, tolerance)
     return active, w, iterations
 
 
-@jit
-def _search(rows: Array, c: Array, bb: float, R: Array, y: Array, tolerance: float) -> tuple[Indices, Array, float, int]:
-    """Active-set search; Gram form: rows = A, R empty; compressed form: rows = R^T, c unused."""
-    e, orthogonal = c.size, y.size > 0
-    active, free, passed = np.empty(e, np.intp), np.ones(e, np.bool_), np.zeros(e, np.bool_)
-    T, z, Q, w, trial = np.empty((e, e)), np.empty(e), np.empty((e, y.size)), np.zeros(e), np.empty(e)
-    count, iterations, squared = 0, 0, bb
+# a routine, which allocates nothing: a function that Python calls by numba takes 0.3 s to load, as long as a small training
+@routine
+def _search(table: Any, _: Any) -> int:
+    """Active-set search."""
+    S = _opened(table)
+    e, orthogonal = S.c.size, S.y.size > 0
+    count, iterations, squared = 0, 0, S.bb
     while iterations < 3 * e:
-        if orthogonal:
-            squared, slope = _slope_columns(rows, R, y, active, w, count)
-        else:
-            squared, slope = _slope_gram(rows, c, bb, active, w, count)
+        squared = _slope_columns(S, count) if orthogonal else _slope_gram(S, count)
         # as soon as the tolerance is met: each further column would be a cell more in every step of every run
-        if squared <= tolerance * tolerance * bb:
+        if squared <= S.tolerance * S.tolerance * S.bb:
             break
         chosen = -1
         for candidate in range(e):
-            eligible = free[candidate] and not passed[candidate] and slope[candidate] > 0.0
+            eligible = S.free[candidate] == 1 and S.passed[candidate] == 0 and S.slope[candidate] > 0.0
             # the steepest one, as Lawson and Hanson's
-            if eligible and (chosen < 0 or slope[candidate] > slope[chosen]):
+            if eligible and (chosen < 0 or S.slope[candidate] > S.slope[chosen]):
                 chosen = candidate
         if chosen < 0:
             break
-        if orthogonal:
-            # factors of the active columns are kept, and grow by a row: k^2 operations a column, and not k^3
-            accepted = _append_column(rows[chosen], y, T, z, Q, count)
-        else:
-            accepted = _append_gram(rows[chosen], c[chosen], chosen, active, T, z, count)
+        # factors of the active columns are kept, and grow by a row: k^2 operations a column, and not k^3
+        accepted = _append_column(S, chosen, count) if orthogonal else _append_gram(S, chosen, count)
         if not accepted:
-            passed[chosen] = True
+            S.passed[chosen] = 1
             continue
-        active[count], w[count], free[chosen] = chosen, 0.0, False
+        S.active[count], S.w[count], S.free[chosen] = chosen, 0.0, 0
         # a column that did not help may do so beside another one
-        passed[:] = False
-        count = _descend(T, z, Q, w, trial, active, free, count + 1)
+        for candidate in range(e):
+            S.passed[candidate] = 0
+        count = _descend(S.T, S.z, S.Q, S.w, S.trial, S.active, S.free, count + 1)
         iterations += 1
-    return active[:count].copy(), w[:count].copy(), squared, iterations
+    S.squared[0], S.counts[0], S.counts[1] = squared, count, iterations
+    return 0
 
 
 @jit
-def _slope_gram(A: Array, c: Array, bb: float, active: Indices, w: Array, count: int) -> tuple[float, Array]:
+def _slope_gram(S: Any, count: int) -> float:
     """||G w - b||^2 = b.b - w.(c + slope) and slope = c - A w."""
-    slope, product = c.copy(), 0.0
+    product = 0.0
+    for i in range(S.c.size):
+        S.slope[i] = S.c[i]
     for j in range(count):
-        row = A[active[j]]
-        for i in range(slope.size):
-            slope[i] -= row[i] * w[j]
+        row = S.rows[S.active[j]]
+        for i in range(S.c.size):
+            S.slope[i] -= row[i] * S.w[j]
     for j in range(count):
-        product += w[j] * (c[active[j]] + slope[active[j]])
-    return max(bb - product, 0.0), slope
+        product += S.w[j] * (S.c[S.active[j]] + S.slope[S.active[j]])
+    return max(S.bb - product, 0.0)
 
 
 @jit
-def _slope_columns(columns: Array, R: Array, y: Array, active: Indices, w: Array, count: int) -> tuple[float, Array]:
+def _slope_columns(S: Any, count: int) -> float:
     """||y - R w||^2 and slope = R^T (y - R w)."""
-    gap, slope, squared = y.copy(), np.zeros(R.shape[1]), 0.0
+    squared = 0.0
+    for i in range(S.y.size):
+        S.gap[i] = S.y[i]
+    for j in range(S.c.size):
+        S.slope[j] = 0.0
     for j in range(count):
-        column = columns[active[j]]
-        for i in range(gap.size):
-            gap[i] -= column[i] * w[j]
-    for i in range(gap.size):
-        squared += gap[i] * gap[i]
-        for j in range(slope.size):
-            slope[j] += R[i, j] * gap[i]
-    return squared, slope
+        column = S.rows[S.active[j]]
+        for i in range(S.y.size):
+            S.gap[i] -= column[i] * S.w[j]
+    for i in range(S.y.size):
+        squared += S.gap[i] * S.gap[i]
+        for j in range(S.c.size):
+            S.slope[j] += S.R[i, j] * S.gap[i]
+    return squared
 
 
 @jit
-def _append_gram(row: Array, c: float, chosen: int, active: Indices, T: Array, z: Array, count: int) -> bool:
+def _append_gram(S: Any, chosen: int, count: int) -> bool:
     """Next column of the Cholesky factor T of A_PP and entry of z = T^-T c_P; False where the column cannot help."""
-    column, left, gain = np.empty(count), row[chosen], c
+    row, T, column = S.rows[chosen], S.T, S.column
+    left, gain = row[chosen], S.c[chosen]
     for i in range(count):
-        column[i] = row[active[i]]
+        column[i] = row[S.active[i]]
     for i in range(count):
         part = column[i] / T[i, i]
         for j in range(i + 1, count):
             column[j] -= T[i, j] * part
         left -= part * part
-        gain -= part * z[i]
+        gain -= part * S.z[i]
         T[i, count] = part
     if left <= DEPENDENT * row[chosen] or gain <= 0.0:
         return False
     T[count, count] = np.sqrt(left)
-    z[count] = gain / T[count, count]
+    S.z[count] = gain / T[count, count]
     return True
 
 
 @jit
-def _append_column(column: Array, y: Array, T: Array, z: Array, Q: Array, count: int) -> bool:
+def _append_column(S: Any, chosen: int, count: int) -> bool:
     """Next column of T and row of Q (orthonormal columns as rows) and entry of z = Q^T y; False where the column cannot help."""
-    rest, whole, left, gain = column.copy(), 0.0, 0.0, 0.0
+    T, Q, rest = S.T, S.Q, S.column
+    whole, left, gain = 0.0, 0.0, 0.0
     for i in range(rest.size):
+        rest[i] = S.rows[chosen, i]
         whole += rest[i] * rest[i]
     for i in range(count):
         T[i, count] = 0.0
@@ -312,18 +359,18 @@ def _append_column(column: Array, y: Array, T: Array, z: Array, Q: Array, count:
             T[i, count] += part
     for k in range(rest.size):
         left += rest[k] * rest[k]
-        gain += rest[k] * y[k]
+        gain += rest[k] * S.y[k]
     if left <= DEPENDENT * DEPENDENT * whole or gain <= 0.0:
         return False
     T[count, count] = np.sqrt(left)
     for k in range(rest.size):
         Q[count, k] = rest[k] / T[count, count]
-    z[count] = gain / T[count, count]
+    S.z[count] = gain / T[count, count]
     return True
 
 
 @jit
-def _descend(T: Array, z: Array, Q: Array, w: Array, trial: Array, active: Indices, free: NDArray[np.bool_], count: int) -> int:
+def _descend(T: Array, z: Array, Q: Array, w: Array, trial: Array, active: Indices, free: Indices, count: int) -> int:
     """Least squares over the active columns; those whose weight would not be positive leave. Returns how many stay."""
     while count > 0:
         for i in range(count - 1, -1, -1):
@@ -344,7 +391,7 @@ def _descend(T: Array, z: Array, Q: Array, w: Array, trial: Array, active: Indic
         w[worst] = 0.0
         for i in range(count - 1, -1, -1):
             if w[i] <= 0.0 and trial[i] <= 0.0:
-                free[active[i]] = True
+                free[active[i]] = 1
                 _remove(T, z, Q, w, active, count, i)
                 count -= 1
     return count
