@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -90,6 +91,18 @@ def test_what_no_number_changes_is_found_once(family: ParametricCase, monkeypatc
     for values in POINTS:
         integrate(fresh(values).system, SCHEME, DURATION)
     assert calls == dict.fromkeys((name for _, name in watched), 1)
+
+
+def test_histories_are_found_once_wherever_they_act(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A parameter that moves a place makes other probes, of which histories know nothing."""
+    made = []
+    for owner, name in ((histories, "leading_signals"), (step_size, "integrals"), (step_size, "drives_that_jump")):
+        made.append(Mock(wraps=getattr(owner, name)))
+        monkeypatch.setattr(owner, name, made[-1])
+    system = driven()
+    moved = alike(prepare(system), replace(system, probes=replace(system.probes, offset=system.probes.offset.copy())))
+    assert same_bits(integrate(system, SCHEME, DURATION), integrate(moved, SCHEME, DURATION))
+    assert [one.call_count for one in made] == [1, 1, 1]
 
 
 def test_factors_of_a_start_are_those_of_the_mass(monkeypatch: pytest.MonkeyPatch) -> None:

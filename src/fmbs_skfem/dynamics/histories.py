@@ -71,11 +71,12 @@ def signals_of_steps(system: System, step: float, steps: int, first: int, many: 
 def of_histories(system: System, name: str, step: float, steps: int, make: Callable[[], Found]) -> Found:
     """What follows from the histories of a system in a run, and from nothing else: of data it is found once for all its numbers.
 
-    `make` finds it; `name` says what it is. Histories that are functions of Python are asked anew each time.
+    `make` finds it; `name` says what it is. Histories that are functions of Python are asked anew each time. Where loads act is no
+    part of it, nor are names: a member of a family may have other probes.
     """
     if not repeatable(system):
         return make()
-    parts = system.signals, system.constraints, system.loads.forces, system.probes, step, steps
+    parts = system.signals, system.constraints, system.loads.forces, step, steps
     return prepare(system).find(name, parts, make)
 
 

@@ -121,7 +121,8 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
     between the ends of the steps.
     """
     wrong = dict[str, float]()
-    coarse = of_histories(plain, "coarse", step, steps, lambda: list(coarse_histories(plain, step, steps, whole)))
+    found = of_histories(plain, "coarse", step, steps, lambda: list(coarse_histories(plain, step, steps, whole)))
+    coarse = [(signal_names(plain)[k], share) for k, share in found]
     for owner, share in (*coarse, *coarse_forces(motion, plain, step, steps, whole)):
         wrong[owner] = max(wrong.get(owner, 0.0), share)
     for owner, share in wrong.items():
@@ -131,20 +132,21 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
 
 def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:
     """A warning where a function of time that drives a joint, or its rate, jumps from one step [s] to the next: an impulse."""
-    for name, (what, t) in of_histories(plain, "jumps", step, steps, lambda: drives_that_jump(plain, step, steps)).items():
+    found = of_histories(plain, "jumps", step, steps, lambda: drives_that_jump(plain, step, steps))
+    for name, (what, t) in {signal_names(plain)[k]: jump for k, jump in reversed(found.items())}.items():
         text = f"{name} is driven by a function{what} jumps within one step, at t = {t:.4g} s"
         notify(f"{text}: forces there are impulses that depend on the step; let it change over many steps")
 
 
-def drives_that_jump(plain: System, step: float, steps: int) -> dict[str, tuple[str, float]]:
-    """What is driven by functions of time that jump, or whose rates do: which of both, and when [s].
+def drives_that_jump(plain: System, step: float, steps: int) -> dict[int, tuple[str, float]]:
+    """Numbers of the signals that drive joints and jump, or whose rates do: which of both, and when [s].
 
     A joint that jumps by u moves a mass with m u / h^2, and one whose rate jumps by w with m w / h, which no smaller step makes
     right. A corner between two steps shows in the second differences of both. Angles are looked at themselves, as second
     differences of their cosines vanish at every half turn.
     """
     times, driven = step * np.arange(steps + 1), {signal for _, signal in driving(plain.constraints)}
-    jumps = dict[str, tuple[str, float]]()
+    jumps = dict[int, tuple[str, float]]()
     for k in (k for k in driven if steps > 2 and not read_inputs(plain.signals[k])):
         signal = plain.signals[k]
         values = (signal.angle if isinstance(signal, Cosine | Sine) else signal)(times) + np.zeros(len(times))
@@ -153,7 +155,7 @@ def drives_that_jump(plain: System, step: float, steps: int) -> dict[str, tuple[
         for what, found, size, apart in ((" that", changes, np.ptp(values), 1), (" whose rate", bends, changes.max(), 2)):
             limit = np.maximum(LEAP[0] * size, LEAP[1] * beside(found, apart))
             for at in np.flatnonzero(found > limit + noise)[:1]:
-                jumps.setdefault(signal_names(plain)[k], (what, times[at + 1]))
+                jumps.setdefault(k, (what, times[at + 1]))
     return jumps
 
 
@@ -221,12 +223,12 @@ def coordinate_of(law: str) -> str:
     return rest.partition("|")[0] if kind == responses.WORD else kind
 
 
-def coarse_histories(system: System, step: float, steps: int, whole: Collection[int]) -> Iterator[tuple[str, float]]:
-    """What is driven by histories that are too far off, and the share that is missed."""
+def coarse_histories(system: System, step: float, steps: int, whole: Collection[int]) -> Iterator[tuple[int, float]]:
+    """Numbers of the signals that are too far off, and the share that is missed."""
     known = [k for k, signal in enumerate(system.signals) if not read_inputs(signal)]
     size, missed = integrals(lambda times: signal_table(system, times.ravel())[:, known], step, steps, whole)
     for k in np.flatnonzero(missed > MISSED * size):
-        yield signal_names(system)[known[k]], missed[k] / size[k]
+        yield known[k], missed[k] / size[k]
 
 
 def coarse_forces(
