@@ -296,6 +296,10 @@ def test_samples_of_a_sweep_have_the_cells_and_the_step_of_the_plan(tmp_path: Pa
     plan = json.loads((tmp_path / "sweep" / "report.json").read_text())["accuracy"]
     assert plan == studies.run(path).report["accuracy"]
     assert f"largest in {plan['driven_by']}; at the nominal parameters" in " ".join(called.out.split())
+    # times of states do not count for samples, which have instants of their own
+    path.write_text(path.read_text().replace("rho_inf", "every: 0.37 ms, rho_inf"))
+    fmbs("sweep", path, "--samples", "1", "--workers", "1", "--no-plots", "--out", tmp_path / "other")
+    assert json.loads((tmp_path / "other" / "report.json").read_text())["accuracy"] == plan
 
 
 CHAOS = """\

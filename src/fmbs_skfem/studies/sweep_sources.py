@@ -62,7 +62,7 @@ def members(job: Job, ranges: Ranges, instants: int) -> Members:
 def of_scene(job: Job, ranges: Ranges, instants: int) -> Members:
     """Full models of a scene."""
     job.path = job.path.resolve()
-    read = jobs.read_scene(job)
+    read = jobs.read_scene(job, within=True)  # samples have instants of their own
     known, cases = scenes.family(read, allow_outside=job.allow_outside, duration=job.duration)
     given = {own.name: own for own in from_texts(job, ranges, read.parameters)}
     for name in given.keys() - read.used:
