@@ -198,3 +198,12 @@ def test_lines(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "b.py").write_text("x = 1\n", encoding="utf-8")
     rows = [line.split() for line in script("lines", tmp_path, monkeypatch).main(tmp_path).splitlines()]
     assert [rows[0], rows[1], rows[-1]] == [["core", "1", "4"], ["engine", "1", "4"], ["all", "2", "5"]]
+
+
+def test_families(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = script("families", tmp_path, monkeypatch).main(("spin_up",))
+    assert [one.family for one in found] == ["spin_up"]
+    assert found[0].training_s > found[0].full_s > 0.0
+    assert found[0].pays == (found[0].error is not None and found[0].speedup >= 1.5)
+    table = (tmp_path / "families.md").read_text(encoding="utf-8")
+    assert found[0].words in table
