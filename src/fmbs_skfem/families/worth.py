@@ -58,7 +58,7 @@ def require_small(task: TrainingTask, runs: Sequence[FullRun]) -> None:
 def require_gain(full_s: float, run_s: float) -> None:
     """DoesNotPay where a reduced run takes nearly as long as the full one."""
     if full_s < FAST * run_s:
-        raise DoesNotPay(f"{full_s / run_s:.2g} times as fast as the full model", full_s, run_s)
+        raise DoesNotPay(f"{full_s / run_s:.3g} times as fast as the full model", full_s, run_s)
 
 
 def require_fast(task: TrainingTask, run: FullRun) -> None:

@@ -190,10 +190,10 @@ def train(
 
     The sections `training` and `reduction` of SCENE say how. `out` gets model.h5 (run it with `fmbs rom run`), report.json and
     figures, and every run and iteration in the folder `training` there: the same call again goes on where it was interrupted, and
-    computes nothing twice. With an accuracy 0.3 of it is the wanted error where there is no other. The exit code is 4 where there
-    can be no model.
+    computes nothing twice. With an accuracy 0.3 of it is the wanted error where there is no other, and a training ends without a
+    model, with exit code 0, as soon as none can be faster than the full one. The exit code is 4 where there can be no model.
 
-    In Python that raises NoModel.
+    In Python that raises NoModel, and `model` is None where none can be faster.
     """
     from . import greedy_training
 
