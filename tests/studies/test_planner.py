@@ -80,6 +80,7 @@ def test_what_is_given_stays() -> None:
     assert fixed.cells == 1
     assert not fixed.met
     assert float(fixed.mesh[0, 0]) >= 1e3
+    assert SAFETY * 1e6 / fixed.steps**2 > 0.5  # steps that bring more are not taken for the sake of the mesh
     assert plan(Known(0.0, 1e6), 0, 200).met
 
 

@@ -248,7 +248,8 @@ class Planner:
             found = time.errors(steps) if measured is None else np.maximum(time.errors(steps), measured)
             if mesh:
                 of_mesh = self.of_mesh(cells, steps, mesh, known) if free_cells else mesh.errors(cells)
-            together = size(found + of_mesh)
+            # a given mesh that errs by more than is wanted is no reason for more steps
+            together = size(found + of_mesh if free_cells or size(of_mesh) <= 1.0 else found)
             if not free_steps or steps == self.limits.steps or not (far or measured is None or together > 1.0):
                 break
             if attempt == DOUBTS - 1:
