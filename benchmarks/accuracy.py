@@ -3,10 +3,11 @@
     python benchmarks/accuracy.py [--accuracy 1e-2,1e-3,1e-4] [--cheapest] [--log] [--part 1/4] [NAMES]
     python benchmarks/accuracy.py --front NAMES
 
-Mechanisms of `mechanisms.py` and examples. Every one is planned for every accuracy, run so, and held against a run of four times
-its cells and four times its steps, and 12 800 steps at least, so that no short event is missed by both. What is said to be
-sensitive is held against it up to the time that it is trusted to. Costs are CPU seconds of one BLAS thread within one process,
-pilots with their builds over the run that was chosen; a second plan is timed, so that nothing compiles.
+Mechanisms of `mechanisms.py` and examples. Every one is run as `fmbs run --accuracy` runs it, for every accuracy, and held, at the
+ends of all its steps, against a run of four times its cells and four times the steps of all pilots, and 12 800 steps at least, so
+that no short event is missed by both. What is said to be sensitive is held against it up to the time that it is trusted to. Costs
+are CPU seconds of one BLAS thread within one process, pilots with their builds over the run that was chosen; a second plan is
+timed, so that nothing compiles.
 
 With `--cheapest` all of CELLS x STEPS are tried that are cheaper than the run that was chosen, by counted work: `work` below.
 """
@@ -21,7 +22,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,9 @@ import numpy as np
 from mechanisms import of_names
 from threadpoolctl import threadpool_limits
 
+from fmbs_skfem import studies
 from fmbs_skfem.core.errors import FmbsError
+from fmbs_skfem.dynamics import output_errors
 from fmbs_skfem.scenes.accuracy import Accuracy, Bound
 from fmbs_skfem.scenes.schema import Scene
 from fmbs_skfem.studies.planning import planned
@@ -98,25 +101,40 @@ class Row:
 
 
 def row(name: str, scene: Scene, accuracy: float, try_all: bool) -> Row:
-    """What a plan for an accuracy finds, and how true that is."""
+    """What a run for an accuracy finds, and how true that is."""
     mine = wanting(scene, accuracy)
-    planned.find(mine)
+    run = studies.run(mine, plots=False)
     begin = time.process_time()
     plan = planned.find(mine)
     spent, pilots = time.process_time() - begin, ScenePilots(mine)
+    assert asdict(plan) == run.report["accuracy"]
     level = plan.cells or (1 if pilots.refined else 0)
-    pilots.run(level, plan.steps, plan.local_error)
-    chosen, found = min((timed(pilots, level, plan.steps, plan.local_error) for _ in range(2)), key=lambda one: one[0])
-    # of its own steps a whole number, so that all of its instants are compared
-    most = max(AT_LEAST, 4 * max(one["steps"] for one in plan.pilots))
-    reference = pilots.run(4 * level, plan.steps * math.ceil(most / plan.steps))
-    end = math.inf if plan.trusted_until is None else plan.trusted_until * (1.0 + 1e-9)
-    missing = reference is None or found is None or end == 0.0
-    error = math.nan if missing else largest(pilots.differ(until(found, end), until(reference, end)))
+    chosen = min(timed(pilots, level, plan.steps, plan.local_error)[0] for _ in range(2))
+    error = true_error(pilots, run, level, plan)
     best = cheapest(pilots, level, plan.steps, plan.local_error) if try_all and not plan.why_not else None
     foretold = plan.of_step + (plan.of_mesh or 0.0)
     told = plan.why_not, plan.trusted_until, len(plan.pilots), chosen, spent
     return Row(name, accuracy, plan.cells, plan.steps, error, foretold, *told, *(best or (None, None)), plan.pilots)
+
+
+def true_error(pilots: ScenePilots, run: studies.Run, level: int, plan: planned.Planned) -> float:
+    """The largest error of a run over what is wanted, at the ends of its steps, up to the time that it is trusted to.
+
+    The reference has four times the cells, and of the steps a whole number for each of the run. NaN where it fails.
+    """
+    parts = math.ceil(max(AT_LEAST, 4 * max(one["steps"] for one in plan.pilots)) / plan.steps)
+    try:
+        finer = pilots.analysis.piloted(parts * plan.steps, parts).solve_for_outputs(pilots.system(4 * level))
+    except FmbsError:
+        return math.nan
+    end = math.inf if plan.trusted_until is None else plan.trusted_until * (1.0 + 1e-9)
+    if run.motion is None or end == 0.0:
+        return math.nan
+    mine, reference = (
+        Found(motion.times, columns, tuple(one.time for one in motion.events))
+        for motion, columns in ((run.motion, run.outputs), (finer, output_errors.columns(finer)))
+    )
+    return largest(pilots.differ(until(mine, end), until(reference, end)))
 
 
 def cheapest(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0) -> tuple[float, tuple[int, int]]:

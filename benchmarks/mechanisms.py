@@ -431,12 +431,12 @@ SCENES |= {
     ),
     "pid": mechanism(
         2.0,
-        [beam("arm", **STRIP)],
-        [pin("O", "arm.left")],
-        ["  drive: {type: control_torque, at: arm.left, torque: servo}", GRAVITY],
-        ["  a: {type: angle, at: arm.left}", "  u: {type: load, load: drive}"],
+        [block("hub", 0, 0, "", 1, 0.02), beam("arm", **STRIP)],
+        [pin("O", "hub.center"), "  A: {type: weld, at: arm.left, to: hub.frame}"],
+        ["  drive: {type: control_torque, at: hub.frame, torque: servo}", GRAVITY],
+        ["  a: {type: angle, at: hub.frame}", "  u: {type: load, load: drive}", "  tip: {type: position, at: arm.right}"],
         more="controllers:\n  servo: {type: pid, unit: N m, sample: 4 ms, error: 0.4 * sin(3 * t) - a, kp: 12 N m, "
-        "ki: 20 N m/s, kd: 1 N m s, limits: [-4 N m, 4 N m]}\n",
+        "ki: 20 N m/s, kd: 0.1 N m s, limits: [-4 N m, 4 N m]}\n",
     ),
     "cart": mechanism(
         2.0,
@@ -546,7 +546,7 @@ SCENES |= {
     "shell_strip": mechanism(
         0.5,
         [
-            "  strip: {type: shell, nurbs: strip.json, cells: 4, thickness: 5 mm, material: {young_modulus: 1 GPa, "
+            "  strip: {type: shell, nurbs: strip.json, cells: 4, degree: 3, thickness: 5 mm, material: {young_modulus: 1 GPa, "
             "density: 1800 kg/m^3}}"
         ],
         ["  root: {type: edge, body: strip, edges: xi1_min, slope: xyz}"],

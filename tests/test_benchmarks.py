@@ -59,13 +59,14 @@ def test_full_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         "pulse",
         "many_swings",
         "drive_torque",
+        "sliding_block",
     ],
 )
 def test_accuracy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     """What is promised is kept, beside four times the cells and steps.
 
     Scenes at rest, forces off the grid, corners; a force that repeats as often as the first steps, one that is shorter than they
-    are, forty swings, moments at a place inside of cells.
+    are, forty swings, moments at a place inside of cells; what slides and lifts off, compared at the ends of all steps.
     """
     rows = script("accuracy", tmp_path, monkeypatch).main([name], [1e-2])
     assert len(rows) == 1

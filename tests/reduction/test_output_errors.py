@@ -58,6 +58,18 @@ def test_a_column_that_hardly_moves_counts_relative_to_its_output() -> None:
     assert found["tip_y"].range == pytest.approx(1e-6)
 
 
+def test_how_fast_a_contact_slides_counts_where_both_motions_touch() -> None:
+    """It is 0 where nothing touches and jumps there: motions that touch a little sooner or later are not wrong by all of it."""
+    sliding, forces = np.where(T > 0.5, 1.0 + T, 0.0), np.maximum(T - 0.5, 0.0)
+    ours = {"c_force": forces, "c_friction": 0.3 * forces, "c_gap": 0.5 - T, "c_slip": sliding}
+    known = {"c": Output("contact", (), tuple(ours))}
+    late = ours | {"c_slip": np.where(T > 0.52, 1.01 + T, 0.0)}
+    found = output_errors.between(ours, late, known)
+    assert found["c_slip"].error == pytest.approx(0.01)
+    shifted = ours | {"c_gap": np.where(T > 0.52, 0.5 - T, 0.0)}
+    assert output_errors.between(ours, shifted, known)["c_gap"].error == pytest.approx(0.5)
+
+
 def test_the_energy_balance_counts_relative_to_the_energies() -> None:
     """A balance that drifts by 1e-6 J beside an exchange of 2 J."""
     parts = ("kinetic", "strain", "potential", "balance")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
-from fmbs_skfem.studies.planning.planner import SAFETY, Limits, Unresolved, plan
+from fmbs_skfem.studies.planning.planner import SAFETY, SHARE, Limits, Unresolved, plan
 
 SHAPE = np.sin(np.linspace(0.0, 3.0, 50))
 
@@ -178,3 +180,46 @@ def test_a_small_difference_of_meshes_after_a_large_one_is_not_believed() -> Non
     runs = Moment(0.0, 1e3)
     found = plan(runs, 4, 200)
     assert runs.error(found.cells, found.steps) <= 1.0
+
+
+class Unsettled(Known):
+    """Few steps do not resolve what fine meshes do: differences of meshes neither grow nor fall up to 800 steps."""
+
+    def error(self, cells: int, steps: int) -> float:
+        return super().error(cells, steps) + (40.0 * (9.0 - math.log2(cells)) if steps < 800 else 0.0)
+
+
+def test_meshes_whose_differences_do_not_fall_are_compared_with_more_steps() -> None:
+    found = plan(Unsettled(1e3, 1e7), 4, 200)
+    assert found.why == ""
+    assert found.met
+
+
+def test_a_mesh_is_judged_by_coarser_ones_with_as_many_steps() -> None:
+    """Errors of 168, 20, 3.5 fall by 9, and differences foretell 0.9 with 21 cells, which err by 1.9: 1.6 beside 16 cells."""
+
+    class Slower(Known):
+        def error(self, cells: int, steps: int) -> float:
+            return 768.0 / cells**2 + 30720.0 / cells**4
+
+    runs = Slower(0.0, 0.0)
+    found = plan(runs, 8, 200)
+    assert found.met
+    assert found.cells > 21
+    assert runs.error(found.cells, found.steps) <= 1.0
+
+
+class Touching(Known):
+    """Forces that jump, which settle late on a mesh of 4 cells and soon on finer ones."""
+
+    def error(self, cells: int, steps: int) -> float:
+        return self.mesh / cells**4 + (self.step / steps if cells <= 4 else 0.1 * self.step * 1e3 / steps**2)
+
+
+def test_half_of_the_steps_is_taken_where_runs_show_that_it_is_enough() -> None:
+    runs = Touching(1e3, 5e3, rough=True)
+    found = plan(runs, 4, 200)
+    assert found.met
+    assert runs.error(found.cells, found.steps) <= 1.0
+    assert found.steps < 5e3 / SAFETY / SHARE / 1.9  # over what the coarse mesh needs, of which its chain foretells twice as much
+    assert float(found.time[0, 0]) >= runs.error(found.cells, found.steps) - 1e3 / found.cells**4

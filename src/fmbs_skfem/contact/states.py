@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import singledispatch
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -33,6 +33,7 @@ class ContactState(Probe, word="contact"):
 
     load: Annotated[str, "a name of a contact"]
     calls = ("pushes",)
+    pausing: ClassVar[tuple[int, ...]] = (3,)
 
     def sense(self, name: str, draft: Draft) -> Output:
         gauge = draft.gauges.get(self.load)

@@ -90,12 +90,16 @@ def between(
         widest[unit] = float(np.fmax(widest.get(unit, 0.0), np.ptp(reference[column])))
     found: dict[str, OutputError] = {}
     for name, mine in titles.items():
+        kind = probes.kind_of(outputs[name])
         for column, unit in mine:
             if column in other:
                 group = [reference[sister] for sister, same in mine if same == unit]
-                least = 1.0 if probes.kind_of(outputs[name]).on_largest else still
+                least = 1.0 if kind.on_largest else still
                 zero = max((nothing or {}).get(unit, 0.0), NOTHING * widest[unit])
-                found[column] = single(name, unit, reference[column], other[column], group, least, zero, still * widest[unit])
+                theirs = other[column]
+                if outputs[name].columns.index(column) in kind.pausing:
+                    theirs = np.where((theirs == 0.0) | (reference[column] == 0.0), reference[column], theirs)
+                found[column] = single(name, unit, reference[column], theirs, group, least, zero, still * widest[unit])
     return found
 
 

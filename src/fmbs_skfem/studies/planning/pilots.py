@@ -118,7 +118,9 @@ class ScenePilots:
         return self.systems[level]
 
     def run(self, cells: int, steps: int, local_error: float = 0.0) -> Found | None:
-        """Outputs at INSTANTS instants or more; None where steps fail, many are divided, or are too large for a history.
+        """Outputs at INSTANTS instants or more, where something jumps at all of a run.
+
+        None where steps fail, many are divided, or are too large for a history.
 
         A force that repeats as often as the steps is the same at all their ends, and at those of half the steps.
         """
@@ -141,9 +143,10 @@ class ScenePilots:
         return found
 
     def solve(self, cells: int, steps: int, local_error: float = 0.0, watch: Record | None = None) -> Trajectory:
-        """The motion, at INSTANTS instants or about as many."""
-        analysis = self.analysis.piloted(steps, self.stride(steps), local_error, self.tolerance(steps, local_error))
-        return analysis.solve_for_outputs(self.system(cells), watch=watch)
+        """The motion, at INSTANTS instants or about as many, where forces jump or events happen at the ends of all steps."""
+        system, tolerance = self.system(cells), self.tolerance(steps, local_error)
+        every = 1 if self.rough or self.scene.events else self.stride(steps)  # reactions and contact forces have short peaks
+        return self.analysis.piloted(steps, every, local_error, tolerance).solve_for_outputs(system, watch=watch)
 
     def tolerance(self, steps: int, local_error: float = 0.0) -> float:
         """Newton's tolerance, over the size of the mechanism: that of the scene, or one that leaves LEFT of the accuracy.

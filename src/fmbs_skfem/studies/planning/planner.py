@@ -47,7 +47,9 @@ FEW = 8  #: times the steps of the chain of cells, above which the error of the 
 # proofs of thirty scenes differ by 0.04 to 0.98 of what was foretold, those of two that missed by 1.8
 DOUBT, MORE = 1.25, 1.4  #: difference of the proof over the foretold one that is too much, and steps that it asks for
 TWICE = 2.0  #: cells that a proof asks for at most, of those that it doubts
-DOUBTS = 5  #: proofs that are tried
+DOUBTS = 6  #: proofs that are tried
+MANY = 40  #: units of steps, above which four of them are rounded to
+APART = 1.25  #: ratio of cells from which a difference tells the error of the finer mesh
 LEFT = 0.25  #: of the accuracy, which the mesh may use at least
 
 
@@ -222,6 +224,13 @@ class Planner:
             self.see(self.log[-1])
         return self.known[cells, steps]
 
+    def rounded(self, steps: float) -> int:
+        """Whole steps, at least so many; many of forces that jump can be halved twice, see `fewer`."""
+        found = self.limits.rounded(steps)
+        if self.pilots.rough and found > MANY * self.limits.unit:
+            return replace(self.limits, unit=4 * self.limits.unit).rounded(steps)
+        return found
+
     def proved(
         self, chosen: tuple[int, int], time: Chain, mesh: Chain | None, why: str, free: tuple[bool, bool], known: int = 0
     ) -> Plan:
@@ -260,16 +269,33 @@ class Planner:
                 cells = min(math.ceil(np.clip(more, MORE, TWICE) * cells), self.limits.cells)
                 continue
             more = (size(found) / (SAFETY * SHARE)) ** (1.0 / time.power)
-            steps = self.limits.rounded(np.clip(more, MORE, REACH) * steps)
+            steps = self.rounded(np.clip(more, MORE, REACH) * steps)
+        if free_steps and self.pilots.rough:
+            steps, found = self.fewer(cells, steps, found, of_mesh)
         return Plan(cells, steps, found, of_mesh, tuple(self.log), why)
 
+    def fewer(self, cells: int, steps: int, error: np.ndarray, of_mesh: np.ndarray) -> tuple[int, np.ndarray]:
+        """Half of the steps, again and again, while twice the difference from these is within the share of the step.
+
+        Chains of forces that jump foretell many times too much where a coarse mesh does not settle as the chosen one does. Errors
+        that fall by two or more with every halving add up to twice the last difference.
+        """
+        while steps % (2 * self.limits.unit) == 0 and (apart := self.differ((cells, steps // 2), (cells, steps))) is not None:
+            if size(2.0 * apart) > SAFETY * SHARE or size(2.0 * apart + of_mesh) > 1.0:
+                break
+            steps, error = steps // 2, 2.0 * apart
+        return steps, error
+
     def of_mesh(self, cells: int, steps: int, mesh: Chain, known: int) -> np.ndarray:
-        """Errors (2, k) of a mesh: at least what its chain foretells.
+        """Errors (2, k) of a mesh: at least what its chain foretells, and what runs with fewer cells and as many steps tell.
 
         Where the run has many more steps than the chain, it resolves what the chain could not see, such as waves: a mesh of half as
         many cells tells that, with half of these steps, which prove the step as well.
         """
         foretold, half = mesh.errors(cells), self.limits.half(steps)
+        for other in [one for (one, same), run in self.known.items() if run is not None and same == steps]:
+            if APART * other <= cells and (apart := self.differ((other, steps), (cells, steps))) is not None:
+                foretold = np.maximum(foretold, apart / ((cells / other) ** mesh.power - 1.0))
         if steps <= FEW * known or cells < 2:
             return foretold
         difference = self.differ((cells // 2, half), (cells, half))
@@ -352,7 +378,7 @@ class Planner:
     def chain_of_cells(self, cells: int, steps: int, enough: int, goal: float, single: bool) -> tuple[Chain, int, str]:
         """The chain of meshes at one step, the steps that it took, and why it falls short of its goal, if it does.
 
-        Where differences grow, steps may not resolve what finer meshes do: more are taken, up to `enough`.
+        Where differences grow or do not fall, steps may not resolve what finer meshes do: more are taken, up to `enough`.
         """
         differences: list[np.ndarray] = []
         most = 2.0**self.pilots.order
@@ -367,12 +393,13 @@ class Planner:
                 continue
             cells *= 2
             differences.append(found)
-            if len(differences) > 1 and size(found) > size(differences[-2]) and FINER * steps <= enough:
-                steps, cells, differences = FINER * steps, cells // 2 ** len(differences), []
-                continue
             chain = Chain(cells, tuple(differences), LEAST, most, LEAST if single else FIRST, CHANCE_OF_CELLS)
             why = "cells" if 2 * cells > self.limits.cells else None
-            if (why := "" if single else judge(chain, goal, STRETCH, PLATEAU_OF_CELLS, why)) is not None:
+            why = "" if single else judge(chain, goal, STRETCH, PLATEAU_OF_CELLS, why)
+            grow = len(differences) > 1 and size(found) > size(differences[-2])
+            if (grow or why == "sensitive") and FINER * steps <= enough:
+                steps, cells, differences = FINER * steps, cells // 2 ** len(differences), []
+            elif why is not None:
                 return chain, steps, why
 
 
@@ -431,7 +458,7 @@ def plan(
         fine, some = time.fine, time.fine // FINER
         pairs = [((cells, fine // 2), (cells, fine)), *([((cells, some), (2 * cells, some))] if cells and free_cells else [])]
         return done.unsettled(time, np.zeros((2, 1)), f"{fine // 2} and {fine} steps", *pairs)
-    chosen = cells, max(steps, 1) if not free_steps else max(first, limits.rounded(time.needed(share)))
+    chosen = cells, max(steps, 1) if not free_steps else max(first, done.rounded(time.needed(share)))
     if not cells:
         return done.proved(chosen, time, None, why, (free_cells, free_steps))
     rest = max(SAFETY - time.error(chosen[1]), LEFT)

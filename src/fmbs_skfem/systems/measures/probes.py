@@ -65,6 +65,8 @@ class Probe(Declared, ABC):
     known_to_all: ClassVar[bool] = True  #: whether every reduced model knows it, so that their histories are drawn together
     on_largest: ClassVar[bool] = False  #: whether errors of columns count relative to the largest of them
     of_motions: ClassVar[tuple[str, ...]] = ()  #: parts that a whole motion has, and no instant of it
+    #: numbers of columns that are 0 where nothing is to be said, and jump there: errors count where both motions have them
+    pausing: ClassVar[tuple[int, ...]] = ()
     counted: ClassVar[tuple[int, ...]] = ()  #: numbers of columns that count from the first state of a motion: turns, energies
     #: what it may call of `Sensed` beside `energies`: while a run goes, nothing else is found of states that are not kept
     calls: ClassVar[tuple[Literal["reactions", "pushes"], ...]] = ("reactions", "pushes")
