@@ -56,8 +56,8 @@ def jump() -> object:
 
 
 def large_step() -> object:
-    """Example 2 turns by 2.9 rad in a step."""
-    return integrate(models.double_pendulum(8), GeneralizedAlpha(0.3), 3.0)
+    """Example 2 turns by 9.5 rad in a step; up to 0.75 s its steps find the way in parts."""
+    return integrate(models.double_pendulum(8), GeneralizedAlpha(1.25), 5.0)
 
 
 def signal() -> object:
@@ -178,13 +178,13 @@ def cause(way: str) -> diagnosis.Cause:
 
 
 def test_a_step_that_is_large_from_rest_is_named() -> None:
-    """Example 2 as it begins, of which all but the surroundings of the pin falls by g h^2 = 9.81 m in a step."""
+    """Example 2 as it begins, of which all but the surroundings of the pin falls by g h^2 = 157 m in a step."""
     with pytest.raises(SolverError) as caught:
-        integrate(models.double_pendulum(8), GeneralizedAlpha(1.0), 3.0)
+        integrate(models.double_pendulum(8), GeneralizedAlpha(4.0), 8.0)
     found = diagnosis.explain(caught.value)
     assert [one.name for one in found.causes] == ["large step"]
-    assert "moves the mechanism by 9.7" in found.causes[0].what
-    assert found.way == pytest.approx(9.81 * 1.0**2, rel=0.02)
+    assert "moves the mechanism by 157" in found.causes[0].what
+    assert found.way == pytest.approx(9.81 * 4.0**2, rel=0.02)
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -208,7 +208,7 @@ def test_the_first_cause_is_the_one_built_in(way: str) -> None:
     [
         ("huge load", ["loads on beam"]),
         ("jump", ["between t = 0.005 and 0.006 s", "a load on beam jumps from 1 to 1e+12"]),
-        ("large step", ["II turns by 2.9", "step of 0.3 s"]),
+        ("large step", ["II turns by 9.", "step of 1.25 s"]),
         ("stiff spring", ["a torsion spring on wheel vibrates with h omega = 200", "step of 0.001 s"]),
         ("signal", ["a load on beam is no finite number at t = 0.101 s"]),
         ("contradiction", ["drive.angle", "ask for different motions"]),
@@ -265,12 +265,12 @@ def test_an_attempt_repeats_the_iteration() -> None:
     """All step lengths; the last correction of an iteration that went too far is larger than one before it."""
     error, found = failed("large step")
     assert isinstance(error, FailedStep)
-    assert [attempt.step for attempt in found.attempts] == [0.3 / 2**k for k in range(HALVINGS + 1)]
+    assert [attempt.step for attempt in found.attempts] == [1.25 / 2**k for k in range(HALVINGS + 1)]
     assert found.step == error.run.done + 1
     for attempt in found.attempts:
         assert len(attempt.corrections) == len(attempt.residuals)
         assert found.good is not None
-        assert found.good < attempt.time <= found.good + 0.3 + 1e-12
+        assert found.good < attempt.time <= found.good + 1.25 + 1e-12
     diverged = [attempt.corrections for attempt in found.attempts if attempt.outcome is Reason.DIVERGED]
     assert diverged
     assert all(last > min(before) for *before, last in diverged)

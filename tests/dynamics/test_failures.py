@@ -152,18 +152,17 @@ def test_a_step_that_fails_is_halved() -> None:
         np.testing.assert_allclose(outputs(coarse)[column], outputs(fine)[column], atol=0.1)
 
 
-def test_a_step_from_which_newton_would_leap_is_halved() -> None:
+def test_newton_leaps_to_no_other_solution() -> None:
     """A spring turns a soft arm. Steps of 1 ms have another solution, too, of a crushed arm with 100 times the energy.
 
-    Its corrections grow on the way there; shorter steps follow the motion, and the tip goes where steps of 0.1 ms bring it.
+    The tip goes where steps of 0.1 ms bring it.
     """
     arm = body.cable("arm", models.segment(20), sections.Circular(0.01), sections.Material(195e6, 1800.0), dim=2)
     tip = At("arm", "right")
     spring = SpringDamper("spring", tip, (1.0, 0.3), stiffness=52.0, damping=0.36, length=0.1)
     hinge, sensed = joints.Pin("hinge", At("arm", "left")), {"tip": probes.Position(tip)}
     system = eliminate(assemble([arm], [hinge], [spring], outputs=sensed))
-    with pytest.warns(Notice, match="Newton's iteration failed"):
-        coarse = integrate(system, GeneralizedAlpha(1e-3), 0.05)
+    coarse = integrate(system, GeneralizedAlpha(1e-3), 0.05)
     fine = integrate(system, GeneralizedAlpha(1e-4), 0.05, every=10)
     assert energy_errors(coarse).rise < 1e-3
     assert energy_errors(coarse).fall < 0.01

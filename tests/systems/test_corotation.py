@@ -20,7 +20,7 @@ from fmbs_skfem.systems.terms.corotation import add_rotated_tangent
 
 from .. import models
 
-SCHEME, NEWTON, DURATION = GeneralizedAlpha(1e-3), Newton(tolerance=1e-10), 0.5
+SCHEME, NEWTON, DURATION = GeneralizedAlpha(1e-3), Newton(tolerance=1e-12), 0.5
 
 
 def complete(raw: System) -> System:

@@ -36,6 +36,8 @@ All three are one form in the gradient g = (g1, g2) of the curvature (in the pla
     B = gamma g1 g2 - tau r' g2 + (sigma + omega) r' r'' - omega r'' r' - sigma (r'.r'') I + skew J
     C = zeta I + gamma g2 g2 - sigma r' r'
 
+The modulus takes the axial strain eps in alpha from gradients of its own, see `laws.call_modulus`.
+
 Source (strain and curvature of the ANCF cable): Gerstmayr and Irschik, J. Sound Vib. 318 (2008) 461-487, doi
 10.1016/j.jsv.2008.04.019.
 """
@@ -228,8 +230,9 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
             W[q] = s[3, q] * twice
 
     @named
-    def modulus(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+    def modulus(u: Any, held: Any, section: Any, D: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
         count = points * cells
+        before = carray(held, (2 * dim, count))
         u, s, D = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(D, (2 * dim, 2 * dim, count))
         # 21 entries a point in space: a modulus takes 13 us at 500 points as vector instructions, 24 us without
         lanes = LANES if dim == 3 else count
@@ -238,10 +241,10 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
             for k in range(min(lanes, count - start)):
                 q = start + k
                 r, b = read(u, dim, q)
-                EA, f = s[0, q], s[3, q]
+                EA, f, slope = s[0, q], s[3, q], read(before, dim, q)[0]
                 B = bend(r, b, n, EA, s[1, q], s[2, q])
                 g1, g2, elastic, viscous = B.g1, B.g2, B.elastic, B.viscous
-                alpha = f * (EA * 0.5 * (dot(r, r) - 1.0) + elastic[0] + beta * viscous[0])
+                alpha = f * (EA * 0.5 * (dot(slope, slope) - 1.0) + elastic[0] + beta * viscous[0])
                 stretch = f * (EA * (1.0 + beta) + elastic[1] + beta * viscous[1])
                 gamma, tau = f * (elastic[2] + beta * viscous[2]), f * (elastic[3] + beta * viscous[3])
                 zeta, skew = f * (elastic[4] + beta * viscous[4]), f * elastic[5]

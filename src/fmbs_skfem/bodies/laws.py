@@ -55,6 +55,7 @@ class Law:
         entry: Callable[[int, str], int],
         option: int = 0,
         follows: bool = False,
+        holds: bool = False,
     ) -> None:
         self.name = name
         self.vectors = vectors  #: derivatives of r that it reads
@@ -63,6 +64,7 @@ class Law:
         self.entry = cache(entry)  #: address of its function of a kind in c components
         self.option = option  #: what its functions take beside the numbers
         self.follows = follows  #: whether it is a load that follows a surface or an edge
+        self.holds = holds  #: whether its modulus takes the stresses of other gradients
         if KNOWN.setdefault(name, self) is not self:
             raise InputError(say("law", "a name of its own", f"a second '{name}'"))
 
@@ -113,9 +115,9 @@ def of_cables(bends: str) -> Callable[[int, str], int]:
 
 CABLE = ("EA", "EI", "kappa0", "weight")
 PRESSED = ("p", "v0", "weight")
-Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), of_cables("quadratic"))
-Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), of_cables("curved"), option=2)
-Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), of_cables("curved"), option=3)
+Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), of_cables("quadratic"), holds=True)
+Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), of_cables("curved"), option=2, holds=True)
+Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), of_cables("curved"), option=3, holds=True)
 CABLES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT)
 Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), hand_written(".membrane_law"))
 Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), hand_written(".shell_law"))
@@ -193,12 +195,13 @@ def call_dissipation(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, section
 
 
 @jit
-def call_modulus(calls: np.ndarray, u: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
+def call_modulus(calls: np.ndarray, u: np.ndarray, held: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
     """D = weight d2W/du2 (+ viscosity) in compiled code, as `modulus`, with the `addresses` of the law.
 
-    u (k c, p, e), section (i, p, e), D (k c, k c, p, e), all contiguous; `beta` [-]. D is overwritten.
+    Laws that hold stresses, `Law.holds`, take those of the gradients `held` for what they do in it. u and `held` (k c, p, e),
+    section (i, p, e), D (k c, k c, p, e), all contiguous; `beta` [-]. D is overwritten.
     """
-    call(calls[MODULUS], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
+    call(calls[MODULUS], (u, held, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
     if calls[VISCOSITY] != 0 and beta > 0.0:
         call(calls[VISCOSITY], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
 
@@ -236,4 +239,4 @@ def modulus(law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.nda
     gh [1/s] is the factor of derivatives by rates in the iteration matrix, see `systems.evaluation`. D is written in place; u
     (k c, p, e), section (i, p, e).
     """
-    call_modulus(addresses(law, len(u) // law.vectors, beta > 0.0), u, beta, section, D)
+    call_modulus(addresses(law, len(u) // law.vectors, beta > 0.0), u, u, beta, section, D)

@@ -128,6 +128,7 @@ def space(model: Compiled) -> Space:
         W=W,
         entries=W.reshape(-1) if entries is None else np.zeros(entries),
         turning=np.zeros(1, np.int64),
+        holding=np.zeros(1, np.int64),
         turned=np.zeros(sum(term.turned for term in model.terms)),
         gradients=np.zeros((2, sum(term.kept for term in model.terms))),
         way=np.zeros(n),
@@ -474,7 +475,7 @@ def accepted(
 def working(
     model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Forces (n,) of all that has no potential [N], in the order of the model, and gradients (g,) of elastic terms that are damped.
+    """Forces (n,) of all that has no potential [N], in the order of the model, and gradients (g,) of elastic terms that keep them.
 
     See `work`; `memory` as in `place`.
     """

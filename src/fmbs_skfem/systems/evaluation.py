@@ -121,7 +121,8 @@ class Space(NamedTuple):
     entries: Vector  #: (z,) where tangents of cells go: all of W, or the lower triangle of K in `lifts`, zeros before and after
     turning: Integers  #: (1,) 1 where terms may turn the tangents that they assembled last
     turned: Vector  #: what they keep for it, see `turned_tangents`
-    gradients: Matrix  #: (2, g) and their rates, of damped cells and points: rows NOW and ACCEPTED
+    gradients: Matrix  #: (2, g) of cells and points that hold stresses, and their rates of damped ones: rows NOW and ACCEPTED
+    holding: Integers  #: (1,) 1 where tangents take the stresses of the accepted state
     way: Vector  #: (n,) of the last step
     span: Vector  #: (1,) its time [s]
     y: Vector  #: (j,) probe rows

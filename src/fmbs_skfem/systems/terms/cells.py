@@ -46,7 +46,7 @@ class CellsRecord(NamedTuple):
     table: Tensor  #: (k, p, b, e)
     section: Cube  #: (i, p, e)
     targets: Targets
-    kept: int  #: first place in the gradients of a space, where it is damped
+    kept: int  #: first place in the gradients of a space, see `elastic.first_kept`
 
 
 opened = opener(CellsRecord)
@@ -272,9 +272,10 @@ def compile_term(cells: Cells, setting: Setting) -> Term:
     work = max(gradients**2 * points * count, gradients * points * count + size * count, (size * (size + 1) // 2 + vectors) * count)
     calls = laws.addresses(cells.law, dim, setting.beta > 0.0)
     nodes, table, section = (np.ascontiguousarray(part) for part in (cells.nodes, cells.table, cells.section))
-    record = CellsRecord(calls, setting.beta, nodes, table, section, setting.targets(couplings(cells)), setting.kept)
-    damped = setting.beta > 0.0
-    return Term(record, ROUTINES, work, damped, 2 * gradients * points * count if damped else 0)
+    targets, first = setting.targets(couplings(cells)), terms.first_kept(cells.law, setting)
+    record = CellsRecord(calls, setting.beta, nodes, table, section, targets, first)
+    kept = terms.count_kept(cells.law, gradients * points * count, setting)
+    return Term(record, ROUTINES, work, setting.beta > 0.0, kept)
 
 
 @terms.position_gradients.register(Cells)

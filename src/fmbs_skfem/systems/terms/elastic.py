@@ -115,6 +115,16 @@ class Setting:
     turned: int  #: first place in what it keeps of turned tangents
 
 
+def first_kept(law: laws.Law, setting: Setting) -> int:
+    """The first place of its gradients in what a space keeps; -1 where neither damping nor its modulus needs them."""
+    return setting.kept if setting.beta > 0.0 or law.holds else -1
+
+
+def count_kept(law: laws.Law, gradients: int, setting: Setting) -> int:
+    """How many numbers a space keeps of so many gradients: rates as well where they are damped."""
+    return (2 if setting.beta > 0.0 else 1) * gradients if first_kept(law, setting) >= 0 else 0
+
+
 @dataclass
 class Lifts:
     """Coordinates p (p,) of the cells, while pieces of bodies say which ones they read: those of the bodies, or images of them.
@@ -174,7 +184,7 @@ def at_points(
     def force(table: Any, record: Any) -> int:
         s, P = evaluation(table).space, opened(record)
         # damped terms keep their gradients: the heat of a step then costs no second evaluation
-        room, at = (s.gradients[NOW], P.kept) if P.beta > 0.0 else (s.work[0], 0)
+        room, at = (s.gradients[NOW], P.kept) if P.kept >= 0 else (s.work[0], 0)
         u = read(s, P, 0, room, at)
         rate = read(s, P, 1, room, at + u.size) if P.beta > 0.0 else u
         # stresses beside gradients, in rooms that all terms share
@@ -189,7 +199,9 @@ def at_points(
         u = read(s, P, 0, s.work[0], 0)
         rows, points, cells = u.shape
         D = view(s.work[1], 0, (rows, rows, points, cells))
-        laws.call_modulus(P.calls, u, s.gh[0] * P.beta, P.section, D)
+        # on the way of a step guesses stretch what turns: stresses of the state before are nearer to those of its end
+        held = place(P, s.gradients[ACCEPTED], P.kept) if P.kept >= 0 and s.holding[0] == 1 else u
+        laws.call_modulus(P.calls, u, held, s.gh[0] * P.beta, P.section, D)
         add_tangent(s, P, D)
         return 0
 

@@ -61,7 +61,7 @@ class PointsRecord(NamedTuple):
     transposed: Rows  #: (r, k c p): forces read these alone, so that they stay in the cache from gather to scatter
     offset: Vector  #: (k c p,)
     section: Cube  #: (i, 1, p)
-    kept: int  #: first place in the gradients of a space, where it is damped
+    kept: int  #: first place in the gradients of a space, see `elastic.first_kept`
 
 
 opened = opener(PointsRecord)
@@ -207,11 +207,10 @@ def compile_term(points: Sampled, setting: Setting) -> Term:
     calls = laws.addresses(points.law, setting.dim, setting.beta > 0.0)
     gradients, offset, section = (np.ascontiguousarray(part) for part in (points.rows, points.offset, points.section))
     # both orders are kept: forces read columns, tangents rows
-    record = PointsRecord(
-        calls, setting.beta, points.columns.start, gradients, np.ascontiguousarray(gradients.T), offset, section, setting.kept
-    )
-    rows, damped = points.law.vectors * setting.dim, setting.beta > 0.0
-    return Term(record, ROUTINES, max(rows**2 * section.shape[2], gradients.size, 1), damped, 2 * len(gradients) if damped else 0)
+    first, transposed = terms.first_kept(points.law, setting), np.ascontiguousarray(gradients.T)
+    record = PointsRecord(calls, setting.beta, points.columns.start, gradients, transposed, offset, section, first)
+    rows, kept = points.law.vectors * setting.dim, terms.count_kept(points.law, len(gradients), setting)
+    return Term(record, ROUTINES, max(rows**2 * section.shape[2], gradients.size, 1), setting.beta > 0.0, kept)
 
 
 @terms.position_gradients.register(Sampled)

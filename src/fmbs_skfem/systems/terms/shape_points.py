@@ -43,7 +43,7 @@ class ShapePointsRecord(NamedTuple):
     transposed: Rows  #: (b, k p)
     section: Cube  #: (i, 1, p)
     targets: Targets
-    kept: int  #: first place in the gradients of a space, where it is damped
+    kept: int  #: first place in the gradients of a space, see `elastic.first_kept`
     gram: Rows  #: (b, b) of first derivatives where its tangent turns with the body, else (0, 0)
     turned: int  #: first place in what a space keeps of turned tangents
 
@@ -264,13 +264,13 @@ def compile_term(points: ShapePoints, setting: Setting) -> Term:
         transposed=np.ascontiguousarray(table.T),
         section=np.ascontiguousarray(points.section),
         targets=setting.targets(couplings(points)),
-        kept=setting.kept,
+        kept=terms.first_kept(points.law, setting),
         gram=gram_of(points) if turns else np.zeros((0, 0)),
         turned=setting.turned,
     )
     work = max((K * dim) ** 2 * P, K * dim * P + K * P + B, K * P * B * dim * (dim + 1) // 2, B * dim * (B * dim + 1) // 2)
     kept = turned_tangents.room(B) if turns else 0
-    return Term(record, ROUTINES, work, damped, 2 * K * P * dim if damped else 0, turned=kept)
+    return Term(record, ROUTINES, work, damped, terms.count_kept(points.law, K * P * dim, setting), turned=kept)
 
 
 def gram_of(points: ShapePoints) -> np.ndarray:
