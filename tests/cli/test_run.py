@@ -280,9 +280,9 @@ outputs:
 """
 
 
-@pytest.mark.parametrize("step,told", [("16 ms", True), ("5 ms", False)])
+@pytest.mark.parametrize("step,told", [("12 ms", True), ("5 ms", False)])
 def test_energy_from_nowhere_is_told(step: str, told: bool, tmp_path: Path) -> None:
-    """A beam turns at 10 rad/s. Steps of 0.16 rad converge without numerical damping, and nearly double its energy.
+    """A beam turns at 10 rad/s. Steps of 0.12 rad converge without numerical damping, and nearly double its energy.
 
     Beside a rope, whose derivatives jump where it becomes taut, steps are not judged by their corrections; without it
     they are divided.
@@ -407,12 +407,13 @@ $EndElements
 """
 
 
-@pytest.mark.parametrize("duration,code", [("1.5 s", 4), ("0.42 s", 0)])
+@pytest.mark.parametrize("duration,code", [("4 s", 4), ("0.4 s", 0)])
 def test_an_energy_that_rises_tenfold_ends_with_exit_code_4(duration: str, code: int, tmp_path: Path) -> None:
-    """Two cells turn at 10 rad/s in steps of 0.3 rad, which all converge: the motion is kept up to where its energy is sound."""
+    """Two soft cells turn by 0.25 rad a step; all steps converge: the motion is kept up to where its energy is sound."""
     (tmp_path / "beam_10.msh").write_text(TWO_CELLS)
     path = tmp_path / "spinning.yaml"
-    path.write_text(SPINNING.replace("20 ms", "30 ms").replace("2 s", duration))
+    soft = SPINNING.replace("EA: 1e4 N", "EA: 3e3 N").replace("rho_inf: 1", "rho_inf: 0.99").replace("20 ms", "25 ms")
+    path.write_text(soft.replace("2 s", duration))
     done = fmbs("run", path, "--out", tmp_path / "out", "--json", "--no-plots")
     assert done.code == code, done.err
     if code == 0:
@@ -421,7 +422,7 @@ def test_an_energy_that_rises_tenfold_ends_with_exit_code_4(duration: str, code:
     failure, end = done.json["failure"], done.json["end"]
     assert done.json["status"] == "error"
     assert failure["reason"] == "the energy balance rises"
-    assert 0.0 < end < 1.9
+    assert 0.0 < end < 4.0
     assert 0.25 < failure["turns"]["beam"] < 0.5
     assert [cause["name"] for cause in failure["causes"]] == ["unstable"]
     assert np.loadtxt(tmp_path / "out" / "outputs.csv", delimiter=",", skiprows=1)[-1, 0] == pytest.approx(end)

@@ -125,7 +125,7 @@ def solved(scene: scenes.Scene, steps: int = STEPS, cells: int | None = None) ->
         return scene.analysis.solve(system)
     analysis = build.dynamic(scene)
     scheme = GeneralizedAlpha(analysis.step, analysis.rho_inf)
-    return integrate(system, scheme, steps * analysis.step, Newton(analysis.tolerance))
+    return integrate(system, scheme, steps * analysis.step, analysis.newton)
 
 
 def positions(motion: Trajectory) -> np.ndarray:

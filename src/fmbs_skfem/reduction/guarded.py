@@ -54,7 +54,7 @@ from .spaces.pod import Basis
 
 NOTE = "guard"  #: of a file, what guarded runs need to know
 SHARE = 0.3  #: of the accuracy that the factor between indicator and error of the training is trusted with
-PERTURBED = 1e-6  #: change of velocities over the size of the mechanism [1/s], far above round-off and far below what is nonlinear
+PERTURBED = 1e-4  #: change of velocities over the size of the mechanism [1/s], far above what Newton leaves, and linear
 # double pendulum, 6000 steps: a look costs 0.6 of a full step, so that all of them take 2 % of a full run
 LOOKS = 4  #: at the indicator in a window
 # the rest of the budget falls with the power RATE of the rest of the time, and is never used up; with 1 a start is as bad as an end
