@@ -84,7 +84,7 @@ def test_weights_are_positive_and_exact_on_quadratic_splines(growth: float) -> N
         ends = np.concatenate([[0.0], np.cumsum(growth ** random.uniform(-1.0, 1.0, cells))])
         space = line.uniform(ends, 3, 2)
         table = line.tabulate(space, 3)
-        weights = locking.axial_weights(space, table)
+        weights = locking.reduced_weights(space, table)
         used = weights != 0.0
         strains = line.uniform(ends, 2, 1)
         assert weights[used].min() > 0.0
@@ -95,7 +95,7 @@ def test_weights_are_positive_and_exact_on_quadratic_splines(growth: float) -> N
 
 def test_equal_cells_have_one_point_each() -> None:
     space = line.uniform(12, 3, 2)
-    weights = locking.axial_weights(space, line.tabulate(space, 3)) * 12
+    weights = locking.reduced_weights(space, line.tabulate(space, 3)) * 12
     assert np.count_nonzero(weights) == 16
     assert_allclose(weights[4:-4, 1], 1.0, atol=1e-3)
 

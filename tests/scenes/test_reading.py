@@ -126,14 +126,18 @@ def test_parameters_of_a_sweep() -> None:
         (
             "type: cable",
             "type: cabel",
-            "scene:7: bodies.beam.type: expected one of cable, part, plate, point_mass, rigid, rigid_plate, shell, got 'cabel'; "
-            "did you mean 'cable'",
+            "scene:7: bodies.beam.type: expected one of beam, cable, part, plate, point_mass, rigid, rigid_plate, shell, got "
+            "'cabel'; did you mean 'cable'",
         ),
-        ("type: cable", "type: beam", "got 'beam'; perhaps 'cable': A thin cable or beam along a line of a mesh file$"),
+        (
+            "type: cable",
+            "type: beam",
+            "type: expected a cable in the plane, got a beam with torsion; write type: cable, or dimension: 3",
+        ),
         (
             "    type: cable\n",
             "",
-            "scene:6: bodies.beam: expected the key 'type', got no such key; write one of cable, part, plate, point_mass",
+            "scene:6: bodies.beam: expected the key 'type', got no such key; write one of beam, cable, part, plate, point_mass",
         ),
         ("type: pin", "type: pni", "scene:16: joints.hinge.type: .* did you mean 'pin'"),
         ("moment: 3 N m", "mom: 3 N m", "scene:22: loads.twist.moment: expected the key 'moment', got no such key; add a moment"),

@@ -39,7 +39,7 @@ from .values import Value, of_line
 
 BENDS_ALIKE = "a section of the same bending stiffness about all its axes"  #: of a cable in space, which has one bending stiffness
 BENDS_ALIKE_REMEDY = (
-    "a cable has one bending stiffness: take a circular section, give EA, EI and rhoA, model a plate, or stay in the plane"
+    "a cable has one bending stiffness: take `type: beam`, a circular section, give EA, EI and rhoA, or stay in the plane"
 )
 
 
@@ -60,10 +60,10 @@ class Cells:
     Table and section of `later` cells are made when one of them is first read.
     """
 
-    law: Annotated[Law, Attributes("k=vectors i=rows")]
+    law: Annotated[Law, Attributes("k=orders i=rows")]
     table: Annotated[np.ndarray, Reals("k p b e")]  #: derivatives of the basis that the law reads [1/m, 1/m2]
     nodes: Annotated[np.ndarray, Indices("b e", end="w", reach="c")]  #: first component of each basis function in the coordinates
-    dim: Annotated[int, Attributes("c")]  #: number of components
+    dim: Annotated[int, Attributes("c")]  #: number of components of a function, those of all fields of the law
     section: Annotated[np.ndarray, Reals("i p e")]  #: rows of the law, the last one the quadrature weight
     spread: Annotated[csr_array | None, Reals("w q")] = None  #: coordinates of the cells from the body's, where others
 
@@ -92,7 +92,7 @@ class Cells:
     def shape(self) -> tuple[int, int, int, int]:
         """(k, p, b, e) of the table."""
         points = self.points if "numbers" in self.__dict__ else self.table.shape[1]
-        return (self.law.vectors, points, *self.nodes.shape)
+        return (self.law.orders, points, *self.nodes.shape)
 
     def moved(self, first: int, spread: csr_array | None = None) -> Cells:
         """The cells in coordinates where theirs begin at `first`, or are `spread` (w, q) from all: w the coordinates of the cells.
@@ -175,6 +175,7 @@ class Body:
     stiffness: csr_array | None = None  #: (b, b) constant springs between the functions, the same for every component [N/m]
     outline: np.ndarray | None = None  #: (x, b) points of the line that a picture shows of a rigid body, over its functions
     values: dict[str, Value] = field(default_factory=dict)  #: numbers that scale its energy and mass, see `values`
+    directors: csr_array | None = None  #: (3 n, b) d_1, d_2, d_3 over the n functions of the space, of a beam
     arcs: np.ndarray | None = None  #: (2, x) parameters and arc lengths [m] of the curved line that its cells follow
 
     @property
@@ -193,7 +194,7 @@ class Body:
         return self.reference if self.spread is None else np.asarray(self.spread @ self.reference)
 
 
-storable(Body, values=lambda values: {}, arcs=lambda values: None)
+storable(Body, values=lambda values: {}, arcs=lambda values: None, directors=lambda values: None)
 
 
 def cable(
@@ -483,6 +484,11 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
     if body.space is None:
         return vector_row(body, derivative, 0, csr_array(([1.0], ([0], [0])), shape=(1, len(body.reference))))
     xi = np.array([place])
+    if body.directors is not None and 0 < derivative <= 3:
+        count = body.directors.shape[0] // 3
+        return vector_row(
+            body, derivative, 3, as_csr(line.sample(body.space, xi) @ body.directors[(derivative - 1) * count : derivative * count])
+        )
     row = own(body, line.sample(body.space, xi, min(derivative, 1)))
     size = np.linalg.norm(row @ body.reference) if derivative else 1.0
     return vector_row(body, derivative, 1, as_csr(row / size) if derivative else row)

@@ -101,10 +101,25 @@ def samples(law: Law, dim: int, bent: bool, random: Generator) -> tuple[np.ndarr
     if law in (Law.MEMBRANE, Law.SHELL):
         section = surface_sections(random, law, bent)
         return section, surface_reference(random, section, dim), surface_gradients(random, law.vectors, dim)
+    if law is Law.BEAM:
+        return *beam_samples(random), surface_gradients(random, law.vectors, dim)
     if law.bends:
         section = cable_sections(random, dim, bent)
         return section, cable_reference(section, dim), cable_gradients(random, dim)
     return random.uniform(0.5, 2.0, (law.rows, POINTS, CELLS)), None, surface_gradients(random, law.vectors, dim)
+
+
+def beam_samples(random: Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Sections (i, p, e) of beams with coupled strains, and their random reference gradients (24, p, e), curved and sheared."""
+    reference, section = random.normal(size=(24, POINTS, CELLS)), random.uniform(0.5, 2.0, (Law.BEAM.rows, POINTS, CELLS))
+    A = random.normal(size=(6, 6, POINTS, CELLS))
+    section[:21] = np.einsum("ikpe,jkpe->ijpe", A, A)[np.triu_indices(6)]
+    d, slope, turn = reference[3:12].reshape(3, 3, POINTS, CELLS), reference[12:15], reference[15:].reshape(3, 3, POINTS, CELLS)
+    inner = lambda a, b: np.einsum("cpe,cpe->pe", a, b)  # noqa: E731
+    section[22:25] = [inner(d[i], slope) for i in range(3)]
+    section[25:28] = [0.5 * (inner(d[k], turn[j]) - inner(d[j], turn[k])) for j, k in ((1, 2), (2, 0), (0, 1))]
+    section[28:34] = [inner(d[j], d[k]) for j, k in ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))]
+    return section, reference
 
 
 def cable_sections(random: Generator, dim: int, bent: bool) -> np.ndarray:

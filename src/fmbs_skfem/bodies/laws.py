@@ -6,6 +6,7 @@ r"""Laws of what happens at a point, behind one door: an energy W(u) of gradient
     QUADRATIC, MATERIAL, EXACT     r' r''                     EA, EI, kappa0, weight                       `cable_law`
     MEMBRANE                       r,1 r,2                    A, nu, weight                                `membrane_law`
     SHELL                          r,1 r,2 r,11 r,22 r,12     A, B, nu, b0_11, b0_22, b0_12, weight        `shell_law`
+    BEAM                           r d_i r' d_i'              C_ij (i <= j), E, e0_k, weight               `strain_law`
     PRESSURE, EDGE_PRESSURE        r r,1 r,2 | r r,1          p, v0, weight                                `pressure_law`
 
 The last two are loads that follow a surface, not elastic. `own_laws.define` makes a law of an energy in symbols. Laws are called by
@@ -45,6 +46,7 @@ class Law:
     SHELL: ClassVar[Law]
     PRESSURE: ClassVar[Law]
     EDGE_PRESSURE: ClassVar[Law]
+    BEAM: ClassVar[Law]
 
     def __init__(
         self,
@@ -56,9 +58,11 @@ class Law:
         option: int = 0,
         follows: bool = False,
         holds: bool = False,
+        fields: int = 1,
     ) -> None:
         self.name = name
-        self.vectors = vectors  #: derivatives of r that it reads
+        self.vectors = vectors  #: derivatives of r that it reads, or of all its fields
+        self.fields = fields  #: vectors that a function of a full body stands for: r alone, or r and directors
         self.section = section  #: rows of its section, the last one the quadrature weight
         self.dims = dims  #: numbers of components c that it serves
         self.entry = cache(entry)  #: address of its function of a kind in c components
@@ -73,6 +77,11 @@ class Law:
 
     def __reduce__(self) -> Any:
         return find, (self.name,)
+
+    @property
+    def orders(self) -> int:
+        """Derivatives of each field that it reads."""
+        return self.vectors // self.fields
 
     @property
     def rows(self) -> int:
@@ -113,6 +122,13 @@ def of_cables(bends: str) -> Callable[[int, str], int]:
     return entry
 
 
+def of_strains(dim: int, kind: str) -> int:
+    """Addresses of functions in `strain_law`; the modulus has the viscosity in it."""
+    from . import strain_law
+
+    return 0 if kind == "viscosity" else int(strain_law.FUNCTIONS[kind]())
+
+
 CABLE = ("EA", "EI", "kappa0", "weight")
 PRESSED = ("p", "v0", "weight")
 Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), of_cables("quadratic"), holds=True)
@@ -123,8 +139,22 @@ Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), hand_written(".me
 Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), hand_written(".shell_law"))
 Law.PRESSURE = Law("PRESSURE", 3, PRESSED, (3,), hand_written(".pressure_law"), follows=True)
 Law.EDGE_PRESSURE = Law("EDGE_PRESSURE", 2, PRESSED, (2,), hand_written(".pressure_law", "edge_"), follows=True)
+STRAINS = ("gamma1", "gamma2", "gamma3", "kappa1", "kappa2", "kappa3")  #: of a beam
+STIFFNESS = tuple(f"C{i + 1}{j + 1}" for i in range(6) for j in range(i, 6))
+Law.BEAM = Law(
+    "BEAM", 8, (*STIFFNESS, "E", *STRAINS, *(f"E{k + 1}" for k in range(6)), "weight"), (3,), of_strains, holds=True, fields=4
+)
 #: numbers of laws in outputs, and in earlier files of reduced models
-NUMBERS = {0: Law.QUADRATIC, 2: Law.MATERIAL, 3: Law.EXACT, 4: Law.MEMBRANE, 5: Law.SHELL, 6: Law.PRESSURE, 7: Law.EDGE_PRESSURE}
+NUMBERS = {
+    0: Law.QUADRATIC,
+    2: Law.MATERIAL,
+    3: Law.EXACT,
+    4: Law.MEMBRANE,
+    5: Law.SHELL,
+    6: Law.PRESSURE,
+    7: Law.EDGE_PRESSURE,
+    8: Law.BEAM,
+}
 
 
 def number(law: Law) -> int:

@@ -1,15 +1,23 @@
-"""Sections and materials of slender bodies: axial stiffness EA [N], bending stiffness EI [N m2], mass per length rhoA [kg/m]."""
+"""Sections and materials of slender bodies: axial stiffness EA [N], bending stiffness EI [N m2], mass per length rhoA [kg/m].
+
+A beam with torsion and shear takes all of a section, see `BeamSection`.
+"""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import numpy as np
 
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from ..core.values.fields import Density, Length, quantity
+
+if TYPE_CHECKING:
+    from .beams.section_shapes import Outline
 
 
 def positive(where: str, **values: float) -> None:
@@ -33,6 +41,25 @@ class Material:
             raise InputError(say("material.poisson_ratio", "a number above -1 and up to 0.5", self.poisson_ratio))
 
 
+@dataclass(frozen=True)
+class BeamSection:
+    """What a section gives a beam with torsion and shear, in the axes of its directors: x along the beam, y and z across."""
+
+    stiffness: np.ndarray  #: (6, 6) of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]
+    mass: np.ndarray  #: (3, 3) int rho (1, y, z)^T (1, y, z) dA [kg/m, kg, kg m]
+    radius: float = 0.01  #: drawn radius [m]
+    outline: tuple[np.ndarray, ...] = ()  #: loops (n, 2) of its contour, where it is known [m]
+
+    def __post_init__(self) -> None:
+        for what, matrix, size, least in (("stiffness", self.stiffness, 6, 1e-15), ("mass", self.mass, 3, -1e-12)):
+            symmetric = matrix.shape == (size, size) and np.isfinite(matrix).all() and np.allclose(matrix, matrix.T, rtol=1e-9)
+            if not symmetric or not np.linalg.eigvalsh(matrix)[0] > least * np.abs(matrix).max():
+                expected = f"a symmetric {size} x {size} matrix" + (
+                    " that is positive" if least > 0 else " without negative directions"
+                )
+                raise InputError(say(f"section.{what}", expected, matrix.tolist()))
+
+
 class Section(Declared, ABC):
     """A section of a slender body, see `core.declared`: it gives the stiffnesses and the mass per length.
 
@@ -49,6 +76,24 @@ class Section(Declared, ABC):
     def bends_alike(self) -> bool:
         """Whether it has the same bending stiffness about all axes, as a cable in space needs."""
         return True
+
+    def outline(self) -> Outline | None:
+        """Its contour with axes y and z; None where nobody knows it."""
+        return None
+
+    def of_beam(self, material: Material | None) -> BeamSection:
+        """All that a beam with torsion and shear needs, its line at the centroid; InputError where that is not known."""
+        from .beams import section_constants
+
+        outline = self.outline()
+        if outline is None:
+            raise InputError(say("section", "one whose shape is known, or matrices of stiffness and mass", f"{self}"))
+        if material is None:
+            raise InputError(say("material", "a Material for a solid section", "nothing", "or give matrices of stiffness and mass"))
+        found = section_constants.constants(outline, material.poisson_ratio)
+        stiffness = section_constants.stiffness(found, material.young_modulus)
+        radius = float(np.linalg.norm(found.outline[0], axis=1).max())
+        return BeamSection(stiffness, section_constants.mass(found, material.density), radius, found.outline)
 
 
 @dataclass(frozen=True)
@@ -68,10 +113,15 @@ class Circular(Section):
         inertia = area * self.diameter * self.diameter / 16
         return _solid(area, inertia, self.diameter / 2, material)
 
+    def outline(self) -> Outline:
+        from .beams import section_shapes
+
+        return section_shapes.circle(self.diameter)
+
 
 @dataclass(frozen=True)
 class Rectangular(Section):
-    """Solid rectangular section, `height` in the plane of bending: A = w h, I = w h^3/12.
+    """Solid rectangular section, `height` in the plane of bending: A = w h, I = w h^3/12; of a beam the width is along y.
 
     {shape: rectangular, width: 20 mm, height: 3 mm}
     """
@@ -90,6 +140,11 @@ class Rectangular(Section):
         area = self.width * self.height
         inertia = area * self.height * self.height / 12
         return _solid(area, inertia, self.height / 2, material)
+
+    def outline(self) -> Outline:
+        from .beams import section_shapes
+
+        return section_shapes.rectangle(self.width, self.height)
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ from .histories import finite_signals
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
 
-PLATES = (Law.MEMBRANE, Law.SHELL)
+PLATES = (Law.MEMBRANE, Law.SHELL, Law.BEAM)
 # first derivatives divide round-off by d, second and third ones by d^2 and d^3, which asks for longer ways: accelerations of a
 # heavy top differ by 2e-12 at half and 5e-13 at twice of CURVATURE, third derivatives by 3e-9 and 5e-10, at 0.01 by 5e-6
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
@@ -128,7 +128,7 @@ def velocity_gaps(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray,
 
 
 def has_plates(system: System) -> bool:
-    """Whether a body is a plate or a shell."""
+    """Whether a body is a plate or a shell, or a beam with directors: what has waves that no step resolves."""
     return any(part.gather.law in PLATES for part in system.elastic)
 
 
@@ -156,11 +156,12 @@ def start_of(model: Compiled) -> Instant:
 def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | None = None, filtered: bool = False) -> Start:
     """x, v with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0, of the rows that hold.
 
-    Plates take M + (gh C + K) / bh in place of M: under
-    a load that starts as a step M^-1 f is huge in the waves that the step h does not resolve, and the run would carry them on. So
-    does whatever is `filtered`, with C and K of its forces too: what that leaves out is of second order in h. An impulse, of drives
-    that begin with a rate or of joints that lock, changes velocities by `jump`. By M alone a drive would turn one node of a beam,
-    with rates of strain that no step resolves: a damped beam driven at 1 mrad/s then began with 0.16 J in place of 6e-7 J.
+    Plates and beams with directors take M + (gh C + K) / bh in place of M: under a load that starts as a step M^-1 f is huge in the
+    waves that the step h does not resolve, and the run would carry them on. Beams that turn then have the forces of the end of a
+    step, f + f'' / bh along v. So does whatever is `filtered`, with C and K of its forces too: what that leaves out is of second
+    order in h. An impulse, of drives that begin with a rate or of joints that lock, changes velocities by `jump`. By M alone a
+    drive would turn one node of a beam, with rates of strain that no step resolves: a damped beam driven at 1 mrad/s then began
+    with 0.16 J in place of 6e-7 J.
     """
     at = at or start_of(model)
     system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
@@ -194,12 +195,20 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     leap = partial(jump, model, held(system, on), x, J, h=h, invert=invert)
     v = projected(held(system, on), v, J, drift, leap, invert) if at.first else v + leap(J @ v + drift)
     f = compilation.forces(model, x, v, at.time, at.memory)
+    if v.any() and any(part.gather.law is Law.BEAM for part in system.elastic):
+        f = f + curved_forces(model, at, CURVATURE * h) / method_of(scheme, Newton(), h, model).bh
     d = CURVATURE * h
     a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
     change = still if steady else solve(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
     am, af, _, beta = scheme.coefficients
     late = am - af  # a is q'' at t + (am - af) h
     return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
+
+
+def curved_forces(model: Compiled, at: Instant, d: float) -> np.ndarray:
+    """d2 f(x + t v) / dt2 (n,) of forces at rest, by differences over d [s]: what turns bends the forces that hold it in shape."""
+    ahead, now, behind = (compilation.forces(model, at.x + t * at.v, 0.0 * at.v, at.time, at.memory) for t in (d, 0.0, -d))
+    return (ahead - 2.0 * now + behind) / (d * d)
 
 
 def of_joints(model: Compiled, at: Instant, name: str, parts: tuple[Any, ...], make: Callable[[], Found]) -> Found:

@@ -118,6 +118,8 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
     """
     if part.cells is None:
         raise InputError(say(f"body '{part.name}'", "an elastic body", "one without cells"))
+    if part.directors is not None:
+        raise InputError(say(f"body '{part.name}'", "a cable, plate or shell", "a beam with torsion", "reduce the whole model"))
     if len(S) != len(part.reference):
         raise InputError(say(f"body '{part.name}'", f"shape functions over its {len(part.reference)} functions", f"over {len(S)}"))
     fields = np.column_stack([part.constant, part.reference])

@@ -18,6 +18,7 @@ import numpy as np
 from ..bodies import body as bodies
 from ..bodies import laws, rigid, values
 from ..bodies import plate as plates
+from ..bodies.beams import beam as beams
 from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY, Body
 from ..bodies.sections import Given, Material, Section
 from ..core.declared import Declared
@@ -27,6 +28,7 @@ from ..core.values.fields import ANY, Count, Density, FileUnit, Length, Position
 from ..core.values.problems import Problem, shown, unknown
 from ..shapes import curves, meshes, nurbs_file, plate_meshes, structured
 from ..shapes.surface import Surface
+from ..systems.fields import Direction
 from ..systems.places import At
 from . import field_kinds as fields
 from . import figures, surfaces
@@ -89,27 +91,15 @@ class SceneBody(Declared, ABC):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cable(SceneBody):
-    """A thin cable or beam along a line of a mesh file; `refine` splits every mesh cell into that many.
-
-    {type: cable, mesh: beam.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 1 GPa, density: 1800}}
-    """
+class OfLine(SceneBody, ABC):
+    """A body along a line of a mesh file; `refine` splits every mesh cell into that many."""
 
     name: str
     mesh: MeshFile
     unit: FileUnit = 1.0
     line: Annotated[str | None, "a named line of the mesh; without it the whole mesh"] = None
-    interpolation: Literal["bspline", "ancf"] = "bspline"
-    degree: Annotated[int, whole(2, 9), "of bspline; ancf has 3"] = 3
-    continuity: Annotated[int, whole(1, 8), "derivatives that are continuous from cell to cell"] = 1
     section: Section
     material: Material | None = None
-    curvature: Annotated[
-        Literal["exact", "material", "quadratic"],
-        "geometric curvature, rotation per reference length, or the norm of the second derivative",
-    ] = "exact"
-    law: Annotated[str | None, "a law of `extensions`; without it that of `curvature`"] = None
-    numbers: Annotated[dict[str, Annotated[float, ANY]] | None, "numbers of the law by name, quantities"] = None
     origin: Position | None = None
     rotation: fields.Rotation | None = None
     refine: Annotated[int, whole(1, 1000)] = 1
@@ -118,31 +108,14 @@ class Cable(SceneBody):
     divisible: ClassVar[bool] = True
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
-        if dim == 3 and not self.section.bends_alike:
-            yield "section", Problem(BENDS_ALIKE, f"one that is {self.section.word}", BENDS_ALIKE_REMEDY)
-        if not isinstance(self.section, Given) and self.material is None:
-            yield "material", Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
-        if self.continuity >= self.degree:
-            yield "continuity", Problem(f"a continuity below the degree {self.degree}", str(self.continuity))
         if self.cells is not None and self.refine > 1:
             yield "refine", Problem("no refine beside cells", str(self.refine), "delete one of the two")
-        if self.law is not None and self.law not in laws.KNOWN:
-            yield "law", unknown("law", "laws", self.law, laws.KNOWN)
-        if self.law is not None and self.curvature != "exact":
-            yield "curvature", Problem("no curvature beside a law", f"'{self.curvature}'", "delete one of the two")
-        if self.interpolation == "ancf" and (self.degree, self.continuity) != (3, 1):
-            got = f"degree {self.degree}, continuity {self.continuity}"
-            yield "interpolation", Problem("degree 3 and continuity 1 with ancf", got, "leave them out, or use bspline")
 
     def misplaced(self, place: At) -> Problem | None:
         if place.place != "":
             return None
         remedy = f"write {self.name}.group with a point group of its mesh, or {{body: {self.name}, s: 0.3 m}}"
         return Problem(f"a point of the body '{self.name}'", f"'{self.name}'", remedy)
-
-    def idle(self) -> Iterator[tuple[str, str]]:
-        if isinstance(self.section, Given) and self.material is not None:
-            yield "material", "does nothing beside a given section, whose EA, EI and rhoA are complete"
 
     @property
     def open(self) -> bool:
@@ -157,12 +130,50 @@ class Cable(SceneBody):
     def finer(self, times: int) -> Self:
         return replace(self, refine=times * self.refine) if self.cells is None else replace(self, cells=times * self.cells)
 
-    def figures(self, part: Body, gravity: float) -> BodyFigures:
-        return figures.of_line(part, self.section.stiffness(self.material), self.degree, gravity)
-
     def followed(self, scene: Scene, allow_outside: bool) -> curves.Line:
         """Its line, whatever its cells will be."""
         return curves.read(meshes.path(self.mesh, scene.folder, allow_outside), self.line, scene.repair, self.unit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cable(OfLine):
+    """A thin cable or beam without torsion and shear along a line of a mesh file; `refine` splits every mesh cell into that many.
+
+    {type: cable, mesh: beam.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 1 GPa, density: 1800}}
+    """
+
+    interpolation: Literal["bspline", "ancf"] = "bspline"
+    degree: Annotated[int, whole(2, 9), "of bspline; ancf has 3"] = 3
+    continuity: Annotated[int, whole(1, 8), "derivatives that are continuous from cell to cell"] = 1
+    curvature: Annotated[
+        Literal["exact", "material", "quadratic"],
+        "geometric curvature, rotation per reference length, or the norm of the second derivative",
+    ] = "exact"
+    law: Annotated[str | None, "a law of `extensions`; without it that of `curvature`"] = None
+    numbers: Annotated[dict[str, Annotated[float, ANY]] | None, "numbers of the law by name, quantities"] = None
+
+    def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        yield from super().problems(dim)
+        if dim == 3 and not self.section.bends_alike:
+            yield "section", Problem(BENDS_ALIKE, f"one that is {self.section.word}", BENDS_ALIKE_REMEDY)
+        if not isinstance(self.section, Given) and self.material is None:
+            yield "material", Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
+        if self.continuity >= self.degree:
+            yield "continuity", Problem(f"a continuity below the degree {self.degree}", str(self.continuity))
+        if self.law is not None and self.law not in laws.KNOWN:
+            yield "law", unknown("law", "laws", self.law, laws.KNOWN)
+        if self.law is not None and self.curvature != "exact":
+            yield "curvature", Problem("no curvature beside a law", f"'{self.curvature}'", "delete one of the two")
+        if self.interpolation == "ancf" and (self.degree, self.continuity) != (3, 1):
+            got = f"degree {self.degree}, continuity {self.continuity}"
+            yield "interpolation", Problem("degree 3 and continuity 1 with ancf", got, "leave them out, or use bspline")
+
+    def idle(self) -> Iterator[tuple[str, str]]:
+        if isinstance(self.section, Given) and self.material is not None:
+            yield "material", "does nothing beside a given section, whose EA, EI and rhoA are complete"
+
+    def figures(self, part: Body, gravity: float) -> BodyFigures:
+        return figures.of_line(part, self.section.stiffness(self.material), self.degree, gravity)
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         cells = self.cells if cells is None else cells
@@ -183,6 +194,35 @@ class Cable(SceneBody):
             numbers=self.numbers,
             **placed(self),
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Beam(OfLine):
+    """A beam with torsion and shear along a line of a mesh file, in space.
+
+    `direction` is the y axis of its section, made normal to the line; by default the axis of the scene that the line begins most
+    across.
+
+    {type: beam, mesh: arm.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 210 GPa, density: 7850}}
+    """
+
+    direction: Direction | None = None
+
+    def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
+        yield from super().problems(dim)
+        if dim == 2:
+            yield "type", Problem("a cable in the plane", "a beam with torsion", "write type: cable, or dimension: 3")
+        if self.cells is not None and self.cells < beams.FEWEST:
+            yield "cells", Problem(f"at least {beams.FEWEST}", str(self.cells))
+
+    def fewest(self, scene: Scene, allow_outside: bool) -> int:
+        return max(super().fewest(scene, allow_outside), beams.FEWEST)
+
+    def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
+        cells = self.cells if cells is None else cells
+        line = curves.cut(self.followed(scene, allow_outside), cells, self.refine)
+        direction = None if self.direction is None else np.array(self.direction, dtype=float)
+        return beams.beam(self.name, line, self.section.of_beam(self.material), direction=direction, **placed(self))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -476,7 +516,7 @@ class PlacedPart(SceneBody, word="part"):
         return values.changed(parts.placed(found, self.name, check=self.check, **placed(self)), given)
 
 
-def placed(model: Cable | RigidPlate | ThinBody | PlacedPart) -> dict[str, Any]:
+def placed(model: OfLine | RigidPlate | ThinBody | PlacedPart) -> dict[str, Any]:
     """Where a body stands: its origin (c,) [m] and rotation (c, c)."""
     origin, rotation = model.origin, model.rotation
     return {"origin": None if origin is None else np.array(origin), "rotation": rotation.matrix if rotation else None}

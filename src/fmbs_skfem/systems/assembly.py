@@ -234,7 +234,7 @@ def energy(part: Body, layout: Coordinates) -> Cells | ShapePoints:
 
 def gather(part: Body, cells: Cells, layout: Coordinates) -> Cells:
     """Cells of a body that read all coordinates q, or the coordinates of its space where frames slave some of them."""
-    if part.spread is None:
+    if part.spread is None or part.directors is not None:
         return cells.moved(layout.first[part.name])
     return cells.moved(0, layout.spread(part, part.spread))
 

@@ -182,7 +182,7 @@ class Coordinates:
 
 def directions(part: Body, place: str | float) -> int:
     """Number of vectors at a place: c axes of a frame or rigid body, 2 tangents of a surface, 1 slope of a line, 0 of a point."""
-    if place in part.frames or (part.space is None and part.frames):
+    if place in part.frames or (part.space is None and part.frames) or part.directors is not None:
         return part.dim
     return 0 if part.space is None else 2 if isinstance(part.space, Surface) else 1
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, vstack
 
 from ...bodies.body import extent, positions
 from ...core.algebra import ranks
@@ -22,6 +22,7 @@ from ...core.errors import InputError, say
 from ...core.notices import notify
 from ...core.values.fields import AXES
 from ...core.values.problems import Problem
+from ..measures.resultants import Resultant
 from ..places import QUARTER, At, Coordinates, Draft, Ground, vector
 
 Vector: TypeAlias = int | np.ndarray  #: first of c probe rows, or a fixed vector (c,)
@@ -297,6 +298,29 @@ def locked(joint: Any, draft: Draft, at: At, to: End) -> None:
     if len(own) > 1:
         terms = dot(carried(joint, draft, other, second), across[1], 3)
         draft.constraints.row(joint.name, "angle 3", *terms, about=pushed(at, full, second, both[1]))
+
+
+def tied(joint: Any, draft: Draft, at: At, to: End) -> None:
+    """Rows by which positions and all three vectors of two places are tied, or those of one to the reference: of beams.
+
+        r_a = r_b,   a_i = sum_j c_ij b_j,   c_ij constant
+
+    All are linear, and the section stays as rigid as its beam holds it; the reaction is a force and a moment about the place.
+    """
+    name, layout = where(joint), draft.layout
+    coincide(joint, draft, at, to)
+    rows, own = basis(name, layout, at)
+    others, theirs = basis(name, layout, to) if isinstance(to, At) else ([], np.zeros((0, 3)))
+    target = np.zeros_like(own) if others else own
+    factors = np.linalg.solve(theirs.T, own.T).T if others else np.zeros((3, 0))
+    for k, row in enumerate(rows):
+        apart = csr_array(row - sum((f * other for f, other in zip(factors[k], others, strict=True)), csr_array(row.shape)))
+        first = draft.probes.add(apart)
+        for c in range(3):
+            draft.constraints.row(joint.name, f"e{k + 1} {AXES[c]}", (1.0, -1, first + c, -1), (-float(target[k, c]), -1, -1, -1))
+    arms = csr_array(vstack([csr_array((9, layout.size)), *(csr_array(vstack([row] * 3)) for row in rows)]))
+    axes, parts = np.tile(np.arange(3), 4), np.repeat([1.0, 0.0, 0.0, 0.0], 3)
+    draft.constraints.resultants[joint.name] = Resultant(arms, axes, parts, np.zeros(3))
 
 
 def guided(joint: Any, draft: Draft, at: At, to: At | None, direction: np.ndarray) -> None:

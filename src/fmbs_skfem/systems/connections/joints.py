@@ -44,6 +44,7 @@ from .constraint_functions import (
     needs_other_side,
     normals,
     point,
+    tied,
     unit,
     where,
 )
@@ -106,6 +107,8 @@ class Clamp(Joint):
 
     def constrain(self, draft: Draft) -> None:
         mark(self, draft, "clamp", self.at)
+        if on_beam(draft, where(self), self.at):
+            return tied(self, draft, self.at, None)
         fixed(self, draft, self.at, draft.layout.reference(where(self), self.at))
         slope = draft.layout.reference(where(self), self.at, 1)
         first = draft.probes.add(draft.layout.read(where(self), self.at, 1))
@@ -135,8 +138,11 @@ class Weld(Joint):
 
     def constrain(self, draft: Draft) -> None:
         mark(self, draft, "weld", self.at)
-        coincide(self, draft, self.at, self.to)
         layout, name = draft.layout, where(self)
+        ends = [end for end in (self.at, self.to) if end is not None]
+        if any(on_beam(draft, name, end) for end in ends) and all(len(layout.vectors(name, end)) == 3 for end in ends):
+            return tied(self, draft, self.at, self.to)
+        coincide(self, draft, self.at, self.to)
         if self.to is None or not (is_line(draft, name, self.at) and is_line(draft, name, self.to)):
             return locked(self, draft, self.at, self.to)
         a, b = layout.reference(name, self.at, 1), layout.reference(name, self.to, 1)
@@ -153,7 +159,7 @@ class Weld(Joint):
                     name,
                     "parallel slopes in space",
                     f"an angle of {np.degrees(np.arccos(parallel)):.4g} deg",
-                    "lines carry no torsion",
+                    "cables carry no torsion: take `type: beam`",
                 )
             )
         i, j = draft.probes.add(layout.read(name, self.at, 1)), draft.probes.add(layout.read(name, self.to, 1))
@@ -281,7 +287,12 @@ def warn_of_stiffness(name: str, *lines: Body) -> None:
         notify(f"{name} {text}, and errors fall in proportion to their cells; weld both to a small rigid body where that matters")
 
 
+def on_beam(draft: Draft, name: str, at: At) -> bool:
+    """Whether a place belongs to a beam with directors."""
+    return draft.layout.body(name, at).directors is not None
+
+
 def is_line(draft: Draft, name: str, at: At) -> bool:
     """Whether a place belongs to a line and not to a frame."""
     part = draft.layout.body(name, at)
-    return isinstance(part.space, line.BSpline | line.Hermite)
+    return isinstance(part.space, line.BSpline | line.Hermite) and part.directors is None

@@ -78,8 +78,11 @@ def derivatives(part: Body, xi: np.ndarray) -> csr_array:
     return csr_array(vstack([slope, bend]))
 
 
-def steps_near(part: Body, cell: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Cells (e,) around one; psi' and psi'' (k, 2, e, p) there of the steps between functions near it; their centres (k,) in xi."""
+def steps_near(part: Body, cell: int, slope: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Cells (e,) around one; what its table has (k, 2, e, p) of steps psi between functions near it; their centres (k,) in xi.
+
+    `slope` is the row of the table that gives psi'.
+    """
     assert isinstance(part.space, line.BSpline | line.Hermite)
     assert part.cells is not None
     nodes, one = line.functions(part.space), line.fit(part.space, unit_field)[:, 0]
@@ -90,8 +93,8 @@ def steps_near(part: Body, cell: int) -> tuple[np.ndarray, np.ndarray, np.ndarra
     first = inner if part.shapes is None else inner[:0]  # functions of a part move nothing alone
     shares = one[nodes[cells]] * (nodes[cells] >= first[:, None, None])
     steps = np.einsum("ipbe,keb->kiep", part.cells.table[:, :, :, cells], shares)
-    weight = part.cells.section[3, :, cells]
-    centers = np.einsum("ep,kep,ep->k", weight, steps[:, 0], line.tabulate(part.space, weight.shape[1]).points[cells])
+    weight = part.cells.section[-1][:, cells].T
+    centers = np.einsum("ep,kep,ep->k", weight, steps[:, slope], line.tabulate(part.space, weight.shape[1]).points[cells])
     return cells, steps, centers
 
 

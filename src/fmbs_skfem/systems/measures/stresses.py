@@ -27,7 +27,7 @@ from ...shapes.surface import Surface
 from .. import fields
 from ..places import At, Draft
 from ..system import Output
-from . import cable_sections
+from . import beam_sections, cable_sections
 from .probes import Probe, Sensed, Sizes
 from .surface_points import counts, recovered, surface_point
 
@@ -179,14 +179,18 @@ class SectionForces(Probe):
             labels = tuple(f"{word}, {text}" if len(word) == 3 else "principal value" for word in words)
             columns = tuple(f"{name}_{word}" for word in words)
             return self.output(draft, columns, [point.rows], labels=labels, **point.facts(self.at.body))
-        rows, parameters = cable_sections.cable_point(where, part, self.at)
+        beam = part.directors is not None
+        rows, parameters = (beam_sections.beam_point if beam else cable_sections.cable_point)(where, part, self.at)
         warn_of_jump(where, draft, part, self.at)
-        columns = tuple(f"{name}_{word}" for word in (CABLE_PLANE if part.dim == 2 else CABLE_SPACE))
+        names: tuple[str, ...] = beam_sections.WORDS if beam else CABLE_PLANE if part.dim == 2 else CABLE_SPACE
+        columns = tuple(f"{name}_{word}" for word in names)
         wide = draft.layout.spread(part, rows)
         return self.output(draft, columns, [wide], parameters=parameters)
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        if beam_sections.reads_beam(output.parameters):
+            return beam_sections.beam_forces(output.parameters, sensed.values)
         if cable_sections.reads_cable(output.parameters):
             return cable_sections.cable_forces(output.parameters, sensed.dim, sensed.values)
         found = recovered(output.parameters, sensed.values)
@@ -197,12 +201,17 @@ class SectionForces(Probe):
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        if beam_sections.reads_beam(output.parameters):
+            return ("N",) * 3 + ("N m",) * 3
         if cable_sections.reads_cable(output.parameters):
             return ("N", *("N m",) * (len(output.columns) - 1))
         return ("N/m",) * 5 + ("N",) * (len(output.columns) - 5)
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
+        if beam_sections.reads_beam(output.parameters):
+            rows, parameters = beam_sections.counts(output.parameters)
+            return rows, len(beam_sections.WORDS), parameters
         if cable_sections.reads_cable(output.parameters):
             rows, parameters = cable_sections.counts(output.parameters, dim)
             return rows, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), parameters

@@ -266,7 +266,7 @@ def couplings(cells: Cells) -> np.ndarray:
 @terms.compile_term.register(Cells)
 def compile_term(cells: Cells, setting: Setting) -> Term:
     """Its numbers behind each other, and the places of its matrices."""
-    (basis, count), dim, vectors = cells.nodes.shape, setting.dim, cells.law.vectors
+    (basis, count), dim, vectors = cells.nodes.shape, cells.dim, cells.law.orders
     # the largest of what modulus, scatter and matrices need, one after the other
     size, gradients, points = basis * dim, vectors * dim, cells.section.shape[1]
     work = max(gradients**2 * points * count, gradients * points * count + size * count, (size * (size + 1) // 2 + vectors) * count)
@@ -298,7 +298,9 @@ def rotation_weights(cells: Cells, q: np.ndarray) -> np.ndarray:
 @terms.functions_read.register(Cells)
 def functions_read(cells: Cells, size: int) -> csr_array:
     """The functions of every cell, or those that they are slaved to."""
-    functions, spread, dim = cells.nodes.T // cells.dim, cells.spread, cells.dim
+    spread, fields = cells.spread, cells.law.fields
+    dim = cells.dim // fields
+    functions = (cells.nodes.T[:, :, None] // dim + np.arange(fields)).reshape(cells.nodes.shape[1], -1)
     indptr, width = np.arange(len(functions) + 1) * functions.shape[1], size if spread is None else spread.shape[0] // dim
     reads = csr_array((np.ones(functions.size, np.float32), functions.ravel(), indptr), shape=(len(functions), width))
     return reads if spread is None else csr_array(reads @ abs(csr_array(spread)[::dim, ::dim].astype(np.float32)))

@@ -1,0 +1,1 @@
+"""Beams with torsion and shear, and the constants of their sections."""

@@ -1,0 +1,217 @@
+r"""Laws of strains that are quadratic in vectors, as those of a beam with three directors.
+
+    e_k = sum_t f_t u_i(t) . u_j(t) - e0_k,    W = 1/2 sum_kl C_kl e_k e_l + 1/2 E sum_m p_m e_m^2
+
+of gradients u = (u_0, ... u_n), vectors in space: strains k, l with any stiffness C between them, and m that hold lengths and
+angles between vectors by the stiffness E. With g_k = de_k/du = A_k u, A_k constant,
+
+    S = sum_k s_k g_k,   s = C e,        D = sum_k s_k A_k + sum_kl C_kl g_k g_l^T
+
+Stiffness-proportional damping is of Kelvin-Voigt type, s = C (e + beta de/dt): rigid motions are not damped.
+
+A beam has the centre line r and the directors d_1 along it, d_2 and d_3 in its section:
+
+    Gamma_i = d_i . r',    kappa_1 = 1/2 (d_3 . d_2' - d_2 . d_3')  (cyclic),    E_ij = d_i . d_j
+
+each less its value in the reference: axial and shear strains, torsion and curvatures about d_2 and d_3; E holds the section
+rigid. The modulus takes the strains of sum_k s_k A_k from gradients of its own, see `laws.call_modulus`.
+
+Arrays: gradients `u` (3 n, p, e), stresses `S` the same, moduli `D` (3 n, 3 n, p, e); `section` (i, p, e) holds the upper triangle
+of C row by row, E, the strains e0 and the weight.
+
+Source: S. S. Antman, Nonlinear Problems of Elasticity, 2nd ed., Springer 2005, doi:10.1007/0-387-27649-1, ch. 8 (the strains); P.
+Betsch and P. Steinmann, Int. J. Numer. Methods Eng. 54 (2002) 1775-1788, doi:10.1002/nme.487 (directors as coordinates).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..core.compiling.entries import entry
+from ..core.compiling.jit import carray
+
+Terms = Sequence[tuple[int, int, float]]  #: (i, j, f) of a strain: f u_i . u_j
+
+
+def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tuple[Terms, float]]) -> dict[str, Callable[[], int]]:
+    """Functions of the law of strains `free`, with any stiffness between them, and `held` ones, each with its part p of E."""
+    strains = [*free, *(terms for terms, _ in held)]
+    many, coupled, rows = len(strains), len(free), 3 * vectors
+    # term by term: strain, vectors, factor
+    of = np.array([(k, i, j) for k, terms in enumerate(strains) for i, j, _ in terms])
+    factors = np.array([f for terms in strains for *_, f in terms])
+    parts = np.array([part for _, part in held])
+    # A_k u by vectors: strain, vector that it belongs to, vector that it reads, factor; those of a strain behind each other
+    slopes = sorted((k, a, b, f) for k, terms in enumerate(strains) for i, j, f in terms for a, b in ((i, j), (j, i)))
+    merged: dict[tuple[int, int, int], float] = {}
+    for k, a, b, f in slopes:
+        merged[k, a, b] = merged.get((k, a, b), 0.0) + f
+    of_slope, slope_factors = np.array(list(merged)), np.array(list(merged.values()))
+    starts = np.searchsorted(of_slope[:, 0], np.arange(many + 1))
+    pairs = np.array([(k, l) for k in range(coupled) for l in range(k, coupled)])
+    stiff, first = len(pairs), len(pairs) + 1  # rows of E and of the first e0
+    lines = first + many + 1
+    found: dict[str, Callable[[], int]] = {}
+
+    def named(function: Callable[..., None]) -> None:
+        kind, function.__qualname__ = function.__name__, f"{name}_{function.__name__}"
+        found[kind] = entry(function)
+
+    @named
+    def energy(u: Any, _: Any, section: Any, W: Any, n: int, points: int, cells: int, option: int, beta: float) -> None:
+        count = points * cells
+        u, c = carray(u, (rows, count)), carray(section, (lines, count))
+        e, total = np.empty((many, count)), 0.0
+        for k in range(many):
+            for q in range(count):
+                e[k, q] = -c[first + k, q]
+        for t in range(len(of)):
+            k, i, j, f = of[t, 0], 3 * of[t, 1], 3 * of[t, 2], factors[t]
+            for q in range(count):
+                e[k, q] += f * (u[i, q] * u[j, q] + u[i + 1, q] * u[j + 1, q] + u[i + 2, q] * u[j + 2, q])
+        for p in range(stiff):
+            k, l = pairs[p]
+            half = 0.5 if k == l else 1.0
+            for q in range(count):
+                total += c[lines - 1, q] * half * c[p, q] * e[k, q] * e[l, q]
+        for m in range(many - coupled):
+            for q in range(count):
+                total += c[lines - 1, q] * 0.5 * parts[m] * c[stiff, q] * e[coupled + m, q] ** 2
+        carray(W, 1)[0] = total
+
+    @named
+    def damped_stress(u: Any, rate: Any, section: Any, S: Any, n: int, points: int, cells: int, option: int, beta: float) -> None:
+        count = points * cells
+        u, v, c, S = (
+            carray(u, (rows, count)),
+            carray(rate, (rows, count)),
+            carray(section, (lines, count)),
+            carray(S, (rows, count)),
+        )
+        e, s = np.empty((many, count)), np.zeros((many, count))
+        for k in range(many):
+            for q in range(count):
+                e[k, q] = -c[first + k, q]
+        for t in range(len(of)):
+            k, i, j, f = of[t, 0], 3 * of[t, 1], 3 * of[t, 2], factors[t]
+            for q in range(count):
+                e[k, q] += f * (u[i, q] * u[j, q] + u[i + 1, q] * u[j + 1, q] + u[i + 2, q] * u[j + 2, q])
+            if beta > 0.0:
+                f *= beta
+                for q in range(count):
+                    e[k, q] += f * (u[i, q] * v[j, q] + u[i + 1, q] * v[j + 1, q] + u[i + 2, q] * v[j + 2, q])
+                    e[k, q] += f * (v[i, q] * u[j, q] + v[i + 1, q] * u[j + 1, q] + v[i + 2, q] * u[j + 2, q])
+        for p in range(stiff):
+            k, l = pairs[p]
+            for q in range(count):
+                s[k, q] += c[lines - 1, q] * c[p, q] * e[l, q]
+            if k != l:
+                for q in range(count):
+                    s[l, q] += c[lines - 1, q] * c[p, q] * e[k, q]
+        for m in range(many - coupled):
+            for q in range(count):
+                s[coupled + m, q] = c[lines - 1, q] * parts[m] * c[stiff, q] * e[coupled + m, q]
+        S[:] = 0.0
+        for t in range(len(of_slope)):
+            k, i, j, f = of_slope[t, 0], 3 * of_slope[t, 1], 3 * of_slope[t, 2], slope_factors[t]
+            for q in range(count):
+                S[i, q] += f * s[k, q] * u[j, q]
+                S[i + 1, q] += f * s[k, q] * u[j + 1, q]
+                S[i + 2, q] += f * s[k, q] * u[j + 2, q]
+
+    found["stress"] = found["damped_stress"]
+
+    @named
+    def dissipation(u: Any, rate: Any, section: Any, W: Any, n: int, points: int, cells: int, option: int, beta: float) -> None:
+        count = points * cells
+        u, v, c, W = carray(u, (rows, count)), carray(rate, (rows, count)), carray(section, (lines, count)), carray(W, count)
+        e = np.zeros((many, count))
+        for t in range(len(of_slope)):
+            k, i, j, f = of_slope[t, 0], 3 * of_slope[t, 1], 3 * of_slope[t, 2], slope_factors[t]
+            for q in range(count):
+                e[k, q] += f * (v[i, q] * u[j, q] + v[i + 1, q] * u[j + 1, q] + v[i + 2, q] * u[j + 2, q])
+        W[:] = 0.0
+        for p in range(stiff):
+            k, l = pairs[p]
+            twice = 1.0 if k == l else 2.0
+            for q in range(count):
+                W[q] += c[lines - 1, q] * twice * c[p, q] * e[k, q] * e[l, q]
+        for m in range(many - coupled):
+            for q in range(count):
+                W[q] += c[lines - 1, q] * parts[m] * c[stiff, q] * e[coupled + m, q] ** 2
+
+    @named
+    def modulus(u: Any, held: Any, section: Any, D: Any, n: int, points: int, cells: int, option: int, beta: float) -> None:
+        u, c = carray(u, (rows, points, cells)), carray(section, (lines, points, cells))
+        w = carray(held, (rows, points, cells))
+        D = carray(D, (rows, rows, points, cells))
+        e, s, C = np.empty((many, cells)), np.empty((many, cells)), np.empty(cells)
+        g = np.empty((len(of_slope), 3, cells))
+        for p in range(points):
+            weight = c[lines - 1, p]
+            for k in range(many):
+                for q in range(cells):
+                    e[k, q], s[k, q] = -c[first + k, p, q], 0.0
+            for t in range(len(of)):
+                k, i, j, f = of[t, 0], 3 * of[t, 1], 3 * of[t, 2], factors[t]
+                for q in range(cells):
+                    e[k, q] += f * (w[i, p, q] * w[j, p, q] + w[i + 1, p, q] * w[j + 1, p, q] + w[i + 2, p, q] * w[j + 2, p, q])
+            for a in range(rows):
+                for b in range(a + 1):
+                    for q in range(cells):
+                        D[a, b, p, q] = 0.0
+            for t in range(len(of_slope)):
+                j, f = 3 * of_slope[t, 2], slope_factors[t]
+                for d in range(3):
+                    for q in range(cells):
+                        g[t, d, q] = f * u[j + d, p, q]
+            # sums over pairs of strains that are coupled here: at points of a reduced rule most of them are not
+            for pair in range(stiff + many - coupled):
+                k, l = (pairs[pair, 0], pairs[pair, 1]) if pair < stiff else (coupled + pair - stiff, coupled + pair - stiff)
+                row, part, largest = (pair, 1.0, 0.0) if pair < stiff else (stiff, parts[pair - stiff], 0.0)
+                for q in range(cells):
+                    C[q] = weight[q] * part * c[row, p, q]
+                    largest = max(largest, abs(C[q]))
+                if largest == 0.0:
+                    continue
+                for q in range(cells):
+                    s[k, q] += C[q] * e[l, q]
+                if k != l:
+                    for q in range(cells):
+                        s[l, q] += C[q] * e[k, q]
+                for q in range(cells):
+                    C[q] *= 1.0 + beta
+                for x in range(starts[k], starts[k + 1]):
+                    for y in range(starts[l], starts[l + 1]):
+                        for d in range(3):
+                            for h in range(3):
+                                a, b = 3 * of_slope[x, 1] + d, 3 * of_slope[y, 1] + h
+                                target = D[max(a, b), min(a, b), p]
+                                if a >= b or k != l:
+                                    twice = 2.0 if a == b and k != l else 1.0
+                                    for q in range(cells):
+                                        target[q] += twice * C[q] * g[x, d, q] * g[y, h, q]
+            for t in range(len(of_slope)):
+                k, i, j, f = of_slope[t, 0], 3 * of_slope[t, 1], 3 * of_slope[t, 2], slope_factors[t]
+                if i >= j:
+                    for d in range(3):
+                        for q in range(cells):
+                            D[i + d, j + d, p, q] += f * s[k, q]
+            for a in range(rows):
+                for b in range(a):
+                    for q in range(cells):
+                        D[b, a, p, q] = D[a, b, p, q]
+
+    return found
+
+
+AXES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+POSITION, DIRECTOR, SLOPE, TURN = 0, 1, 4, 5  #: numbers of r, d_1, r' and d_1' among the vectors of a beam
+STRETCHES = tuple(((SLOPE, DIRECTOR + i, 1.0),) for i in range(3))
+CURVATURES = tuple(((TURN + j, DIRECTOR + k, 0.5), (TURN + k, DIRECTOR + j, -0.5)) for _, j, k in AXES)
+HELD = tuple((((DIRECTOR + i, DIRECTOR + i, 1.0),), 0.25) for i in range(3))
+HELD += tuple((((DIRECTOR + j, DIRECTOR + k, 1.0),), 0.5) for _, j, k in AXES)
+FUNCTIONS = functions("beam", 8, [*STRETCHES, *CURVATURES], HELD)
