@@ -34,7 +34,7 @@ from .histories import finite_signals
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
 
-PLATES = (Law.MEMBRANE, Law.SHELL, Law.BEAM)
+FILTERED = (Law.MEMBRANE, Law.SHELL, Law.BEAM)  #: laws of bodies that begin without the waves that no step resolves
 # first derivatives divide round-off by d, second and third ones by d^2 and d^3, which asks for longer ways: accelerations of a
 # heavy top differ by 2e-12 at half and 5e-13 at twice of CURVATURE, third derivatives by 3e-9 and 5e-10, at 0.01 by 5e-6
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
@@ -127,9 +127,9 @@ def velocity_gaps(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray,
     return J, J @ system.v0 + drift
 
 
-def has_plates(system: System) -> bool:
+def is_filtered(system: System) -> bool:
     """Whether a body is a plate or a shell, or a beam with directors: what has waves that no step resolves."""
-    return any(part.gather.law in PLATES for part in system.elastic)
+    return any(part.gather.law in FILTERED for part in system.elastic)
 
 
 def speed_of(v: np.ndarray) -> float:
@@ -157,11 +157,10 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     """x, v with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0, of the rows that hold.
 
     Plates and beams with directors take M + (gh C + K) / bh in place of M: under a load that starts as a step M^-1 f is huge in the
-    waves that the step h does not resolve, and the run would carry them on. Beams that turn then have the forces of the end of a
-    step, f + f'' / bh along v. So does whatever is `filtered`, with C and K of its forces too: what that leaves out is of second
-    order in h. An impulse, of drives that begin with a rate or of joints that lock, changes velocities by `jump`. By M alone a
-    drive would turn one node of a beam, with rates of strain that no step resolves: a damped beam driven at 1 mrad/s then began
-    with 0.16 J in place of 6e-7 J.
+    waves that the step h does not resolve, and the run would carry them on. So does whatever is `filtered`, with C and K of its
+    forces too: what that leaves out is of second order in h. An impulse, of drives that begin with a rate or of joints that lock,
+    changes velocities by `jump`. By M alone a drive would turn one node of a beam, with rates of strain that no step resolves: a
+    damped beam driven at 1 mrad/s then began with 0.16 J in place of 6e-7 J.
     """
     at = at or start_of(model)
     system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
@@ -169,7 +168,7 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     closed(held(system, on), phi, J)
     M = system.mass
     # M^-1 f of a torque that starts as a step: a slider is 1.2e-7 m off after 2 ms, 3.3e-9 m with the step's own matrix
-    if filtered or has_plates(system):
+    if filtered or is_filtered(system):
         method = method_of(scheme, Newton(), h, model)
         M = M + (compilation.tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory)) / method.bh
     if filtered or len(model.arrays.forces.judged):  # what touches at the start is held by it
@@ -195,20 +194,12 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     leap = partial(jump, model, held(system, on), x, J, h=h, invert=invert)
     v = projected(held(system, on), v, J, drift, leap, invert) if at.first else v + leap(J @ v + drift)
     f = compilation.forces(model, x, v, at.time, at.memory)
-    if v.any() and any(part.gather.law is Law.BEAM for part in system.elastic):
-        f = f + curved_forces(model, at, CURVATURE * h) / method_of(scheme, Newton(), h, model).bh
     d = CURVATURE * h
     a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
     change = still if steady else solve(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
     am, af, _, beta = scheme.coefficients
     late = am - af  # a is q'' at t + (am - af) h
     return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
-
-
-def curved_forces(model: Compiled, at: Instant, d: float) -> np.ndarray:
-    """d2 f(x + t v) / dt2 (n,) of forces at rest, by differences over d [s]: what turns bends the forces that hold it in shape."""
-    ahead, now, behind = (compilation.forces(model, at.x + t * at.v, 0.0 * at.v, at.time, at.memory) for t in (d, 0.0, -d))
-    return (ahead - 2.0 * now + behind) / (d * d)
 
 
 def of_joints(model: Compiled, at: Instant, name: str, parts: tuple[Any, ...], make: Callable[[], Found]) -> Found:
@@ -224,7 +215,7 @@ def filtered_start(model: Compiled, scheme: GeneralizedAlpha) -> Start | None:
 
     None for plates without springs and the like, too, which start so anyway.
     """
-    if has_plates(model.system) and not model.system.loads.forces:
+    if is_filtered(model.system) and not model.system.loads.forces:
         return None
     start, method = consistent_start(model, scheme, filtered=True), method_of(scheme, Newton(), scheme.step, model)
     K = compilation.tangent(model, start.x, np.zeros(model.constraints), 0.0, method.gh, None)
