@@ -228,15 +228,7 @@ def cable(
         raise InputError(say(f"body '{name}'", "a Section such as Circular, Rectangular or Given", type(section).__name__))
     if dim == 3 and not section.bends_alike:
         raise InputError(say(f"body '{name}'", BENDS_ALIKE, section, BENDS_ALIKE_REMEDY))
-    mesh = meshes.read(mesh) if isinstance(mesh, (str, Path)) else mesh
-    curve: Curve
-    if isinstance(mesh, curves.Line):
-        curve, arcs = partial(placed_curve, name, mesh.curve, dim, origin, rotation), mesh.arcs
-        breaks, places = mesh.breaks, mesh.names
-    else:
-        order = meshes.chain(mesh, group)
-        breaks, curve = curves.through(place(f"body '{name}'", mesh.points[order], dim, origin, rotation))
-        places, arcs = curves.named_points(mesh, order, breaks), None
+    curve, breaks, places, arcs = placed_line(name, mesh, group, dim, origin, rotation)
     space = line.Hermite(breaks) if ancf else line.uniform(breaks, degree, continuity)
     reference = line.fit(space, curve)
     data = section.stiffness(material)
@@ -253,7 +245,7 @@ def cable(
         reference=reference,
         mass=mass_matrix(space, reference, data.rhoA),
         constant=line.fit(space, unit_field)[:, 0],
-        places=dict(places),
+        places=places,
         arcs=arcs,
         space=space,
         cells=cells,
@@ -301,6 +293,23 @@ def place(where: str, points: np.ndarray, dim: int, origin: np.ndarray | None, r
     wide = np.pad(points[:, :dim], ((0, 0), (0, max(0, dim - points.shape[1]))))
     moved = wide if rotation is None else wide @ np.asarray(rotation, dtype=float).T
     return moved if origin is None else moved + np.asarray(origin, dtype=float)
+
+
+def placed_line(
+    name: str,
+    mesh: meshes.LineMesh | curves.Line | str | Path,
+    group: str | None,
+    dim: int,
+    origin: np.ndarray | None,
+    rotation: np.ndarray | None,
+) -> tuple[Curve, np.ndarray, dict[str, Any], np.ndarray | None]:
+    """The curve of a body in the frame of the scene, parameters (n,) where its cells meet, its named points, and `Body.arcs`."""
+    mesh = meshes.read(mesh) if isinstance(mesh, (str, Path)) else mesh
+    if isinstance(mesh, curves.Line):
+        return partial(placed_curve, name, mesh.curve, dim, origin, rotation), mesh.breaks, dict(mesh.names), mesh.arcs
+    order = meshes.chain(mesh, group)
+    breaks, curve = curves.through(place(f"body '{name}'", mesh.points[order], dim, origin, rotation))
+    return curve, breaks, dict(curves.named_points(mesh, order, breaks)), None
 
 
 def placed_curve(
@@ -485,13 +494,17 @@ def probe(body: Body, place: Place, derivative: int = 0) -> csr_array:
         return vector_row(body, derivative, 0, csr_array(([1.0], ([0], [0])), shape=(1, len(body.reference))))
     xi = np.array([place])
     if body.directors is not None and 0 < derivative <= 3:
-        count = body.directors.shape[0] // 3
-        return vector_row(
-            body, derivative, 3, as_csr(line.sample(body.space, xi) @ body.directors[(derivative - 1) * count : derivative * count])
-        )
+        return vector_row(body, derivative, 3, as_csr(line.sample(body.space, xi) @ director(body, derivative)))
     row = own(body, line.sample(body.space, xi, min(derivative, 1)))
     size = np.linalg.norm(row @ body.reference) if derivative else 1.0
     return vector_row(body, derivative, 1, as_csr(row / size) if derivative else row)
+
+
+def director(body: Body, number: int) -> csr_array:
+    """Rows (n, b) that take coordinates of a beam to the coefficients of its director d_1, d_2 or d_3 in its space."""
+    assert body.directors is not None
+    count = body.directors.shape[0] // 3
+    return as_csr(body.directors[(number - 1) * count : number * count])
 
 
 def own(body: Body, rows: csr_array) -> csr_array:

@@ -16,7 +16,7 @@ from numpy.random import Generator
 
 from ..core.errors import InputError, require, say
 from ..core.storage.records import dataclass
-from . import laws
+from . import laws, strain_law
 from .cable_law import STRAIGHT
 from .laws import Law
 
@@ -114,11 +114,8 @@ def beam_samples(random: Generator) -> tuple[np.ndarray, np.ndarray]:
     reference, section = random.normal(size=(24, POINTS, CELLS)), random.uniform(0.5, 2.0, (Law.BEAM.rows, POINTS, CELLS))
     A = random.normal(size=(6, 6, POINTS, CELLS))
     section[:21] = np.einsum("ikpe,jkpe->ijpe", A, A)[np.triu_indices(6)]
-    d, slope, turn = reference[3:12].reshape(3, 3, POINTS, CELLS), reference[12:15], reference[15:].reshape(3, 3, POINTS, CELLS)
-    inner = lambda a, b: np.einsum("cpe,cpe->pe", a, b)  # noqa: E731
-    section[22:25] = [inner(d[i], slope) for i in range(3)]
-    section[25:28] = [0.5 * (inner(d[k], turn[j]) - inner(d[j], turn[k])) for j, k in ((1, 2), (2, 0), (0, 1))]
-    section[28:34] = [inner(d[j], d[k]) for j, k in ((0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1))]
+    first = Law.BEAM.section.index("gamma1")
+    section[first : first + 12] = strain_law.strains(reference.reshape(8, 3, POINTS, CELLS))
     return section, reference
 
 

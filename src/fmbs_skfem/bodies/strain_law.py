@@ -31,9 +31,26 @@ from typing import Any
 import numpy as np
 
 from ..core.compiling.entries import entry
-from ..core.compiling.jit import carray
+from ..core.compiling.jit import carray, inlined
 
 Terms = Sequence[tuple[int, int, float]]  #: (i, j, f) of a strain: f u_i . u_j
+
+
+@inlined
+def begin(first: int, c: np.ndarray, e: np.ndarray) -> None:
+    """e (k, q) = -e0 of sections c (i, q), whose rows e0 begin at `first`."""
+    for k in range(len(e)):
+        for q in range(e.shape[1]):
+            e[k, q] = -c[first + k, q]
+
+
+@inlined
+def add_products(of: np.ndarray, factors: np.ndarray, share: float, u: np.ndarray, v: np.ndarray, e: np.ndarray) -> None:
+    """e_k += share f_t u_i . v_j over all terms t (strain k, vectors i and j in a row of `of`), u and v (3 n, q)."""
+    for t in range(len(of)):
+        k, i, j, f = of[t, 0], 3 * of[t, 1], 3 * of[t, 2], share * factors[t]
+        for q in range(e.shape[1]):
+            e[k, q] += f * (u[i, q] * v[j, q] + u[i + 1, q] * v[j + 1, q] + u[i + 2, q] * v[j + 2, q])
 
 
 def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tuple[Terms, float]]) -> dict[str, Callable[[], int]]:
@@ -65,13 +82,8 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         count = points * cells
         u, c = carray(u, (rows, count)), carray(section, (lines, count))
         e, total = np.empty((many, count)), 0.0
-        for k in range(many):
-            for q in range(count):
-                e[k, q] = -c[first + k, q]
-        for t in range(len(of)):
-            k, i, j, f = of[t, 0], 3 * of[t, 1], 3 * of[t, 2], factors[t]
-            for q in range(count):
-                e[k, q] += f * (u[i, q] * u[j, q] + u[i + 1, q] * u[j + 1, q] + u[i + 2, q] * u[j + 2, q])
+        begin(first, c, e)
+        add_products(of, factors, 1.0, u, u, e)
         for p in range(stiff):
             k, l = pairs[p]
             half = 0.5 if k == l else 1.0
@@ -92,18 +104,11 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
             carray(S, (rows, count)),
         )
         e, s = np.empty((many, count)), np.zeros((many, count))
-        for k in range(many):
-            for q in range(count):
-                e[k, q] = -c[first + k, q]
-        for t in range(len(of)):
-            k, i, j, f = of[t, 0], 3 * of[t, 1], 3 * of[t, 2], factors[t]
-            for q in range(count):
-                e[k, q] += f * (u[i, q] * u[j, q] + u[i + 1, q] * u[j + 1, q] + u[i + 2, q] * u[j + 2, q])
-            if beta > 0.0:
-                f *= beta
-                for q in range(count):
-                    e[k, q] += f * (u[i, q] * v[j, q] + u[i + 1, q] * v[j + 1, q] + u[i + 2, q] * v[j + 2, q])
-                    e[k, q] += f * (v[i, q] * u[j, q] + v[i + 1, q] * u[j + 1, q] + v[i + 2, q] * u[j + 2, q])
+        begin(first, c, e)
+        add_products(of, factors, 1.0, u, u, e)
+        if beta > 0.0:
+            add_products(of, factors, beta, u, v, e)
+            add_products(of, factors, beta, v, u, e)
         for p in range(stiff):
             k, l = pairs[p]
             for q in range(count):
@@ -129,10 +134,8 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         count = points * cells
         u, v, c, W = carray(u, (rows, count)), carray(rate, (rows, count)), carray(section, (lines, count)), carray(W, count)
         e = np.zeros((many, count))
-        for t in range(len(of_slope)):
-            k, i, j, f = of_slope[t, 0], 3 * of_slope[t, 1], 3 * of_slope[t, 2], slope_factors[t]
-            for q in range(count):
-                e[k, q] += f * (v[i, q] * u[j, q] + v[i + 1, q] * u[j + 1, q] + v[i + 2, q] * u[j + 2, q])
+        add_products(of, factors, 1.0, u, v, e)
+        add_products(of, factors, 1.0, v, u, e)
         W[:] = 0.0
         for p in range(stiff):
             k, l = pairs[p]
@@ -152,13 +155,9 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         g = np.empty((len(of_slope), 3, cells))
         for p in range(points):
             weight = c[lines - 1, p]
-            for k in range(many):
-                for q in range(cells):
-                    e[k, q], s[k, q] = -c[first + k, p, q], 0.0
-            for t in range(len(of)):
-                k, i, j, f = of[t, 0], 3 * of[t, 1], 3 * of[t, 2], factors[t]
-                for q in range(cells):
-                    e[k, q] += f * (w[i, p, q] * w[j, p, q] + w[i + 1, p, q] * w[j + 1, p, q] + w[i + 2, p, q] * w[j + 2, p, q])
+            s[:] = 0.0
+            begin(first, c[:, p], e)
+            add_products(of, factors, 1.0, w[:, p], w[:, p], e)
             for a in range(rows):
                 for b in range(a + 1):
                     for q in range(cells):
@@ -208,10 +207,16 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
     return found
 
 
-AXES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
-POSITION, DIRECTOR, SLOPE, TURN = 0, 1, 4, 5  #: numbers of r, d_1, r' and d_1' among the vectors of a beam
+CROSS = ((1, 2), (2, 0), (0, 1))  #: j and k beside i = 0, 1, 2
+DIRECTOR, SLOPE, TURN = 1, 4, 5  #: numbers of d_1, r' and d_1' among the vectors of a beam
 STRETCHES = tuple(((SLOPE, DIRECTOR + i, 1.0),) for i in range(3))
-CURVATURES = tuple(((TURN + j, DIRECTOR + k, 0.5), (TURN + k, DIRECTOR + j, -0.5)) for _, j, k in AXES)
+CURVATURES = tuple(((TURN + j, DIRECTOR + k, 0.5), (TURN + k, DIRECTOR + j, -0.5)) for j, k in CROSS)
 HELD = tuple((((DIRECTOR + i, DIRECTOR + i, 1.0),), 0.25) for i in range(3))
-HELD += tuple((((DIRECTOR + j, DIRECTOR + k, 1.0),), 0.5) for _, j, k in AXES)
-FUNCTIONS = functions("beam", 8, [*STRETCHES, *CURVATURES], HELD)
+HELD += tuple((((DIRECTOR + j, DIRECTOR + k, 1.0),), 0.5) for j, k in CROSS)
+FREE = (*STRETCHES, *CURVATURES)
+FUNCTIONS = functions("beam", 8, FREE, HELD)
+
+
+def strains(u: np.ndarray) -> np.ndarray:
+    """Gamma, kappa and E (12, ...) of a beam at gradients (8, 3, ...), without those of the reference."""
+    return np.stack([sum(f * (u[i] * u[j]).sum(axis=0) for i, j, f in terms) for terms in (*FREE, *(terms for terms, _ in HELD))])

@@ -15,15 +15,16 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import csr_array, kron, vstack
+from scipy.sparse import csr_array, eye_array, kron, vstack
 
 from ...core.algebra.linalg import as_csr
 from ...core.errors import InputError, say
 from ...shapes import curves, line, locking, meshes
 from ...shapes.table import Curve
-from ..body import Body, Cells, arc_length_table, mass_matrix, place, placed_curve, unit_field
+from ..body import Body, Cells, arc_length_table, mass_matrix, placed_line, unit_field
 from ..laws import Law
 from ..sections import BeamSection
+from ..strain_law import strains
 
 DEGREE = 4
 FIELDS = 4  #: r, d_1, d_2, d_3
@@ -32,7 +33,6 @@ FEWEST = 3  #: cells: fewer leave motions without energy
 # L/d = 10 is 1.3e-4 too low with 100, 1e-5 with 1000; Newton's iteration of equilibria takes half as many corrections more
 RIGID = 1000.0  #: stiffness E that holds the section, over EA
 ALONG = 1e-6  #: sine of the angle between a direction and the line that is none
-CROSS = (1, 2), (2, 0), (0, 1)
 UPPER = np.triu_indices(6)
 
 
@@ -51,15 +51,7 @@ def beam(
     d_2 is the part of `direction` (3,) across the line, by default of the axis of the scene that the line begins most across.
     `group` picks a named group of lines; `origin` (3,) [m] and `rotation` (3, 3) place the mesh, x -> origin + rotation x.
     """
-    mesh = meshes.read(mesh) if isinstance(mesh, (str, Path)) else mesh
-    curve: Curve
-    if isinstance(mesh, curves.Line):
-        curve, arcs = partial(placed_curve, name, mesh.curve, 3, origin, rotation), mesh.arcs
-        breaks, places = mesh.breaks, mesh.names
-    else:
-        order = meshes.chain(mesh, group)
-        breaks, curve = curves.through(place(f"body '{name}'", mesh.points[order], 3, origin, rotation))
-        places, arcs = curves.named_points(mesh, order, breaks), None
+    curve, breaks, places, arcs = placed_line(name, mesh, group, 3, origin, rotation)
     if len(breaks) <= FEWEST:
         raise InputError(say(f"body '{name}'", f"at least {FEWEST} cells", len(breaks) - 1, "give it more `cells`"))
     space = line.uniform(breaks, DEGREE, DEGREE - 1)
@@ -68,13 +60,13 @@ def beam(
     reference = np.concatenate([centre[:, None], axes], axis=1).reshape(-1, 3)
     made = partial(beam_numbers, space, reference, section)
     nodes = np.ascontiguousarray(line.functions(space).T * 3 * FIELDS)
-    r, *d = (csr_array(kron(np.eye(space.count), np.eye(FIELDS)[[k]])) for k in range(FIELDS))
+    r, *d = (kron(eye_array(space.count), np.eye(FIELDS)[[k]]) for k in range(FIELDS))
     return Body(
         name=name,
         reference=reference,
         mass=beam_mass(space, centre, section.mass),
         constant=np.kron(line.fit(space, unit_field)[:, 0], np.eye(FIELDS)[0]),
-        places=dict(places),
+        places=places,
         arcs=arcs,
         space=space,
         cells=Cells.later(Law.BEAM, nodes, 3 * FIELDS, locking.POINTS, made),
@@ -104,18 +96,6 @@ def beam_mass(space: line.BSpline, centre: np.ndarray, mass: np.ndarray) -> csr_
     wide = np.zeros((FIELDS, FIELDS))
     wide[np.ix_((0, 2, 3), (0, 2, 3))] = mass
     return csr_array(kron(mass_matrix(space, centre, 1.0), csr_array(wide)))
-
-
-def strains(u: np.ndarray) -> np.ndarray:
-    """Gamma, kappa and E (12, ...) of gradients (8, 3, ...), see `strain_law`, without those of the reference."""
-    d, slope, turn = u[1:4], u[4], u[5:]
-
-    def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return np.asarray((a * b).sum(axis=0))
-
-    found = [dot(d[i], slope) for i in range(3)]
-    found += [0.5 * (dot(d[k], turn[j]) - dot(d[j], turn[k])) for j, k in CROSS]
-    return np.stack([*found, *(dot(d[i], d[i]) for i in range(3)), *(dot(d[j], d[k]) for j, k in CROSS)])
 
 
 def beam_numbers(space: line.BSpline, reference: np.ndarray, section: BeamSection) -> tuple[np.ndarray, np.ndarray]:

@@ -12,9 +12,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
 
-from ...bodies.beams.beam import FIELDS, UPPER, strains
-from ...bodies.body import Body, locate
+from ...bodies.beams.beam import FIELDS, UPPER
+from ...bodies.body import Body, director, locate
 from ...bodies.laws import Law, number
+from ...bodies.strain_law import strains
 from ...core.algebra.linalg import as_csr
 from ...core.errors import InputError, say
 from ...shapes import line
@@ -22,6 +23,7 @@ from ..places import At
 from .cable_sections import NOISE, between, steps_near
 
 WORDS = ("N", "Vy", "Vz", "T", "My", "Mz")
+FIRST = Law.BEAM.section.index("gamma1")  #: row of the section with the first strain of the reference
 ROWS = 2 * FIELDS  #: vectors of a point: r, d_i and their slopes
 HEAD = 1 + 9 + 9 + 3  #: parameters of the place: law, B^T A^-1, D - B^T A^-1 B, kappa in the reference
 EACH = 18 + 6 + 1  #: and of every quadrature point: (A, B), Gamma and kappa in the reference, weight times psi' [-]
@@ -63,18 +65,16 @@ def beam_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float, 
     across = np.linalg.solve(C[:3, :3], C[:3, 3:]).T
     kappa0 = strains((here @ part.reference).reshape(ROWS, 3))[3:6]
     head = (float(number(Law.BEAM)), *across.ravel(), *(C[3:, 3:] - across @ C[:3, 3:]).ravel(), *kappa0)
-    each = np.column_stack([matrices(known)[:, :3].reshape(len(e), 18), known[22:28].T, known[-1] * psi[e, p]])
+    each = np.column_stack([matrices(known)[:, :3].reshape(len(e), 18), known[FIRST : FIRST + 6].T, known[-1] * psi[e, p]])
     return as_csr(vstack([here, vectors(part, there)])), (*map(float, head), *each.ravel().tolist())
 
 
 def vectors(part: Body, xi: np.ndarray) -> csr_array:
     """Rows (8 x, b) of r, d_1, d_2, d_3 at parameters (x,) of a beam, then of their derivatives by arc length."""
     assert part.spread is not None
-    assert part.directors is not None
     values, slopes = line.sample(part.space, xi), line.sample(part.space, xi, 1)
     slopes = diags_array(1.0 / np.linalg.norm(slopes @ part.shape_reference, axis=1)) @ slopes
-    count = part.spread.shape[0]
-    fields = [part.spread, *(part.directors[k * count : (k + 1) * count] for k in range(3))]
+    fields = [part.spread, *(director(part, k) for k in (1, 2, 3))]
     return as_csr(vstack([table @ own for table in (values, slopes) for own in fields]))
 
 
