@@ -183,7 +183,7 @@ def at_points(
 
     def force(table: Any, record: Any) -> int:
         s, P = evaluation(table).space, opened(record)
-        # damped terms keep their gradients: the heat of a step then costs no second evaluation
+        # gradients are kept for the heat of a step and for stresses that tangents hold: neither costs a second evaluation
         room, at = (s.gradients[NOW], P.kept) if P.kept >= 0 else (s.work[0], 0)
         u = read(s, P, 0, room, at)
         rate = read(s, P, 1, room, at + u.size) if P.beta > 0.0 else u
