@@ -30,6 +30,7 @@ from ..core.storage.validation import Attributes, Indices, Inside, Range, Reals,
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Curve, Table
+from .beams.profiles import Profile
 from .cable_law import curvatures
 from .cable_points import degree_of, points_of
 from .laws import Law
@@ -176,6 +177,7 @@ class Body:
     outline: np.ndarray | None = None  #: (x, b) points of the line that a picture shows of a rigid body, over its functions
     values: dict[str, Value] = field(default_factory=dict)  #: numbers that scale its energy and mass, see `values`
     directors: csr_array | None = None  #: (3 n, b) d_1, d_2, d_3 over the n functions of the space, of a beam
+    profile: Profile | None = None  #: contour of the section along the line of a beam, where it is known
     arcs: np.ndarray | None = None  #: (2, x) parameters and arc lengths [m] of the curved line that its cells follow
 
     @property
@@ -194,7 +196,7 @@ class Body:
         return self.reference if self.spread is None else np.asarray(self.spread @ self.reference)
 
 
-storable(Body, values=lambda values: {}, arcs=lambda values: None, directors=lambda values: None)
+storable(Body, values=lambda values: {}, arcs=lambda values: None, directors=lambda values: None, profile=lambda values: None)
 
 
 def cable(

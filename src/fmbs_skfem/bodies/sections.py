@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
@@ -49,6 +50,7 @@ class BeamSection:
     mass: np.ndarray  #: (3, 3) int rho (1, y, z)^T (1, y, z) dA [kg/m, kg, kg m]
     radius: float = 0.01  #: drawn radius [m]
     outline: tuple[np.ndarray, ...] = ()  #: loops (n, 2) of its contour, where it is known [m]
+    unit_stresses: np.ndarray = field(default_factory=lambda: np.zeros((3, 6, 0)))  #: (3, 6, n) at all its points, see `profiles`
 
     def __post_init__(self) -> None:
         for what, matrix, size, least in (("stiffness", self.stiffness, 6, 1e-15), ("mass", self.mass, 3, -1e-12)):
@@ -93,7 +95,8 @@ class Section(Declared, ABC):
         found = section_constants.constants(outline, material.poisson_ratio)
         stiffness = section_constants.stiffness(found, material.young_modulus)
         radius = float(np.linalg.norm(found.outline[0], axis=1).max())
-        return BeamSection(stiffness, section_constants.mass(found, material.density), radius, found.outline)
+        mass = section_constants.mass(found, material.density)
+        return BeamSection(stiffness, mass, radius, found.outline, found.unit_stresses)
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ from ..body import Body, Cells, arc_length_table, mass_matrix, placed_line, unit
 from ..laws import Law
 from ..sections import BeamSection
 from ..strain_law import strains
+from .profiles import profile
 
 DEGREE = 4
 FIELDS = 4  #: r, d_1, d_2, d_3
@@ -73,6 +74,7 @@ def beam(
         radius=section.radius,
         spread=as_csr(r),
         directors=as_csr(vstack(d)),
+        profile=profile(name, breaks[:1], [section]),
     )
 
 

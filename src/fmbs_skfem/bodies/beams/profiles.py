@@ -1,0 +1,65 @@
+"""The contour of a beam's section along its line, and the stresses there of unit forces: what pictures and stresses read.
+
+Between stations contours are linear, and so are stresses of unit forces; one station serves a beam of one section.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+
+from ...core.errors import InputError, say
+from ...core.storage.container import storable
+from ...core.storage.records import dataclass
+from ...core.storage.validation import Indices, Reals
+from ...shapes.table import Floats, Ints
+
+if TYPE_CHECKING:
+    from ..sections import BeamSection
+
+
+@storable
+@dataclass(frozen=True)
+class Profile:
+    """Contours at k stations of a line, with n points each: y and z along the directors d_2 and d_3, from where the line passes."""
+
+    stations: Annotated[Floats, Reals("k")]  #: parameters xi of the line, ascending
+    points: Annotated[Floats, Reals("k n 2")]  #: of all loops in a row, the outer one first, with the material on the left [m]
+    first: Annotated[Ints, Indices("l", end="n")]  #: first points of the loops
+    unit_stresses: Annotated[Floats, Reals("k 3 6 n")]  #: sigma_x, tau_xy, tau_xz of N, V_y, V_z, T, M_y, M_z = 1 [1/m2, 1/m3]
+
+    @property
+    def loops(self) -> list[slice]:
+        """The points of every loop."""
+        ends = [*self.first[1:].tolist(), self.points.shape[1]]
+        return [slice(a, b) for a, b in zip(self.first.tolist(), ends, strict=True)]
+
+    def at(self, xi: Floats) -> tuple[Floats, Floats]:
+        """Points (x, n, 2) and unit stresses (x, 3, 6, n) at parameters xi (x,); beyond the stations those of the nearest."""
+        last = len(self.stations) - 1
+        k = np.clip(np.searchsorted(self.stations, xi, side="right") - 1, 0, max(last - 1, 0))
+        after = np.minimum(k + 1, last)
+        share = (xi - self.stations[k]) / np.where(after > k, self.stations[after] - self.stations[k], 1.0)
+        share = share.clip(0.0, 1.0)
+
+        def between(part: Floats) -> Floats:
+            return np.asarray(np.einsum("wx,wx...->x...", [1.0 - share, share], part[[k, after]]))
+
+        return between(self.points), between(self.unit_stresses)
+
+
+def profile(name: str, stations: Floats, sections: Sequence[BeamSection]) -> Profile | None:
+    """The profile of a beam with sections at stations (k,); None where one has no contour.
+
+    InputError where contours have other numbers of points.
+    """
+    if not all(section.outline for section in sections):
+        return None
+    counts = [tuple(map(len, section.outline)) for section in sections]
+    if len(set(counts)) > 1:
+        raise InputError(say(f"body '{name}'.section", "contours with the same points along the line", counts))
+    points = np.stack([np.concatenate(section.outline) for section in sections])
+    first = np.cumsum([0, *counts[0][:-1]])
+    return Profile(np.asarray(stations, dtype=float), points, first, np.stack([section.unit_stresses for section in sections]))
