@@ -63,8 +63,8 @@ class Cells:
 
     law: Annotated[Law, Attributes("k=orders i=rows")]
     table: Annotated[np.ndarray, Reals("k p b e")]  #: derivatives of the basis that the law reads [1/m, 1/m2]
-    nodes: Annotated[np.ndarray, Indices("b e", end="w", reach="c")]  #: first component of each basis function in the coordinates
-    dim: Annotated[int, Attributes("c")]  #: number of components of a function, those of all fields of the law
+    nodes: Annotated[np.ndarray, Indices("b e", end="w", reach="d")]  #: first component of each basis function in the coordinates
+    dim: Annotated[int, Attributes("d")]  #: number of components of a function, those of all fields of the law
     section: Annotated[np.ndarray, Reals("i p e")]  #: rows of the law, the last one the quadrature weight
     spread: Annotated[csr_array | None, Reals("w q")] = None  #: coordinates of the cells from the body's, where others
 
@@ -103,6 +103,13 @@ class Cells:
         cells = copy(self)
         cells.__dict__.update(nodes=self.nodes + first if first else self.nodes, spread=spread)
         return cells
+
+
+@also.register(Cells)
+def check_cells(cells: Cells, name: str, sizes: Sizes) -> None:
+    """A function has the components of all fields of the law."""
+    wanted = sizes.get("c", cells.dim // cells.law.fields) * cells.law.fields
+    require(cells.dim == wanted, f"{name}.dim", f"{wanted} components", cells.dim)
 
 
 @dataclass(frozen=True)
@@ -177,7 +184,7 @@ class Body:
     outline: np.ndarray | None = None  #: (x, b) points of the line that a picture shows of a rigid body, over its functions
     values: dict[str, Value] = field(default_factory=dict)  #: numbers that scale its energy and mass, see `values`
     directors: csr_array | None = None  #: (3 n, b) d_1, d_2, d_3 over the n functions of the space, of a beam
-    profile: Profile | None = None  #: contour of the section along the line of a beam, where it is known
+    profile: Profile | None = None  #: the section along the line of a beam
     arcs: np.ndarray | None = None  #: (2, x) parameters and arc lengths [m] of the curved line that its cells follow
 
     @property

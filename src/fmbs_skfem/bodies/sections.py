@@ -51,6 +51,7 @@ class BeamSection:
     radius: float = 0.01  #: drawn radius [m]
     outline: tuple[np.ndarray, ...] = ()  #: loops (n, 2) of its contour, where it is known [m]
     unit_stresses: np.ndarray = field(default_factory=lambda: np.zeros((3, 6, 0)))  #: (3, 6, n) at all its points, see `profiles`
+    material: Material | None = None  #: of a section with a contour
 
     def __post_init__(self) -> None:
         for what, matrix, size, least in (("stiffness", self.stiffness, 6, 1e-15), ("mass", self.mass, 3, -1e-12)):
@@ -96,7 +97,7 @@ class Section(Declared, ABC):
         stiffness = section_constants.stiffness(found, material.young_modulus)
         radius = float(np.linalg.norm(found.outline[0], axis=1).max())
         mass = section_constants.mass(found, material.density)
-        return BeamSection(stiffness, mass, radius, found.outline, found.unit_stresses)
+        return BeamSection(stiffness, mass, radius, found.outline, found.unit_stresses, material)
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,7 @@ __all__ = [
     "Body",
     "OnSurface",
     "JointName",
+    "InSection",
     "Heights",
     "Letters",
     "Teeth",
@@ -87,6 +88,14 @@ def read_follower(value: object, dimension: units.Dimension, context: Context) -
     return (read_quantity(value[0] if isinstance(value, list) and len(value) == 1 else value, dimension, context),)
 
 
+def read_pair(value: object, context: Context) -> tuple[float, float]:
+    """Two lengths, y and z in a section."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise Problem("two lengths, y and z", shown(value))
+    y, z = (read_quantity(one, units.LENGTH, context) for one in value)
+    return y, z
+
+
 def read_letters(value: object, context: Context) -> str:
     """Components by their letters, such as `xz`; none is an empty text."""
     axes = "xyz"[: context.dimension]
@@ -125,6 +134,7 @@ _LETTERS = {"type": "string", "pattern": "^[xyz]{0,3}$", "description": "letters
 PLACE = Takes(read_place, {"anyOf": _PLACES, "description": "body.frame or body.group, or {body: name, s: arc length}"})
 END = Takes(read_end, {"anyOf": [*_PLACES, _FIXED, _NULL], "description": "a place as in `at`, a fixed point [m], or ground"})
 CARRIER = Takes(read_carrier, {"anyOf": [*_PLACES, _NULL], "description": "a place as in `at`, or ground"})
+IN_SECTION = Takes(read_pair, array_schema(number_schema(units.LENGTH), 2, 2))
 LETTERS = Takes(read_letters, _LETTERS)
 _ROW = array_schema(number_schema(units.LENGTH), 1)
 HEIGHTS = Takes(read_heights, {"anyOf": [_ROW, array_schema(_ROW, 1)], "description": "lengths in a list, or in lists"})
@@ -141,6 +151,7 @@ BodyName: TypeAlias = Annotated[str, name_in("bodies", "a name of a body")]
 Body: TypeAlias = Annotated[str, name_in("surfaces", "a name of a body")]  #: a plate or shell
 OnSurface: TypeAlias = Annotated[At, replace(PLACE, names="surfaces")]
 JointName: TypeAlias = Annotated[str, name_in("joints", "a name of a joint")]
+InSection: TypeAlias = Annotated[tuple[float, float], IN_SECTION]  #: y and z in the section of a beam
 Heights: TypeAlias = Annotated[Any, HEIGHTS]  #: heights in a list, or in lists of one length
 Letters: TypeAlias = Annotated[str, LETTERS]  #: components of a vector
 Teeth: TypeAlias = Annotated[tuple[int, int], TEETH]

@@ -1,43 +1,96 @@
-r"""Forces and moments of a beam with torsion and shear at a place, as outputs read them.
+r"""Strains, forces and stresses of a beam with torsion and shear at places, as outputs and pictures read them.
 
-    F = int psi' n_i d_i dS,    M = B^T A^-1 F + (D - B^T A^-1 B) kappa,    C = (A, B; B^T, D)
+    F = int psi' n_i d_i dS,    Gamma = A^-1 (F - B kappa),    M = B^T Gamma + D kappa,    C = (A, B; B^T, D)
 
 with components along the directors at the place. F is what the beam beyond it carries, n = dW/dGamma: psi is a step of its own
 splines, and moving all that is beyond is one of the motions for which the equations hold, see `cable_sections`. M has the error of
 the curvatures at the place, and none of shear strains, which are not known between the points that do not lock.
+
+Stresses are those of Saint-Venant at the contour of the section, linear in S = (N, V_y, V_z, T, M_y, M_z), see `section_constants`.
 """
 
 from __future__ import annotations
+
+from functools import lru_cache, partial
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
 
 from ...bodies.beams.beam import FIELDS, UPPER
+from ...bodies.beams.profiles import Profile
 from ...bodies.body import Body, director, locate
 from ...bodies.laws import Law, number
 from ...bodies.strain_law import strains
 from ...core.algebra.linalg import as_csr
 from ...core.errors import InputError, say
+from ...core.storage.records import dataclass
 from ...shapes import line
 from ..places import At
 from .cable_sections import NOISE, between, steps_near
 
-WORDS = ("N", "Vy", "Vz", "T", "My", "Mz")
+FORCES = {"N": "N", "Vy": "N", "Vz": "N", "T": "N m", "My": "N m", "Mz": "N m"}  #: components of S and their units
+STRAINS = {"axial": "", "shear_y": "", "shear_z": "", "torsion": "1/m", "curvature_y": "1/m", "curvature_z": "1/m"}
 FIRST = Law.BEAM.section.index("gamma1")  #: row of the section with the first strain of the reference
 ROWS = 2 * FIELDS  #: vectors of a point: r, d_i and their slopes
-HEAD = 1 + 9 + 9 + 3  #: parameters of the place: law, B^T A^-1, D - B^T A^-1 B, kappa in the reference
+HEAD = 2 + 36 + 3  #: numbers of a place: law, how many functionals of S it has, C, kappa in the reference
 EACH = 18 + 6 + 1  #: and of every quadrature point: (A, B), Gamma and kappa in the reference, weight times psi' [-]
+OFF = 0.05  #: part of the size of a contour by which a point may miss it
 
 
-def reads_beam(parameters: tuple[float, ...]) -> bool:
-    """Whether an output reads a beam: its first parameter is the number of its law."""
-    return int(parameters[0]) == number(Law.BEAM)
+@dataclass(frozen=True)
+class Sections:
+    """Numbers of x places of a beam and of the p points whose stresses carry their forces."""
+
+    stiffness: np.ndarray  #: (x, 6, 6) C
+    curvature: np.ndarray  #: (x, 3) kappa in the reference [1/m]
+    shares: csr_array  #: (x, p) weight times psi' [-]
+    coupled: np.ndarray  #: (p, 3, 6) A and B
+    known: np.ndarray  #: (p, 6) Gamma and kappa in the reference
+
+    def read(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Strains (6, s, x) and forces S (6, s, x) of rows u (s, 3 (8 x + 8 p)), see `sections`."""
+        count, places = len(u), len(self.stiffness)
+        vectors = u.reshape(count, -1, 3)
+        here, there = (
+            part.reshape(count, ROWS, -1, 3).transpose(1, 3, 0, 2) for part in np.split(vectors, [ROWS * places], axis=1)
+        )
+        stress = np.einsum("pij,jsp->isp", self.coupled, strains(there)[:6] - self.known.T[:, None])
+        carried = np.einsum("isp,icsp->csp", stress, there[1:FIELDS])
+        push = (carried.reshape(3 * count, -1) @ self.shares.T).reshape(3, count, places)
+        axes = here[1:FIELDS] / np.linalg.norm(here[1:FIELDS], axis=1, keepdims=True)
+        F = np.einsum("kcsx,csx->ksx", axes, push)
+        kappa = strains(here)[3:6] - self.curvature.T[:, None]
+        A, B, D = self.stiffness[:, :3, :3], self.stiffness[:, :3, 3:], self.stiffness[:, 3:, 3:]
+        gamma = np.einsum("xij,jsx->isx", np.linalg.inv(A), F - np.einsum("xij,jsx->isx", B, kappa))
+        M = np.einsum("xji,jsx->isx", B, gamma) + np.einsum("xij,jsx->isx", D, kappa)
+        return np.concatenate([gamma, kappa]), np.concatenate([F, M])
 
 
-def counts(parameters: tuple[float, ...]) -> tuple[int, int]:
-    """How many rows and parameters the output of a beam has in a file."""
-    points = max(0, len(parameters) - HEAD) // EACH
-    return 3 * ROWS * (1 + points), HEAD + EACH * points
+def sections(part: Body, xi: np.ndarray) -> tuple[csr_array, Sections]:
+    """Rows (8 x + 8 p, b) of r, directors and their slopes at parameters (x,) of a beam and at p points; their numbers."""
+    assert part.cells is not None
+    assert part.profile is not None
+    section, breaks = part.cells.section, line.breaks(part.space)
+    _, points, count = section.shape
+    cell = np.clip(np.searchsorted(breaks, xi, side="right") - 1, 0, count - 1)
+    near = lru_cache(maxsize=2)(partial(steps_near, part, slope=1))  # places come in a row
+    found = []
+    for at, k in zip(xi, cell, strict=True):
+        cells, steps, centers = near(int(k))
+        psi = np.zeros((count, points))
+        psi[cells] = np.einsum("k,kep->ep", between(centers, float(at)), steps[:, 1])
+        psi[np.abs(psi) <= NOISE * np.abs(psi).max()] = 0.0
+        found.append(csr_array((section[-1].T * psi).reshape(1, -1)))
+    shares = as_csr(vstack(found))
+    used = np.unique(shares.indices)
+    e, p = np.divmod(used, points)
+    there = line.tabulate(part.space, points).points[e, p]
+    here, known = vectors(part, xi), section[:, p, e]
+    curvature = strains((here @ part.reference).reshape(ROWS, -1, 3).transpose(0, 2, 1))[3:6].T
+    numbers = Sections(
+        part.profile.at(xi)[0], curvature, as_csr(shares[:, used]), matrices(known)[:, :3], known[FIRST : FIRST + 6].T
+    )
+    return as_csr(vstack([here, vectors(part, there)])), numbers
 
 
 def matrices(section: np.ndarray) -> np.ndarray:
@@ -45,28 +98,6 @@ def matrices(section: np.ndarray) -> np.ndarray:
     C = np.zeros((*section.shape[1:], 6, 6))
     C[..., UPPER[0], UPPER[1]] = C[..., UPPER[1], UPPER[0]] = np.moveaxis(section[: len(UPPER[0])], 0, -1)
     return C
-
-
-def beam_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float, ...]]:
-    """Rows (8 + 8 p, b) of r, directors and their slopes at a place of a beam and at p points; parameters.
-
-    InputError, after `where`, for a part, whose functions reach over all of it.
-    """
-    if part.shapes is not None or part.cells is None:
-        raise InputError(say(where, "a place of a beam in full", f"{at} of a trained part", "read it in the full model"))
-    xi, section, breaks = float(locate(part, at.place)), part.cells.section, line.breaks(part.space)  # type: ignore[arg-type]
-    cell = int(np.clip(np.searchsorted(breaks, xi, side="right") - 1, 0, section.shape[2] - 1))
-    cells, steps, centers = steps_near(part, cell, 1)
-    psi = np.einsum("k,kep->ep", between(centers, xi), steps[:, 1])
-    e, p = np.nonzero(np.abs(psi) > NOISE * np.abs(psi).max())
-    there = line.tabulate(part.space, section.shape[1]).points[cells][e, p]
-    here, known = vectors(part, np.array([xi])), section[:, p, cells[e]]
-    C = matrices(section[:, section.shape[1] // 2, cell])  # where stretch and shear have a share
-    across = np.linalg.solve(C[:3, :3], C[:3, 3:]).T
-    kappa0 = strains((here @ part.reference).reshape(ROWS, 3))[3:6]
-    head = (float(number(Law.BEAM)), *across.ravel(), *(C[3:, 3:] - across @ C[:3, 3:]).ravel(), *kappa0)
-    each = np.column_stack([matrices(known)[:, :3].reshape(len(e), 18), known[FIRST : FIRST + 6].T, known[-1] * psi[e, p]])
-    return as_csr(vstack([here, vectors(part, there)])), (*map(float, head), *each.ravel().tolist())
 
 
 def vectors(part: Body, xi: np.ndarray) -> csr_array:
@@ -78,16 +109,84 @@ def vectors(part: Body, xi: np.ndarray) -> csr_array:
     return as_csr(vstack([table @ own for table in (values, slopes) for own in fields]))
 
 
-def beam_forces(parameters: tuple[float, ...], u: np.ndarray) -> list[np.ndarray]:
-    """N, Vy, Vz [N], T, My, Mz [N m], (s,) each, of rows u (s, 3 (8 + 8 p)) that `beam_point` gives."""
-    across, alone = np.reshape(parameters[1:19], (2, 3, 3))
-    known, count = np.reshape(parameters[HEAD:], (-1, EACH)), len(u)
-    place = u[:, : 3 * ROWS].reshape(count, ROWS, 3)
-    there = u[:, 3 * ROWS :].reshape(count, ROWS, -1, 3).transpose(1, 3, 0, 2)  # (8, c, s, p)
-    C = known[:, :18].reshape(-1, 3, 6)
-    stress = np.einsum("pij,jsp->isp", C, strains(there)[:6] - known[:, 18:24].T[:, None])
-    push = np.einsum("isp,icsp,p->sc", stress, there[1:4], known[:, -1])
-    axes = place[:, 1:FIELDS] / np.linalg.norm(place[:, 1:FIELDS], axis=2, keepdims=True)
-    force = np.einsum("skc,sc->ks", axes, push)
-    kappa = strains(place.transpose(1, 2, 0))[3:6] - np.array(parameters[19:HEAD])[:, None]
-    return [*force, *(across @ force + alone @ kappa)]
+# ----------------------------------------------------------------------------------------------------- one place, of outputs
+def reads_beam(parameters: tuple[float, ...]) -> bool:
+    """Whether an output reads a beam: its first parameter is the number of its law."""
+    return int(parameters[0]) == number(Law.BEAM)
+
+
+def counts(parameters: tuple[float, ...]) -> tuple[int, int]:
+    """How many rows and parameters the output of a beam has in a file."""
+    numbers = HEAD + 6 * int(parameters[1])
+    points = max(0, len(parameters) - numbers) // EACH
+    return 3 * ROWS * (1 + points), numbers + EACH * points
+
+
+def beam_point(where: str, part: Body, at: At, functionals: np.ndarray | None = None) -> tuple[csr_array, tuple[float, ...]]:
+    """Rows (8 + 8 p, b) of `sections` at a place of a beam; its parameters, with `functionals` (m, 6) of S.
+
+    InputError, after `where`, for a body that is no beam, and for a part, whose functions reach over all of it.
+    """
+    rows, one = sections(part, np.array([place_of(where, part, at)]))
+    own = np.zeros((0, 6)) if functionals is None else functionals
+    shares = np.zeros(len(one.known))
+    shares[one.shares.indices] = one.shares.data
+    each = np.column_stack([one.coupled.reshape(-1, 18), one.known, shares])
+    head = (own, one.stiffness, one.curvature, each)
+    return rows, (float(number(Law.BEAM)), float(len(own)), *(value for part in head for value in part.ravel().tolist()))
+
+
+def place_of(where: str, part: Body, at: At) -> float:
+    """The parameter xi of a place of a beam in full; InputError, after `where`, for another one."""
+    if part.directors is None:
+        raise InputError(say(where, "a place of a beam (type: beam)", f"{at}, of another body", "take section_forces there"))
+    if part.shapes is not None or part.cells is None:
+        raise InputError(say(where, "a place of a beam in full", f"{at} of a trained part", "read it in the full model"))
+    return float(locate(part, at.place))  # type: ignore[arg-type]
+
+
+def read_place(parameters: tuple[float, ...], u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Strains (6, s), S (6, s) [N, N m] and functionals of S (m, s) of rows u (s, 3 (8 + 8 p)) that `beam_point` gives."""
+    many = 6 * int(parameters[1])
+    own, C, curvature, rest = np.split(np.array(parameters[2:]), [many, many + 36, many + 39])
+    each = rest.reshape(-1, EACH)
+    shares = csr_array(each[:, -1][None])
+    found = Sections(C.reshape(1, 6, 6), curvature[None], shares, each[:, :18].reshape(-1, 3, 6), each[:, 18:24]).read(u)
+    strain, force = (part[..., 0] for part in found)
+    return strain, force, own.reshape(-1, 6) @ force
+
+
+# ---------------------------------------------------------------------------------------------------- stresses at the contour
+def contour(where: str, part: Body) -> Profile:
+    """The contour of a beam; InputError, after `where`, where its section is known by its matrices alone."""
+    assert part.profile is not None
+    if not part.profile.points.size:
+        got = f"'{part.name}', whose section is known by its stiffness alone"
+        raise InputError(say(where, "a beam whose contour is known", got, "give it a shape and a material, or read section_forces"))
+    return part.profile
+
+
+@dataclass(frozen=True)
+class ContourPoint:
+    """A point of a contour."""
+
+    stresses: np.ndarray  #: (2, 6) sigma_x and tau_xs of S = 1 [1/m2, 1/m3], s along the contour, anticlockwise about the beam
+    place: tuple[float, float]  #: y and z [m]
+
+
+def contour_point(where: str, profile: Profile, xi: float, wanted: tuple[float, ...]) -> ContourPoint:
+    """The point of the contour that is nearest to y and z [m]; InputError where it is farther than `OFF` of the size."""
+    _, (points,), (unit,) = profile.at(np.array([xi]))
+    start = np.concatenate([np.arange(len(points))[loop] for loop in profile.loops])
+    end = np.concatenate([np.roll(np.arange(len(points))[loop], -1) for loop in profile.loops])
+    along, aim = points[end] - points[start], np.asarray(wanted, dtype=float)
+    share = (np.sum((aim - points[start]) * along, axis=1) / np.sum(along**2, axis=1)).clip(0.0, 1.0)
+    nearest = points[start] + share[:, None] * along
+    k = int(np.linalg.norm(nearest - aim, axis=1).argmin())
+    y, z = nearest[k].tolist()
+    if np.linalg.norm(nearest[k] - aim) > OFF * float(np.ptp(points, axis=0).max()):
+        shown = f"({aim[0]:.4g}, {aim[1]:.4g}) m"
+        raise InputError(say(f"{where}.point", "a point of the contour", shown, f"the nearest one is ({y:.4g}, {z:.4g}) m"))
+    there = (1.0 - share[k]) * unit[..., start[k]] + share[k] * unit[..., end[k]]
+    tangent = along[k] / np.linalg.norm(along[k])
+    return ContourPoint(np.stack([there[0], tangent @ there[1:]]), (y, z))

@@ -12,7 +12,7 @@ the face z = t/2; that of a cable in the plane turns it counter-clockwise along 
 
 from __future__ import annotations
 
-from abc import ABC
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
@@ -22,6 +22,7 @@ from ...bodies.body import Body, locate
 from ...bodies.stress_recovery import principal
 from ...core.notices import notify, remark
 from ...core.storage.records import dataclass
+from ...core.values.fields import quantity
 from ...shapes import line
 from ...shapes.surface import Surface
 from .. import fields
@@ -153,13 +154,14 @@ class StrainTensor(Tensor):
 
 @dataclass(frozen=True)
 class SectionForces(Probe):
-    """Forces and moments of the section at a place of a cable, or at a named point of a plate or shell.
+    """Forces and moments of the section at a place of a cable or beam, or at a named point of a plate or shell.
 
     Cables have the axial force N [N] and the bending moment M [N m], in the plane with its sign (counter-clockwise along the line),
     in space with its vector Mx, My, Mz: what balances the loads beyond the place, without damping. N does so on coarse meshes too,
-    some cells away from forces inside the line; M has the error of the curvature. Plates and shells have membrane forces N11, N22,
-    N12 [N/m] and moments M11, M22, M12 [N] a length, positive where they stretch the face at t/2, with principal values N1, N2, M1,
-    M2; stresses and axes are those of `stress_tensor`, lengths those of the reference.
+    some cells away from forces inside the line; M has the error of the curvature. Beams with torsion have N, Vy, Vz [N] and T, My,
+    Mz [N m] along and about the axes of the section at the place: x along the beam, y and z across. Plates and shells have membrane
+    forces N11, N22, N12 [N/m] and moments M11, M22, M12 [N] a length, positive where they stretch the face at t/2, with principal
+    values N1, N2, M1, M2; stresses and axes are those of `stress_tensor`, lengths those of the reference.
 
     {type: section_forces, at: beam.left}
     """
@@ -182,7 +184,7 @@ class SectionForces(Probe):
         beam = part.directors is not None
         rows, parameters = (beam_sections.beam_point if beam else cable_sections.cable_point)(where, part, self.at)
         warn_of_jump(where, draft, part, self.at)
-        names: tuple[str, ...] = beam_sections.WORDS if beam else CABLE_PLANE if part.dim == 2 else CABLE_SPACE
+        names = tuple(beam_sections.FORCES) if beam else CABLE_PLANE if part.dim == 2 else CABLE_SPACE
         columns = tuple(f"{name}_{word}" for word in names)
         wide = draft.layout.spread(part, rows)
         return self.output(draft, columns, [wide], parameters=parameters)
@@ -190,7 +192,7 @@ class SectionForces(Probe):
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
         if beam_sections.reads_beam(output.parameters):
-            return beam_sections.beam_forces(output.parameters, sensed.values)
+            return list(beam_sections.read_place(output.parameters, sensed.values)[1])
         if cable_sections.reads_cable(output.parameters):
             return cable_sections.cable_forces(output.parameters, sensed.dim, sensed.values)
         found = recovered(output.parameters, sensed.values)
@@ -202,7 +204,7 @@ class SectionForces(Probe):
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
         if beam_sections.reads_beam(output.parameters):
-            return ("N",) * 3 + ("N m",) * 3
+            return tuple(beam_sections.FORCES.values())
         if cable_sections.reads_cable(output.parameters):
             return ("N", *("N m",) * (len(output.columns) - 1))
         return ("N/m",) * 5 + ("N",) * (len(output.columns) - 5)
@@ -211,12 +213,99 @@ class SectionForces(Probe):
     def sizes(cls, output: Output, dim: int) -> Sizes:
         if beam_sections.reads_beam(output.parameters):
             rows, parameters = beam_sections.counts(output.parameters)
-            return rows, len(beam_sections.WORDS), parameters
+            return rows, len(beam_sections.FORCES), parameters
         if cable_sections.reads_cable(output.parameters):
             rows, parameters = cable_sections.counts(output.parameters, dim)
             return rows, len(CABLE_PLANE if dim == 2 else CABLE_SPACE), parameters
         rows, parameters = counts(output.parameters[0], dim)
         return rows, len(RESULTANTS if dim == 3 else MEMBRANE), parameters
+
+
+class OfBeam(Probe, ABC):
+    """What is read at a place of a beam with torsion and shear, `functionals` (m, 6) of its section forces among it."""
+
+    at: fields.Place
+    calls = ()
+
+    @abstractmethod
+    def functionals(self, where: str, part: Body) -> np.ndarray:
+        """Those that it reads, (m, 6)."""
+
+    @abstractmethod
+    def columns(self, name: str) -> tuple[str, ...]:
+        """Names of its columns."""
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        where = f"output '{name}'"
+        part = draft.layout.body(where, self.at)
+        beam_sections.place_of(where, part, self.at)
+        rows, parameters = beam_sections.beam_point(where, part, self.at, self.functionals(where, part))
+        warn_of_jump(where, draft, part, self.at)
+        return self.output(draft, self.columns(name), [draft.layout.spread(part, rows)], parameters=parameters)
+
+    @classmethod
+    def sizes(cls, output: Output, dim: int) -> Sizes:
+        rows, parameters = beam_sections.counts(output.parameters)
+        return rows, len(output.columns), parameters
+
+
+@dataclass(frozen=True)
+class SectionStrains(OfBeam):
+    """Strains of the section at a place of a beam with torsion and shear, those of its section forces there.
+
+    NAME_axial and the shear strains NAME_shear_y and NAME_shear_z [-] of the line, NAME_torsion, the angle of twist a length, and
+    the curvatures NAME_curvature_y and NAME_curvature_z [1/m] about the axes y and z of the section, from the reference; the
+    strain along the beam at a point of the section is axial + z curvature_y - y curvature_z.
+
+    {type: section_strains, at: beam.left}
+    """
+
+    at: fields.Place
+
+    def functionals(self, where: str, part: Body) -> np.ndarray:
+        return np.zeros((0, 6))
+
+    def columns(self, name: str) -> tuple[str, ...]:
+        return tuple(f"{name}_{word}" for word in beam_sections.STRAINS)
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        return list(beam_sections.read_place(output.parameters, sensed.values)[0])
+
+    @classmethod
+    def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        return tuple(beam_sections.STRAINS.values())
+
+
+@dataclass(frozen=True)
+class StrainGauge(OfBeam):
+    """Strain [-] that a gauge measures on the surface of a beam with torsion and shear, in one direction.
+
+        e = sigma/E (cos^2 a - nu sin^2 a) + tau/G sin a cos a
+
+    It is glued to the `point` of the contour, y and z in the section; its `direction` a is an angle to the beam, anticlockwise
+    around it. Stresses are those of the output `stress`.
+
+    {type: strain_gauge, at: {body: beam, s: 0.1 m}, point: [0, 5 mm], direction: 45 deg}
+    """
+
+    at: fields.Place
+    point: Annotated[fields.InSection, "y and z in the section, a point of its contour"]
+    direction: Annotated[float, quantity("rad"), "its angle to the beam"] = 0.0
+
+    def functionals(self, where: str, part: Body) -> np.ndarray:
+        xi, profile = beam_sections.place_of(where, part, self.at), beam_sections.contour(where, part)
+        sigma, tau = beam_sections.contour_point(where, profile, xi, self.point).stresses
+        c, s, nu = np.cos(self.direction), np.sin(self.direction), profile.poisson_ratio
+        one = sigma * (c * c - nu * s * s) + 2.0 * (1.0 + nu) * tau * s * c
+        return np.asarray(one[None] / profile.young_modulus)
+
+    def columns(self, name: str) -> tuple[str, ...]:
+        return (name,)
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        return list(beam_sections.read_place(output.parameters, sensed.values)[2])
 
 
 def warn_of_jump(where: str, draft: Draft, part: Body, at: At) -> None:
