@@ -16,22 +16,22 @@ MATERIAL = Material(1e9, 1800.0)
 
 def test_circular() -> None:
     """The section of Hou, Liu, Hu (2020), doi 10.1016/j.cma.2019.112690: d = 0.01 m, E = 1e9 Pa, rho = 1800 kg/m3."""
-    data = Circular(0.01).stiffness(MATERIAL)
+    data = Circular(0.01).of_cable(MATERIAL)
     assert_allclose([data.EA, data.EI, data.rhoA, data.radius], [25000 * math.pi, 0.15625 * math.pi, 0.045 * math.pi, 0.005])
 
 
 def test_rectangular() -> None:
     """A = w h, I = w h^3 / 12: bending about the axis along the width."""
-    data = Rectangular(width=0.06, height=0.02).stiffness(Material(210e9, 7850.0))
+    data = Rectangular(width=0.06, height=0.02).of_cable(Material(210e9, 7850.0))
     assert_allclose([data.EA, data.EI, data.rhoA], [252e6, 8400.0, 9.42])
-    upright = Rectangular(width=0.02, height=0.06).stiffness(Material(210e9, 7850.0))
+    upright = Rectangular(width=0.02, height=0.06).of_cable(Material(210e9, 7850.0))
     assert pytest.approx(9 * data.EI) == upright.EI
 
 
 def test_given_is_taken_as_it_is() -> None:
     section = Given(EA=3.0, EI=2.0, rhoA=1.0, radius=0.5)
-    assert section.stiffness(None) is section
-    assert section.stiffness(MATERIAL) is section
+    assert section.of_cable(None) is section
+    assert section.of_cable(MATERIAL) is section
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def test_given_is_taken_as_it_is() -> None:
         (lambda: Circular(0.0), r"section\.diameter"),
         (lambda: Rectangular(1.0, math.inf), r"section\.height"),
         (lambda: Given(1.0, -1.0, 1.0), r"section\.EI"),
-        (lambda: Circular(1.0).stiffness(None), "material: expected a Material"),
+        (lambda: Circular(1.0).of_cable(None), "material: expected a Material"),
         (lambda: cable("beam", "none.msh", "round", MATERIAL), "Circular, Rectangular or Given, got str"),
     ],
 )

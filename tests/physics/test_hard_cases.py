@@ -14,7 +14,7 @@ from fmbs_skfem.systems import System
 
 from .. import models
 
-NORMAL = models.SECTION.stiffness(models.MATERIAL)
+NORMAL = models.SECTION.of_cable(models.MATERIAL)
 SECTIONS: dict[str, object] = {
     "thin": sections.Circular(0.003),
     "stiff": sections.Given(100 * NORMAL.EA, NORMAL.EI, NORMAL.rhoA),
@@ -52,7 +52,7 @@ def test_every_step_size_finishes(example: str, section: str) -> None:
 def test_thin_beams_bend_more() -> None:
     """The same motion with a hundredth of the bending stiffness: the cases are not one and the same."""
     bend = {name: float(energies(run("double_pendulum", name, 5e-4))[:, 1].max()) for name in SECTIONS}
-    mass = {name: float(section.stiffness(models.MATERIAL).rhoA) for name, section in SECTIONS.items()}
+    mass = {name: float(section.of_cable(models.MATERIAL).rhoA) for name, section in SECTIONS.items()}
     assert mass["thin"] == pytest.approx(0.09 * mass["normal"])
     thin = outputs(run("double_pendulum", "thin", 5e-4))["C_z"]
     normal = outputs(run("double_pendulum", "normal", 5e-4))["C_z"]

@@ -243,8 +243,8 @@ def test_full_models_with_sparse_arrays() -> None:
     def member(values: Mapping[str, float]) -> Case:
         material = sections.Material(values["E"], values["rho"])
         system = models.double_pendulum(5, damping=Rayleigh(values["alpha"], values["beta"]), all_multipliers=True)
-        section = sections.Circular(0.01).stiffness(material)
-        ratio = section.rhoA / sections.Circular(0.01).stiffness(models.MATERIAL).rhoA
+        section = sections.Circular(0.01).of_cable(material)
+        ratio = section.rhoA / sections.Circular(0.01).of_cable(models.MATERIAL).rhoA
         mass = csr_array(system.mass * ratio)
         damping = csr_array(system.damping * ratio)
         damping.eliminate_zeros()

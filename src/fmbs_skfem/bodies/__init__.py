@@ -2,6 +2,8 @@
 
 from . import own_laws, plate, rigid
 from . import stress_recovery as fields
+from .beams.drawn_sections import CSection, ISection, LSection, PolygonSection, Tube
+from .beams.matrices import Matrices
 from .body import Body, Cells, cable, point_mass
 from .checks import check_law
 from .laws import Law
@@ -14,6 +16,12 @@ __all__ = [
     "Circular",
     "Rectangular",
     "Given",
+    "Tube",
+    "ISection",
+    "CSection",
+    "LSection",
+    "PolygonSection",
+    "Matrices",
     "Law",
     "own_laws",
     "Cells",

@@ -240,7 +240,7 @@ def cable(
     curve, breaks, places, arcs = placed_line(name, mesh, group, dim, origin, rotation)
     space = line.Hermite(breaks) if ancf else line.uniform(breaks, degree, continuity)
     reference = line.fit(space, curve)
-    data = section.stiffness(material)
+    data = section.of_cable(material)
     points, numbers = points_of(f"body '{name}'.points", space, points), numbers or {}
     require_line_law(name, law, dim, numbers)
     made = partial(cable_numbers, space, reference, data, law, numbers, points)

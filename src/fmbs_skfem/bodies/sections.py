@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import field
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,10 @@ from ..core.values.fields import Density, Length, quantity
 
 if TYPE_CHECKING:
     from .beams.section_shapes import Outline
+
+Offset: TypeAlias = Literal["centroid", "shear_centre"] | tuple[float, float] | None  #: where a beam's line passes, (y, z) [m]
+BEAMS_NEED = "a section whose shape is known, or matrices of stiffness and mass (shape: matrices)"
+DEFINITE = 1e-12  #: least eigenvalue of a matrix with ones in its diagonal
 
 
 def positive(where: str, **values: float) -> None:
@@ -47,20 +51,31 @@ class BeamSection:
     """What a section gives a beam with torsion and shear, in the axes of its directors: x along the beam, y and z across."""
 
     stiffness: np.ndarray  #: (6, 6) of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]
-    mass: np.ndarray  #: (3, 3) int rho (1, y, z)^T (1, y, z) dA [kg/m, kg, kg m]
+    mass: np.ndarray  #: (3, 3) int rho (1, y, z)^T (1, y, z) dA, or (4, 4) of (1, x, y, z) [kg/m, kg, kg m]
     radius: float = 0.01  #: drawn radius [m]
     outline: tuple[np.ndarray, ...] = ()  #: loops (n, 2) of its contour, where it is known [m]
     unit_stresses: np.ndarray = field(default_factory=lambda: np.zeros((3, 6, 0)))  #: (3, 6, n) at all its points, see `profiles`
     material: Material | None = None  #: of a section with a contour
 
     def __post_init__(self) -> None:
-        for what, matrix, size, least in (("stiffness", self.stiffness, 6, 1e-15), ("mass", self.mass, 3, -1e-12)):
-            symmetric = matrix.shape == (size, size) and np.isfinite(matrix).all() and np.allclose(matrix, matrix.T, rtol=1e-9)
-            if not symmetric or not np.linalg.eigvalsh(matrix)[0] > least * np.abs(matrix).max():
-                expected = f"a symmetric {size} x {size} matrix" + (
-                    " that is positive" if least > 0 else " without negative directions"
-                )
-                raise InputError(say(f"section.{what}", expected, matrix.tolist()))
+        if not (_symmetric(self.stiffness, 6) and _least(self.stiffness) > DEFINITE):
+            raise InputError(say("section.stiffness", "a symmetric 6 x 6 matrix that is positive", self.stiffness.tolist()))
+        if not ((_symmetric(self.mass, 3) or _symmetric(self.mass, 4)) and self.mass[0, 0] > 0.0 and _least(self.mass) > -DEFINITE):
+            expected = "a symmetric 3 x 3 or 4 x 4 matrix, a positive mass first, without negative directions"
+            raise InputError(say("section.mass", expected, self.mass.tolist()))
+
+
+def _symmetric(matrix: np.ndarray, size: int) -> bool:
+    return matrix.shape == (size, size) and bool(np.isfinite(matrix).all()) and np.allclose(matrix, matrix.T, rtol=1e-9)
+
+
+def _least(matrix: np.ndarray) -> float:
+    """The least eigenvalue with rows and columns scaled to ones in the diagonal, so that no unit counts; zero rows give 0."""
+    size = np.sqrt(np.abs(np.diag(matrix)))
+    if ((size == 0.0) & matrix.any(axis=1)).any():
+        return -math.inf
+    size[size == 0.0] = 1.0
+    return float(np.linalg.eigvalsh(matrix / size / size[:, None])[0])
 
 
 class Section(Declared, ABC):
@@ -70,9 +85,12 @@ class Section(Declared, ABC):
     """
 
     tag: ClassVar[str] = "shape"
+    needs_material: ClassVar[bool] = True  #: whether it is a shape, which has no stiffness without one
+    serves_cables: ClassVar[bool] = True  #: whether cables may have it
+    serves_beams: ClassVar[bool] = True  #: whether beams with torsion and shear may
 
     @abstractmethod
-    def stiffness(self, material: Material | None) -> Given:
+    def of_cable(self, material: Material | None) -> Given:
         """EA [N], EI [N m2] and rhoA [kg/m] of the section made of a material; InputError where it needs one and has none."""
 
     @property
@@ -84,16 +102,23 @@ class Section(Declared, ABC):
         """Its contour with axes y and z; None where nobody knows it."""
         return None
 
-    def of_beam(self, material: Material | None) -> BeamSection:
-        """All that a beam with torsion and shear needs, its line at the centroid; InputError where that is not known."""
+    def of_beam(self, material: Material | None, offset: Offset = None) -> BeamSection:
+        """All that a beam with torsion and shear needs, its line at the centroid or elsewhere; InputError where it is not known.
+
+        A point (y, z) is one of the drawing of the outline [m].
+        """
         from .beams import section_constants
 
         outline = self.outline()
         if outline is None:
-            raise InputError(say("section", "one whose shape is known, or matrices of stiffness and mass", f"{self}"))
+            raise InputError(say("section", BEAMS_NEED, f"{self}"))
         if material is None:
             raise InputError(say("material", "a Material for a solid section", "nothing", "or give matrices of stiffness and mass"))
-        found = section_constants.constants(outline, material.poisson_ratio)
+        origin = offset if isinstance(offset, tuple) else None
+        found = section_constants.constants(outline, material.poisson_ratio, origin)
+        if offset == "shear_centre":
+            drawn = section_constants.constants(outline, material.poisson_ratio, (0.0, 0.0))
+            found = section_constants.constants(outline, material.poisson_ratio, drawn.shear_centre)
         stiffness = section_constants.stiffness(found, material.young_modulus)
         radius = float(np.linalg.norm(found.outline[0], axis=1).max())
         mass = section_constants.mass(found, material.density)
@@ -102,7 +127,7 @@ class Section(Declared, ABC):
 
 @dataclass(frozen=True)
 class Circular(Section):
-    """Solid circular section, A = pi d^2/4, I = pi d^4/64.
+    """Solid circular section (round, rod, wire). A = pi d^2/4, I = pi d^4/64.
 
     {shape: circular, diameter: 10 mm}
     """
@@ -112,10 +137,10 @@ class Circular(Section):
     def __post_init__(self) -> None:
         positive("section", diameter=self.diameter)
 
-    def stiffness(self, material: Material | None) -> Given:
+    def of_cable(self, material: Material | None) -> Given:
         area = math.pi / 4 * self.diameter * self.diameter  # a product of floats becomes infinite, a power of one raises
         inertia = area * self.diameter * self.diameter / 16
-        return _solid(area, inertia, self.diameter / 2, material)
+        return solid(area, inertia, self.diameter / 2, material)
 
     def outline(self) -> Outline:
         from .beams import section_shapes
@@ -125,7 +150,9 @@ class Circular(Section):
 
 @dataclass(frozen=True)
 class Rectangular(Section):
-    """Solid rectangular section, `height` in the plane of bending: A = w h, I = w h^3/12; of a beam the width is along y.
+    """Solid rectangular section (square, flat, strip). A = w h, I = w h^3/12.
+
+    Of a cable the `height` is in the plane of bending; of a beam it is along z, and the `width` along y.
 
     {shape: rectangular, width: 20 mm, height: 3 mm}
     """
@@ -140,10 +167,10 @@ class Rectangular(Section):
     def bends_alike(self) -> bool:
         return math.isclose(self.width, self.height, rel_tol=1e-9)
 
-    def stiffness(self, material: Material | None) -> Given:
+    def of_cable(self, material: Material | None) -> Given:
         area = self.width * self.height
         inertia = area * self.height * self.height / 12
-        return _solid(area, inertia, self.height / 2, material)
+        return solid(area, inertia, self.height / 2, material)
 
     def outline(self) -> Outline:
         from .beams import section_shapes
@@ -153,10 +180,13 @@ class Rectangular(Section):
 
 @dataclass(frozen=True)
 class Given(Section):
-    """Stiffnesses and mass per length given directly; a material is not needed.
+    """Stiffnesses and mass per length of a cable given directly; a material is not needed.
 
     {shape: given, EA: 20 kN, EI: 5 mN m^2, rhoA: 50 g/m}
     """
+
+    needs_material: ClassVar[bool] = False
+    serves_beams: ClassVar[bool] = False
 
     EA: Annotated[float, quantity("N", "> 0")]
     EI: Annotated[float, quantity("N m^2", "> 0")]
@@ -166,11 +196,12 @@ class Given(Section):
     def __post_init__(self) -> None:
         positive("section", EA=self.EA, EI=self.EI, rhoA=self.rhoA, radius=self.radius)
 
-    def stiffness(self, material: Material | None) -> Given:
+    def of_cable(self, material: Material | None) -> Given:
         return self
 
 
-def _solid(area: float, inertia: float, radius: float, material: Material | None) -> Given:
+def solid(area: float, inertia: float, radius: float, material: Material | None) -> Given:
+    """EA, EI and rhoA of an area [m2] with a second moment [m4], made of a material; InputError without one."""
     if material is None:
         raise InputError(say("material", "a Material for a solid section", "nothing", "or give EA, EI and rhoA"))
     return Given(material.young_modulus * area, material.young_modulus * inertia, material.density * area, radius)

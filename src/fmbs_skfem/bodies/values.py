@@ -71,7 +71,7 @@ def of_line(section: Section, material: Material | None, dim: int, locks: bool) 
         other: Section = replace(kept, **{name: numbers[name] for name in shape})
         if dim == 3 and not other.bends_alike:
             raise InputError(say("section", "one of the same bending stiffness about all its axes", other))
-        given = other.stiffness(made)
+        given = other.of_cable(made)
         return {"EA": given.EA, "EI": given.EI, MASS: given.rhoA, SIZE: given.radius}
 
     found = monomials(make, shape | bulk)

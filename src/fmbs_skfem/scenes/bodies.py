@@ -20,7 +20,7 @@ from ..bodies import laws, rigid, values
 from ..bodies import plate as plates
 from ..bodies.beams import beam as beams
 from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY, Body
-from ..bodies.sections import Given, Material, Section
+from ..bodies.sections import BEAMS_NEED, Material, Section
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
@@ -106,10 +106,17 @@ class OfLine(SceneBody, ABC):
     cells: Annotated[Count | None, "of equal length in place of those of the mesh, or more of them by `refine`"] = None
     made_of: ClassVar[str] = "mesh"
     divisible: ClassVar[bool] = True
+    without_material: ClassVar[str] = ""  #: what needs none
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         if self.cells is not None and self.refine > 1:
             yield "refine", Problem("no refine beside cells", str(self.refine), "delete one of the two")
+        if self.section.needs_material and self.material is None:
+            yield "material", Problem("a material for a solid section", "nothing", self.without_material)
+
+    def idle(self) -> Iterator[tuple[str, str]]:
+        if not self.section.needs_material and self.material is not None:
+            yield "material", "does nothing beside a given section, whose stiffness and mass are complete"
 
     def misplaced(self, place: At) -> Problem | None:
         if place.place != "":
@@ -151,13 +158,14 @@ class Cable(OfLine):
     ] = "exact"
     law: Annotated[str | None, "a law of `extensions`; without it that of `curvature`"] = None
     numbers: Annotated[dict[str, Annotated[float, ANY]] | None, "numbers of the law by name, quantities"] = None
+    without_material: ClassVar[str] = "or give EA, EI and rhoA (shape: given)"
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         yield from super().problems(dim)
-        if dim == 3 and not self.section.bends_alike:
+        if not self.section.serves_cables:
+            yield "section", Problem("EA, EI and rhoA (shape: given)", f"one that is {self.section.word}", "or take type: beam")
+        elif dim == 3 and not self.section.bends_alike:
             yield "section", Problem(BENDS_ALIKE, f"one that is {self.section.word}", BENDS_ALIKE_REMEDY)
-        if not isinstance(self.section, Given) and self.material is None:
-            yield "material", Problem("a material for a solid section", "nothing", "or give EA, EI and rhoA (shape: given)")
         if self.continuity >= self.degree:
             yield "continuity", Problem(f"a continuity below the degree {self.degree}", str(self.continuity))
         if self.law is not None and self.law not in laws.KNOWN:
@@ -168,12 +176,8 @@ class Cable(OfLine):
             got = f"degree {self.degree}, continuity {self.continuity}"
             yield "interpolation", Problem("degree 3 and continuity 1 with ancf", got, "leave them out, or use bspline")
 
-    def idle(self) -> Iterator[tuple[str, str]]:
-        if isinstance(self.section, Given) and self.material is not None:
-            yield "material", "does nothing beside a given section, whose EA, EI and rhoA are complete"
-
     def figures(self, part: Body, gravity: float) -> BodyFigures:
-        return figures.of_line(part, self.section.stiffness(self.material), self.degree, gravity)
+        return figures.of_line(part, self.section.of_cable(self.material), self.degree, gravity)
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         cells = self.cells if cells is None else cells
@@ -201,12 +205,15 @@ class Beam(OfLine):
     """A beam with torsion and shear along a line of a mesh file, in space.
 
     `direction` is the y axis of its section, made normal to the line; by default the axis of the scene that the line begins most
-    across.
+    across. `offset` says where the line passes through the section: its centroid by default, the shear centre, or a point [y, z] of
+    its drawing; of matrices a point in their axes, by default [0, 0].
 
     {type: beam, mesh: arm.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 210 GPa, density: 7850}}
     """
 
     direction: Direction | None = None
+    offset: Annotated[Literal["centroid", "shear_centre"] | tuple[float, float] | None, fields.OFFSET] = None
+    without_material: ClassVar[str] = "or give matrices of stiffness and mass (shape: matrices)"
 
     def problems(self, dim: int) -> Iterator[tuple[str | tuple[str, ...], Problem]]:
         yield from super().problems(dim)
@@ -214,6 +221,8 @@ class Beam(OfLine):
             yield "type", Problem("a cable in the plane", "a beam with torsion", "write type: cable, or dimension: 3")
         if self.cells is not None and self.cells < beams.FEWEST:
             yield "cells", Problem(f"at least {beams.FEWEST}", str(self.cells))
+        if not self.section.serves_beams:
+            yield "section", Problem(BEAMS_NEED, f"one that is {self.section.word}", "or take type: cable")
 
     def fewest(self, scene: Scene, allow_outside: bool) -> int:
         return max(super().fewest(scene, allow_outside), beams.FEWEST)
@@ -222,7 +231,7 @@ class Beam(OfLine):
         cells = self.cells if cells is None else cells
         line = curves.cut(self.followed(scene, allow_outside), cells, self.refine)
         direction = None if self.direction is None else np.array(self.direction, dtype=float)
-        return beams.beam(self.name, line, self.section.of_beam(self.material), direction=direction, **placed(self))
+        return beams.beam(self.name, line, self.section.of_beam(self.material, self.offset), direction=direction, **placed(self))
 
 
 @dataclass(frozen=True, kw_only=True)

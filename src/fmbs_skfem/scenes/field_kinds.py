@@ -7,6 +7,7 @@ from typing import Annotated, Any, TypeAlias, TypeGuard
 
 import numpy as np
 
+from ..bodies.beams.drawn_sections import POINT
 from ..bodies.plate import Rim
 from ..core.algebra.rotations import rotation
 from ..core.storage.records import dataclass
@@ -28,7 +29,7 @@ from ..core.values.fields import (
     read_vector,
     whole,
 )
-from ..core.values.mappings import inline, list_of, names
+from ..core.values.mappings import inline, list_of, names, one_of
 from ..core.values.problems import Problem, shown
 
 COUNT = 1_000_000  #: largest number of steps between stored states, and of modes
@@ -158,6 +159,8 @@ TIME = quantity("s", "> 0")
 STEPS_OR_SPANS = parts_or("a number of steps, a time such as 5 ms, or spans of time", NUMBER_OF, SPANS, list)
 EVERY = Takes(every, STEPS_OR_SPANS.schema | {"anyOf": [NUMBER_OF.schema, TIME.schema, SPANS.schema]})
 SNAPSHOTS = parts_or("a time between snapshots, or spans of time", TIME, SPANS, list)
+
+OFFSET = parts_or("centroid, shear_centre, or a point [y, z]", one_of(("centroid", "shear_centre")), POINT, list)
 
 Thickness = Annotated[float | dict[str, float], THICKNESS]
 Rims = Annotated[dict[str, Rim], names(Annotated[Rim, RIM], words=True)]

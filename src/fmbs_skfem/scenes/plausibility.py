@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bodies import Given
 from ..bodies.body import Body, extent
 from ..bodies.rigid import CENTERED
 from ..core.storage.records import dataclass
@@ -107,7 +106,8 @@ def findings(scene: Scene, known: Mapping[str, BodyFigures]) -> Iterator[Finding
 def file_unit(scene: Scene, name: str, part: Body) -> Finding | None:
     """A body as large and thin as those whose file is in mm, where the scene does not say in which unit it is."""
     model, size = scene.bodies[name], extent(part)
-    drawn = 0.0 if isinstance(getattr(model, "section", None), Given) else 2.0 * part.radius
+    section = getattr(model, "section", None)
+    drawn = 0.0 if section is not None and not section.needs_material else 2.0 * part.radius
     thickness = float(np.mean(part.thickness)) or getattr(model, "thickness", drawn)
     silent = hasattr(model, "unit") and not said(scene, "bodies", name, "unit")
     if not silent or not thickness or size < max(LARGE, THINNEST * thickness):

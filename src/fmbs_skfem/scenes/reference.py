@@ -24,6 +24,7 @@ unit, or expressions of parameters: `0.01`, `10 mm`, `d / 2`.
 
 def page(schema: Node) -> str:
     """The whole schema as Markdown."""
+    schema = by_words(schema)
     known, parts = schema["$defs"], [HEAD]
     sections = {key: models(value) for key, value in schema["properties"].items()}
     plain = {key: schema["properties"][key] for key, own in sections.items() if not own}
@@ -46,10 +47,27 @@ def page(schema: Node) -> str:
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"
 
 
+def by_words(schema: Node) -> Node:
+    """The schema with models under their first word, as their headings are, where no other model has it."""
+    known, text = schema["$defs"], json.dumps(schema)
+    first = {name: tagged(model)[0] for name, model in known.items() if tagged(model)}
+    taken = [plain(name) for name in known] + list(first.values())
+    for name, word in first.items():
+        if plain(name) != word and taken.count(word) == 1:
+            text = text.replace(f'"#/$defs/{name}"', f'"#/$defs/{word}"').replace(f'"{name}": {{"title"', f'"{word}": {{"title"')
+    found: Node = json.loads(text)
+    return found
+
+
+def tagged(model: Node) -> list[str]:
+    """The words of a model."""
+    return [word for key in TAGS for word in words(model.get("properties", {}).get(key, {}))]
+
+
 def describe(model: Node, name: str, titled: bool) -> Iterator[str]:
     """Title, description, example and keys of a model."""
     entries = {key: value for key, value in model.get("properties", {}).items() if key not in TAGS}
-    known = [word for key in TAGS for word in words(model.get("properties", {}).get(key, {}))]
+    known = tagged(model)
     text = model.get("description", "")
     if titled:
         yield f"### {', '.join(f'`{word}`' for word in known or [plain(name)])}"

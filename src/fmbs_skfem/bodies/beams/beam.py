@@ -4,9 +4,9 @@ r"""Beams with torsion and shear: a centre line r(S) and three directors d_i(S) 
 
     T = 1/2 int (v, w_2, w_3) m (v, w_2, w_3)^T dS,     m = int rho (1, y, z)^T (1, y, z) dA
 
-with v and w_i the rates of r and d_i: the mass is constant, and d_1 has none. Splines are quartics that are as smooth as they can
-be; a cell has three Gauss points, and stretch, shear and section those that do not lock (`shapes.locking`). Functions of a body are
-r, d_1, d_2, d_3 of the first spline, then those of the next.
+with v and w_i the rates of r and d_i: the mass is constant, and d_1 has none unless m is given so. Splines are quartics that are
+as smooth as they can be; a cell has three Gauss points, and stretch, shear and section those that do not lock (`shapes.locking`).
+Functions of a body are r, d_1, d_2, d_3 of the first spline, then those of the next.
 """
 
 from __future__ import annotations
@@ -94,9 +94,9 @@ def directors(name: str, curve: Curve, direction: np.ndarray | None, xi: np.ndar
 
 
 def beam_mass(space: line.BSpline, centre: np.ndarray, mass: np.ndarray) -> csr_array:
-    """M (b, b) of all functions, of a section with the mass m (3, 3); `centre` (n, c) are coordinates of the line [m]."""
-    wide = np.zeros((FIELDS, FIELDS))
-    wide[np.ix_((0, 2, 3), (0, 2, 3))] = mass
+    """M (b, b) of all functions, of a section with the mass m, (3, 3) or (4, 4); `centre` (n, c) are the line [m]."""
+    wide, fields = np.zeros((FIELDS, FIELDS)), [k for k in range(FIELDS) if k != 1 or len(mass) == FIELDS]
+    wide[np.ix_(fields, fields)] = mass
     return csr_array(kron(mass_matrix(space, centre, 1.0), csr_array(wide)))
 
 

@@ -147,6 +147,27 @@ def polygon(points: ArrayLike, *holes: ArrayLike) -> Polygon:
     return Polygon(loops[0], tuple(loops[1:]))
 
 
+def moments(outline: Outline) -> tuple[float, Floats, Floats]:
+    """Area [m2], centroid (2,) in the drawing [m] and int rho rho^T dA about it (2, 2) [m4].
+
+    Of polygons by Green's theorem, as sums over their sides from a to b with c = a x b:
+
+        A = sum c/2,   int rho dA = sum c (a + b)/6,   int rho rho^T dA = sum c ((a + b)(a + b)^T + a a^T + b b^T)/24
+    """
+    if isinstance(outline, Ring):
+        inner, outer = outline.radii
+        return math.pi * (outer**2 - inner**2), np.zeros(2), 0.25 * math.pi * (outer**4 - inner**4) * np.eye(2)
+    loops = outline.loops
+    middle = loops[0].mean(axis=0)
+    a = np.concatenate(loops) - middle
+    b = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops]) - middle
+    c = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    area = 0.5 * float(c.sum())
+    centroid = c @ (a + b) / (6.0 * area)
+    second = sum((c[:, None] * one).T @ one for one in (a + b, a, b)) / 24.0
+    return area, middle + centroid, second - area * np.outer(centroid, centroid)
+
+
 def _check_walls(width: float, height: float, web: float, flange: float, flanges: int) -> None:
     positive("section", width=width, height=height, web=web, flange=flange)
     if web >= width:
