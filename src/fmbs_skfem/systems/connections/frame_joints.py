@@ -156,7 +156,7 @@ class Gear(Joint):
         draft.constraints.law(self.name, "teeth", f"gear_{len(wheels)}", rows, [*ratios, 2 * pi / abs(n[0])])
 
 
-def spatial(joint: Universal | Cylindrical, draft: Draft, remedy: str) -> None:
+def spatial(joint: Joint, draft: Draft, remedy: str) -> None:
     """Refuse a joint of space in the plane."""
     if draft.layout.dim == 2:
         raise InputError(say(where(joint), "a spatial scene", "a planar one", remedy))

@@ -8,7 +8,7 @@ Every joint states polynomials in its probe rows y (positions r, slopes t = dr/d
     driven position    r - p(t) = 0
 
 Clamps fix the direction of the slope and leave the stretch free, as the natural boundary condition asks. Joints with axes are in
-`frame_joints`, supports along edges of plates in `edges`; all of them are names of this module.
+`frame_joints`, screws and racks in `screws`, supports along edges of plates in `edges`; all of them are names of this module.
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ from .constraint_functions import (
 )
 from .edges import Edge, RimNodes
 from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
+from .screws import RackAndPinion, Screw
 
 # slopes that are tied have one stretch: with EA of 1 and 4 the axial forces beside a weld are 0.4 and 1.6 times the load; at a
 # tenth they are 5 % off
@@ -71,6 +72,8 @@ __all__ = [
     "Prismatic",
     "Cylindrical",
     "Gear",
+    "Screw",
+    "RackAndPinion",
     "Edge",
     "RimNodes",
 ]

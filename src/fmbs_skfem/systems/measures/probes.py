@@ -32,7 +32,8 @@ from .surface_points import counts, recovered, surface_point
 
 TIME = "t"  #: the first column of every table
 PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below which they are parallel to it
-FORCES = "x", "y", "z", "normal", "length", "node"  #: first words of the coordinates of a joint along which reactions are forces
+#: first words of the coordinates of a joint along which reactions are forces
+FORCES = "x", "y", "z", "normal", "length", "node", "thrust"
 MOMENTS = "angle", "torque", "axis", "axes", "slope", "teeth", "mx", "my", "mz"  #: and about which they are moments
 Argument: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]  #: an angle (s,) and its first and second derivative
 Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
