@@ -332,6 +332,7 @@ def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[
             reactions=partial(reactions, trajectory),
             pushes=partial(pushes, trajectory),
             forces=system.loads.forces,
+            signals=partial(signal_table, system, trajectory.times),
             way=None if trajectory.way is None else (trajectory.way.values[:, rows], trajectory.way.kept),
         )
         kind = kind_of(output)

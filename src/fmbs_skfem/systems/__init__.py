@@ -7,7 +7,7 @@ from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
 from .connections import joints
 from .forces import bushing, controls, gauges, loads, springs
-from .measures import probes, stresses
+from .measures import probes, sensors, stresses
 from .operators import constraints, force, strain_energy, tangent
 from .places import At
 from .prepared import Prepared, alike, prepare
@@ -22,6 +22,7 @@ __all__ = [
     "controls",
     "bushing",
     "probes",
+    "sensors",
     "gauges",
     "stresses",
     "Rayleigh",

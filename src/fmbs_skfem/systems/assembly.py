@@ -192,7 +192,9 @@ def push(draft: Draft, loads: Iterable[Load]) -> None:
     """Add the forces of all loads to a draft."""
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, draft.layout.dim)
+        first = draft.probes.count
         load.push(draft)
+        draft.pushed[load.name] = range(first, draft.probes.count)
     draft.require_rows()
 
 

@@ -310,6 +310,7 @@ class Draft:
     signals: list[Signal] = field(default_factory=list)
     markers: list[tuple[str, str, tuple[int, ...]]] = field(default_factory=list)
     gauges: dict[str, Gauge] = field(default_factory=dict)  #: of loads by name
+    pushed: dict[str, range] = field(default_factory=dict)  #: probe rows of loads by name
     outputs: Mapping[str, Any] = field(default_factory=dict)  #: by name, for expressions of the state
     inputs: Mapping[str, Source] = field(default_factory=dict)  #: by name, for the same
     locks: Sequence[Lock] = ()  #: of joints that events lock

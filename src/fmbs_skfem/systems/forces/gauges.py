@@ -11,14 +11,13 @@ F are the forces on the probe rows y of the load, which are its own.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Annotated, ClassVar
 
 import numpy as np
 
 from ...core.errors import InputError, closest, listed, say
 from ...core.storage.records import dataclass
-from ..measures.angles import angle_and_rates
+from ..measures.angles import angle_and_rates, plane_vectors
 from ..measures.probes import Argument, Probe, Sensed, Sizes, counted_angle
 from ..places import Draft
 from ..system import Output
@@ -93,14 +92,7 @@ def angles(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndar
     Rows y, their rates and second derivatives are (s, 2) of one arm, (s, 4) of two, whose difference it is, or (s, 9) of a vector u
     and of two vectors p and q normal to the axis that another place carries, with the angle atan2(u . q, u . p).
     """
-    if y.shape[1] == 2:
-        return angle_and_rates(y, rate, change)
-    if y.shape[1] == 4:
-        ends = [angle_and_rates(*(part[:, 2 * k : 2 * k + 2] for part in (y, rate, change))) for k in range(2)]
-        return ends[0][0] - ends[1][0], ends[0][1] - ends[1][1], ends[0][2] - ends[1][2]
-    (u, w), (du, dw), (ddu, ddw) = ((part[:, :3], part[:, 3:].reshape(-1, 2, 3)) for part in (y, rate, change))
-    product = partial(np.einsum, "sc,skc->sk")
-    return angle_and_rates(product(u, w), product(du, w) + product(u, dw), product(ddu, w) + 2 * product(du, dw) + product(u, ddw))
+    return angle_and_rates(*plane_vectors(y, rate, change))
 
 
 def torques(y: np.ndarray, force: np.ndarray) -> np.ndarray:

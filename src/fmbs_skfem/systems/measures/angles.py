@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ...core.notices import notify
@@ -20,6 +22,27 @@ def angle_and_rates(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tupl
     square, along = np.sum(y * y, axis=1), np.sum(y * rate, axis=1)
     speed = (y[:, 0] * rate[:, 1] - y[:, 1] * rate[:, 0]) / square
     return np.arctan2(y[:, 1], y[:, 0]), speed, (y[:, 0] * change[:, 1] - y[:, 1] * change[:, 0] - 2.0 * along * speed) / square
+
+
+def plane_vectors(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Plane vectors (s, 2) whose argument is an angle, and their two derivatives, of rows y with these derivatives.
+
+        (y_0, y_1);    (a . b, b x a) of two plane vectors a and b;    (u . p, u . q) of vectors in space
+
+    Rows are (s, 2) of one arm; (s, 4) of two arms a and b, from the second of which the angle counts; or (s, 9) of u, and of p
+    and q normal to the axis, which another place carries.
+    """
+    if y.shape[1] == 2:
+        return y, rate, change
+    found = []
+    for part in (y, rate, change):
+        if part.shape[1] == 4:
+            found.append((part[:, :2], np.stack([part[:, 2:], np.column_stack([-part[:, 3], part[:, 2]])], axis=1)))
+        else:
+            found.append((part[:, :3], part[:, 3:].reshape(-1, 2, 3)))
+    (u, w), (du, dw), (ddu, ddw) = found
+    product = partial(np.einsum, "sc,skc->sk")
+    return product(u, w), product(du, w) + product(u, dw), product(ddu, w) + 2.0 * product(du, dw) + product(u, ddw)
 
 
 def continuous(name: str, times: np.ndarray, angle: np.ndarray, speed: np.ndarray, acceleration: np.ndarray) -> np.ndarray:

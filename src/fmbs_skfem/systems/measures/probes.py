@@ -22,12 +22,12 @@ from ...core.values.fields import AXES
 from ...core.values.problems import Problem
 from .. import fields
 from ..affine import Matrix
-from ..connections.constraint_functions import arm, needs_axis, needs_other_side, unit
+from ..connections.constraint_functions import arm, needs_axis, needs_other_side, rows_of, unit
 from ..own_symbols import norm, turned
 from ..places import Draft
 from ..system import Output, System
 from . import beam_sections, resultants
-from .angles import angle_and_rates, continuous
+from .angles import angle_and_rates, continuous, plane_vectors
 from .surface_points import counts, recovered, surface_point
 
 TIME = "t"  #: the first column of every table
@@ -53,6 +53,7 @@ class Sensed:
     reactions: Callable[[], dict[tuple[str, str], np.ndarray]]  #: forces of constraint rows (s,) by joint and coordinate
     pushes: Callable[[], np.ndarray]  #: forces (s, j) on the probe rows of the system
     forces: tuple[Any, ...]  #: what makes these, see `forces`
+    signals: Callable[[], np.ndarray]  #: functions of time of the system (s, k)
     way: tuple[np.ndarray, np.ndarray] | None = None  #: rows (p, i) on the way between equilibria, and where these are (s,)
 
 
@@ -306,42 +307,67 @@ class Slope(PointProbe):
 class Angle(Probe):
     """Angle [rad] turned since the reference about z or, in space, about `axis`; its turns are counted along the motion.
 
+    With `to` it is that against another place, which carries the axis, and its rate [rad/s] stands in NAME_rate.
+
     {type: angle, at: crank.left}
     """
 
     at: fields.Place
     axis: fields.Axis | None = None
+    to: Annotated[fields.Carrier, "the ground by default"] = None
     unit: ClassVar[str] = "rad"
     counted: ClassVar[tuple[int, ...]] = (0,)
     calls = ()
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
         yield from needs_axis(self.axis, dim)
+        if self.to == self.at:
+            yield "to", Problem("another place than `at`", "the same")
 
     def sense(self, name: str, draft: Draft) -> Output:
-        return self.output(draft, (name,), [arm(f"output '{name}'", draft.layout, self.at, self.axis)[0]])
+        where, layout = f"output '{name}'", draft.layout
+        rows, u, normal = arm(where, layout, self.at, self.axis)
+        if self.to is None:
+            return self.output(draft, (name,), [rows])
+        columns = name, f"{name}_rate"
+        if layout.dim == 2:
+            return self.output(draft, columns, [rows, arm(where, layout, self.to, None)[0]])
+        carried = ((self.at, u), (self.to, u), (self.to, normal))
+        return self.output(draft, columns, [rows_of(where, layout, end, vector) for end, vector in carried])
 
     def variables(self, dim: int) -> Mapping[str, str]:
         return {"": "rad", "angle": "rad", "rate": "rad/s"}
 
     @staticmethod
     def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
-        from sympy import atan2
+        from sympy import Matrix, atan2
 
-        angle = turned(atan2(y[1], y[0]))
-        return [angle, angle, (y[0] * v[1] - y[1] * v[0]) / y.dot(y)]
+        z, dz = y, v
+        if len(y) > 2:  # as in `plane_vectors`
+            (a, b, c), (da, db, dc) = ((w[:2, :], w[2:4, :], Matrix([-w[3], w[2]])) for w in (y, v))
+            if len(y) == 9:
+                (a, b, c), (da, db, dc) = ((w[:3, :], w[3:6, :], w[6:, :]) for w in (y, v))
+            z = Matrix([a.dot(b), a.dot(c)])
+            dz = Matrix([da.dot(b) + a.dot(db), da.dot(c) + a.dot(dc)])
+        angle = turned(atan2(z[1], z[0]))
+        return [angle, angle, (z[0] * dz[1] - z[1] * dz[0]) / z.dot(z)]
 
     @classmethod
     def angle(cls, output: Output, y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Argument:
-        return angle_and_rates(y, rate, change)
+        return angle_and_rates(*plane_vectors(y, rate, change))
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
-        return [counted_angle(Angle, output, sensed)[0]]
+        return list(counted_angle(Angle, output, sensed)[: len(output.columns)])
+
+    @classmethod
+    def units(cls, name: str, output: Output) -> tuple[str, ...]:
+        return ("rad", "rad/s")[: len(output.columns)]
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        return 2, 1, 0
+        relative = len(output.columns) == 2
+        return (4 if dim == 2 else 9) if relative else 2, 1 + relative, 0
 
 
 @dataclass(frozen=True)
