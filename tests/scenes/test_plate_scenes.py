@@ -282,7 +282,7 @@ def test_planar_problems_have_file_and_line(before: str, after: str, message: st
         ),
         ("at: box, axis: [0, 0, 1], stiffness", "at: box, to: nobody, axis: [0, 0, 1], stiffness", "scene:26: loads.spring.to"),
         ("turn: {type: angle, at: box, axis: [0, 0, 1]}", "turn: {type: angle, at: box}", "scene:29: outputs.turn.axis"),
-        ("at: plate.c", "at: box.tip", r"scene:30: outputs.stress.at: expected one of the plates and shells"),
+        ("at: plate.c", "at: box.tip", r"scene:30: outputs.stress.at: expected one of the plates, shells and beams"),
         ("pressure: -2 kPa", "pressure: -2 kN", r"scene:22: loads.wind.pressure: expected a pressure \[Pa\]"),
         (
             "history: sin(t)",
@@ -331,7 +331,7 @@ def test_only_cables_are_divided_anew_and_only_plates_show_stress() -> None:
     with pytest.raises(InputError, match=r"compare[.]coarse: expected a scene with cables"):
         scenes.loads(text, EXAMPLES)
     text = "schema: 1\nbodies: {m: {type: point_mass, mass: 1, position: [0, 0, 0]}}\nanalysis: {type: static}\n"
-    with pytest.raises(InputError, match=r"pictures[.]color: expected a scene with plates or shells"):
+    with pytest.raises(InputError, match=r"pictures[.]color: expected a scene with a body of the types beam, part"):
         scenes.loads(text + "pictures: {color: von_mises}\n")
 
 

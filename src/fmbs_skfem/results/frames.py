@@ -59,21 +59,29 @@ class MarkKind(StrEnum):
 
 @dataclass(frozen=True)
 class Shown:
-    """One body as segments or facets between sampled points: a line, or the middle surface of a plate or shell.
+    """One body as segments or facets between sampled points: a line, its skin, or the middle surface of a plate or shell.
 
-    Cells need not share points; triangles repeat one.
+    Cells need not share points; triangles repeat one. A skin has the points of sections, one section after the other, then those of
+    its ends, half of them of the first one.
     """
 
     points: Annotated[Array, Reals("s x 3")]  #: positions at every instant [m]
     fields: Mapping[str, Array]  #: name -> (s,x) or (s,x,3), SI units
-    size: Annotated[Array, Reals("x")]  #: radius of a line, thickness of a surface [m]
+    size: Annotated[Array, Reals("x")]  #: radius of a line or its skin, thickness of a surface [m]
     reference: Annotated[Array, Reals("x 3")]  #: undeformed positions [m]
     cells: Annotated[Indices, validation.Indices("f i", end="x")]  #: numbers of the two points of a segment, or the four of a facet
+
+    sections: tuple[int, int] = (0, 0)  #: of a skin: how many, and the points of each
 
     @property
     def is_surface(self) -> bool:
         """Whether its cells are facets."""
         return self.cells.shape[1] == 4
+
+    @property
+    def is_shell(self) -> bool:
+        """Whether it is the middle surface of a plate or shell."""
+        return self.is_surface and not self.sections[0]
 
 
 def line(points: Array, fields: Mapping[str, Array], radius: float, reference: Array) -> Shown:

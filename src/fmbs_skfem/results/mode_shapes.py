@@ -67,7 +67,7 @@ def unit_vectors(shapes: Shapes) -> tuple[np.ndarray, float]:
 
 def coloured(frames: Frames, largest: float) -> tuple[Frames, Look]:
     """Frames with the one field that colours them, the displacement over the largest one [m], and the look that shows it."""
-    if any(body.is_surface for body in frames.bodies.values()) and not frames_.planar(frames):
+    if any(body.is_shell for body in frames.bodies.values()) and not frames_.planar(frames):
         name, low, value = DEFLECTION, -1.0, deflection
     else:
         name, low, value = SHAPE, 0.0, distance
@@ -82,7 +82,7 @@ def distance(body: Shown) -> np.ndarray:
 
 def deflection(body: Shown) -> np.ndarray:
     """n . (r - r_state) (s, x) [m] of a surface, n from its TANGENTS at the first instant; NaN of a line, which has no normal."""
-    if not body.is_surface:
+    if not body.is_shell:
         return np.full(body.points.shape[:2], np.nan)
     n = np.cross(*(body.fields[name][0] for name in TANGENTS))
     n /= np.linalg.norm(n, axis=1, keepdims=True)

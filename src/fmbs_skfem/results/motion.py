@@ -2,6 +2,7 @@ r"""From trajectories to frames: centre lines and middle surfaces with the field
 
     lines       strain (r'.r' - 1) / 2 [-],    curvature |r' x r''| / |r'|^3 [1/m],    velocity dr/dt [m/s]
                 axial_force N [N] and bending_moment M [N m], with its sign in the plane, of `cable_law.section_forces`
+    beams       their sections swept along the line, with what `swept` has
     surfaces    strain and curvature: principal value of largest size, with its sign;  membrane_strain, curvature_change: 11, 22, 12
                 stress_top, stress_bottom [Pa] at z = t/2, -t/2: 11, 22, 12;  principal_top, principal_bottom [Pa]: s1 >= s2
                 von_mises_top, von_mises_bottom [Pa];  von_mises: the larger of the two,
@@ -29,7 +30,7 @@ from ..systems import System
 from ..systems.connections.constraint_functions import ARROWS, LINKS
 from ..systems.system import Line, Skin, in_scene
 from . import frames as frames_
-from . import stress_errors
+from . import stress_errors, swept
 from .frames import Arrow, Frames, MarkKind, Shown
 
 RECOVERED = "von_mises_recovered"  #: made where it is asked for only: it takes longer than all others
@@ -77,6 +78,10 @@ def line_bodies(
         for name in now
         if now[name].shape[2] > 1
     }
+    reference = in_scene(system, system.lift(system.x0))[None]
+    for name in bodies:
+        if known[name].swept is not None:
+            bodies[name] = swept.skin(bodies[name], known[name], q, rate, reference)
     for name in bodies.keys() & rigid(system):
         bodies[name] = replace(bodies[name], fields=choose(bodies[name].fields, ("velocity",)))
     masses = {

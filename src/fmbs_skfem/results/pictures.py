@@ -36,10 +36,14 @@ LABELS = {
     "von_mises_bottom": "von Mises stress, bottom [MPa]",
     "axial_force": "axial force [N]",
     "bending_moment": "bending moment [N m]",
+    "shear_force": "shear force [N]",
+    "torque": "torque [N m]",
+    "torsion": "torsion [1/m]",
+    "normal_stress": "stress along the beam [MPa]",
 }
 UNITS = dict.fromkeys(
-    (name for name in LABELS if name.startswith("von_mises")), 1e6
-)  #: of the colour scale, in SI units; 1 for the others
+    (name for name, label in LABELS.items() if "[MPa]" in label), 1e6
+)  #: of the colour scale, in SI; 1 for others
 STRESS = "YlOrRd"  #: colour map of stresses, so that unloaded plates stay pale behind their outline
 ADVICE = (
     "install an off-screen OpenGL (Debian, Ubuntu: `apt-get install libegl1 libgl1-mesa-dri` or `libosmesa6`; "
@@ -71,7 +75,7 @@ def render(
 
     Without a `layout`, lines share one scene and surfaces, which would hide each other, get one scene an instant.
     """
-    flat = any(body.is_surface for body in frames.bodies.values())
+    flat = any(body.is_shell for body in frames.bodies.values())
     layout = layout or (Arrangement.MULTIPLES if flat else Arrangement.OVERLAY)
     indices = frames_.spread(frames.times, 6) if times is None else frames_.choose(frames.times, times)
     return _draw(frames_.select(frames, indices), _check_suffix(path, ".png"), look or Look(), Arrangement(layout).value)
@@ -132,7 +136,7 @@ def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float,
     low, high = float(values.min()), float(values.max())
     if logarithmic:
         return min(max(low, 1e-5 * high), 0.5 * high), high
-    if name in UNITS and high > 0:
+    if name in UNITS and low >= 0.0 < high:
         return 0.0, high
     if low < 0 < high:
         largest = max(-low, high)

@@ -2,9 +2,9 @@
 
     name.pvd -> name/00000.vtu, name/00001.vtu, ...
 
-Every .vtu holds all bodies as one unstructured grid: beams as two-point lines, plates and shells as quadrilaterals of their middle
-surface. Point data: displacement, radius of lines, thickness of surfaces, and every field (velocity, strain, von_mises_top, ...),
-NaN on bodies that lack it. Cell data: body, the place of the body in `Frames.bodies`.
+Every .vtu holds all bodies as one unstructured grid: lines as two-point cells, the skins of beams and the middle surfaces of plates
+and shells as quadrilaterals. Point data: displacement, radius of lines and skins, thickness of surfaces, and every field (velocity,
+strain, von_mises_top, ...), NaN on bodies that lack it. Cell data: body, the place of the body in `Frames.bodies`.
 Format: VTK XML, https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
 """
 
@@ -105,7 +105,7 @@ def _sizes(frames: Frames) -> dict[str, Array]:
     """Radius of lines and thickness of surfaces, NaN on the others, as far as there are such bodies."""
     found = {}
     for name, surface in (("radius", False), ("thickness", True)):
-        own = [body.size if body.is_surface == surface else np.full(len(body.size), np.nan) for body in frames.bodies.values()]
+        own = [body.size if body.is_shell == surface else np.full(len(body.size), np.nan) for body in frames.bodies.values()]
         values = np.concatenate(own)
         if np.isfinite(values).any():
             found[name] = np.broadcast_to(values, (frames.times.size, len(values)))

@@ -44,6 +44,9 @@ LeadingModes = Annotated[int | None, whole(1, 1000), "number of shape functions,
 SCALES = ("young_modulus", "density", "diameter", "width", "height", "thickness")  #: numbers that a part takes, see `bodies.values`
 
 
+STRESSES, CABLE_FIELDS = ("von_mises", "von_mises_recovered"), ("axial_force", "bending_moment")  #: that colour bodies
+
+
 class SceneBody(Declared, ABC):
     """A body of a scene: a frozen dataclass with a name, see `core.declared`."""
 
@@ -51,6 +54,7 @@ class SceneBody(Declared, ABC):
     made_of: ClassVar[str] = ""  #: the key that names its file
     has_surface: ClassVar[bool] = False  #: whether it may be a plate or shell, with edges, faces and stresses
     divisible: ClassVar[bool] = False  #: whether it can be made of other numbers of cells
+    shows: ClassVar[tuple[str, ...]] = ()  #: fields that colour it in pictures, beside those of all bodies
 
     @abstractmethod
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
@@ -149,6 +153,7 @@ class Cable(OfLine):
     {type: cable, mesh: beam.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 1 GPa, density: 1800}}
     """
 
+    shows: ClassVar[tuple[str, ...]] = CABLE_FIELDS
     interpolation: Literal["bspline", "ancf"] = "bspline"
     degree: Annotated[int, whole(2, 9), "of bspline; ancf has 3"] = 3
     continuity: Annotated[int, whole(1, 8), "derivatives that are continuous from cell to cell"] = 1
@@ -211,6 +216,7 @@ class Beam(OfLine):
     {type: beam, mesh: arm.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 210 GPa, density: 7850}}
     """
 
+    shows: ClassVar[tuple[str, ...]] = (*CABLE_FIELDS, "shear_force", "torque", "torsion", "normal_stress", "von_mises")
     direction: Direction | None = None
     offset: Annotated[Literal["centroid", "shear_centre"] | tuple[float, float] | None, fields.OFFSET] = None
     without_material: ClassVar[str] = "or give matrices of stiffness and mass (shape: matrices)"
@@ -328,6 +334,7 @@ class ThinBody(SceneBody, ABC):
     origin: Position | None
     rotation: fields.Rotation | None
     has_surface: ClassVar[bool] = True
+    shows: ClassVar[tuple[str, ...]] = STRESSES
     flat: ClassVar[bool] = False
 
     @abstractmethod
@@ -504,6 +511,7 @@ class PlacedPart(SceneBody, word="part"):
     check: bool = True
     made_of: ClassVar[str] = "file"
     has_surface: ClassVar[bool] = True
+    shows: ClassVar[tuple[str, ...]] = (*STRESSES, *CABLE_FIELDS)
 
     def finer(self, times: int) -> None:
         return None

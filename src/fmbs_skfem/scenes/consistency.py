@@ -23,7 +23,7 @@ from ..systems.measures import readings
 from ..systems.places import At
 from . import plausibility, yamlfile
 from .accuracy import unit_of
-from .bodies import PointMass, Rigid, RigidPlate
+from .bodies import PointMass, Rigid, RigidPlate, SceneBody
 from .inputs import ends_early, leaves
 from .training_options import Allowed, without_ranges
 from .yamlfile import Oddity
@@ -203,6 +203,7 @@ def _declared(scene: Scene) -> Iterator[Found]:
 def _references(scene: Scene) -> Iterator[Found]:
     """Names of joints, and of plates and shells, in joints, loads and outputs; bodies of the initial motion."""
     surfaces = [name for name, body in scene.bodies.items() if body.has_surface]
+    stressed = [name for name, body in scene.bodies.items() if "von_mises" in body.shows]
     for part in PARTS:
         for name, item in getattr(scene, part).items():
             for key, rule, value in rules(item):
@@ -211,7 +212,9 @@ def _references(scene: Scene) -> Iterator[Found]:
                 if rule.names == "bodies" and value is not None and value not in scene.bodies:
                     yield (part, name, key), unknown("body", "bodies", value, scene.bodies)
                 if rule.names == "surfaces":
-                    yield from _surface(scene, (part, name, key), value, surfaces)
+                    yield from _surface(scene, (part, name, key), value, surfaces, "plates and shells")
+                if rule.names == "stressed":
+                    yield from _surface(scene, (part, name, key), value, stressed, "plates, shells and beams with torsion")
     for name, event in scene.events.items():
         for key in ("release", "lock"):
             for one in getattr(event, key):
@@ -222,14 +225,17 @@ def _references(scene: Scene) -> Iterator[Found]:
             yield ("initial", "bodies", name), unknown("body", "bodies", name, scene.bodies)
 
 
-def _surface(scene: Scene, key: tuple[str, ...], value: str | At, known: list[str]) -> Iterator[Found]:
-    """What acts on whole surfaces and edges names a plate or shell; that a place has a body is checked with all places."""
+def _surface(scene: Scene, key: tuple[str, ...], value: str | At, known: list[str], kinds: str) -> Iterator[Found]:
+    """What acts on whole surfaces and edges, or reads stresses, names a body that has them.
+
+    That a place has a body is checked with all places.
+    """
     name = value.body if isinstance(value, At) else value
     if name in scene.bodies and name not in known:
-        expected = f"one of the plates and shells ({listed(known, name, 'there are none')})"
+        expected = f"one of the {kinds} ({listed(known, name, 'there are none')})"
         yield key, Problem(expected, f"'{name}', a {scene.bodies[name].word}")
     elif name not in known and not isinstance(value, At):
-        yield key, unknown("body", "plates and shells", name, known)
+        yield key, unknown("body", kinds, name, known)
 
 
 def _responses(scene: Scene) -> Iterator[Found]:
@@ -309,10 +315,13 @@ def _tolerances(scene: Scene, wanted: Allowed) -> Iterator[Found]:
 
 
 def _comparisons(scene: Scene) -> Iterator[Found]:
-    """Coarser meshes are made of cables only, stresses are shown on plates only."""
+    """Coarser meshes are made of cables only, and fields colour bodies that have them."""
     bodies = scene.bodies.values()
     if scene.compare is not None and scene.compare.coarse and not any(body.divisible for body in bodies):
         remedy = "compare with a scene of its own that reads a coarser mesh"
         yield ("compare", "coarse"), Problem("a scene with cables, which can be divided anew", "one without", remedy)
-    if scene.pictures is not None and scene.pictures.color.startswith("von_mises") and not any(body.has_surface for body in bodies):
-        yield ("pictures", "color"), Problem("a scene with plates or shells", "one without", "take curvature or strain")
+    color = "curvature" if scene.pictures is None else scene.pictures.color
+    showing = sorted({kind.word for kind in SceneBody.known.values() if color in kind.shows})
+    if showing and not any(color in body.shows for body in bodies):
+        expected = f"a scene with a body of the types {', '.join(showing)}"
+        yield ("pictures", "color"), Problem(expected, "one without", "take curvature or strain")

@@ -122,7 +122,20 @@ class Pictures:
     """Instants to draw and the field that colours the bodies."""
 
     instants: list[fields.Instant] = field(default_factory=list)
-    color: Literal["curvature", "strain", "velocity", "von_mises", "von_mises_recovered", "error"] = "curvature"
+    color: Literal[
+        "curvature",
+        "strain",
+        "velocity",
+        "axial_force",
+        "shear_force",
+        "bending_moment",
+        "torque",
+        "torsion",
+        "normal_stress",
+        "von_mises",
+        "von_mises_recovered",
+        "error",
+    ] = "curvature"
 
 
 @dataclass(frozen=True, kw_only=True)

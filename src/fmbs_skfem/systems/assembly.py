@@ -38,6 +38,7 @@ from .forces.loads import Load
 from .forces.on_rows import joined
 from .measures import probes as probe_rules
 from .measures import readings
+from .measures.beam_sections import SweptLine, swept_line
 from .places import At, Coordinates, Draft, ProbeRows, TermCollector, vector
 from .system import (
     Constraints,
@@ -333,7 +334,13 @@ def picture_line(part: Body, layout: Coordinates) -> Line:
     """Samples of the centre line for pictures and position errors, at the same places on every mesh."""
     if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
         return Line(part.name, layout.spread(part, rigid_samples(part)), part.radius, Law.EXACT)
-    return Line.later(part.name, partial(line_samples, part, layout), part.radius, part.cells.law, *stiffnesses(part.cells))
+    samples = partial(line_samples, part, layout)
+    return Line.later(part.name, samples, part.radius, part.cells.law, *stiffnesses(part.cells), partial(sections, part, layout))
+
+
+def sections(part: Body, layout: Coordinates) -> SweptLine | None:
+    """Sections along a beam in full that carries directors; None of other lines."""
+    return None if part.directors is None or part.shapes is not None else swept_line(part, partial(layout.spread, part))
 
 
 def line_samples(part: Body, layout: Coordinates) -> csr_array:

@@ -45,6 +45,7 @@ __all__ = [
     "BodyName",
     "Body",
     "OnSurface",
+    "Stressed",
     "JointName",
     "InSection",
     "Heights",
@@ -150,6 +151,7 @@ Names: TypeAlias = Annotated[tuple[str, ...], NAMED]  #: one or several
 BodyName: TypeAlias = Annotated[str, name_in("bodies", "a name of a body")]
 Body: TypeAlias = Annotated[str, name_in("surfaces", "a name of a body")]  #: a plate or shell
 OnSurface: TypeAlias = Annotated[At, replace(PLACE, names="surfaces")]
+Stressed: TypeAlias = Annotated[At, replace(PLACE, names="stressed")]  #: a place of a plate, a shell or a beam with torsion
 JointName: TypeAlias = Annotated[str, name_in("joints", "a name of a joint")]
 InSection: TypeAlias = Annotated[tuple[float, float], IN_SECTION]  #: y and z in the section of a beam
 Heights: TypeAlias = Annotated[Any, HEIGHTS]  #: heights in a list, or in lists of one length

@@ -140,29 +140,33 @@ class Line:
     law: Law
     EA: float = 0.0  #: axial stiffness [N]; 0 where it is not known, as of laws of one's own and rigid bodies
     EI: float = 0.0  #: bending stiffness [N m2]
+    #: what a body with sections of its own adds, see `measures.beam_sections`; no default of the class, so that it is made later
+    swept: Annotated[Any, Inside("q")] = field(default_factory=lambda: None)
 
     @classmethod
-    def later(cls, name: str, samples: Callable[[], csr_array], radius: float, law: Law, EA: float, EI: float) -> Line:
-        """A line whose samples are made when they are first read: most runs draw no picture."""
+    def later(
+        cls, name: str, samples: Callable[[], csr_array], radius: float, law: Law, EA: float, EI: float, swept: Callable[[], Any]
+    ) -> Line:
+        """A line whose samples and sections are made when they are first read: most runs draw no picture."""
         line = object.__new__(cls)
-        line.__dict__.update(name=name, radius=radius, law=law, EA=EA, EI=EI, make=samples)
+        made = {"make samples": samples, "make swept": swept}
+        line.__dict__.update(name=name, radius=radius, law=law, EA=EA, EI=EI, **made)
         return line
 
     def __getattr__(self, name: str) -> Any:
-        if name != "samples":
+        if name not in ("samples", "swept"):
             raise AttributeError(f"'Line' has no attribute '{name}'")
         with MAKING:  # threads may draw one model at the same time
-            if "make" in self.__dict__:
-                self.__dict__["samples"] = self.__dict__["make"]()
-                del self.__dict__["make"]
-        return self.__dict__["samples"]
+            if name not in self.__dict__:
+                self.__dict__[name] = self.__dict__.pop(f"make {name}")()
+        return self.__dict__[name]
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies and pickles have the samples."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
 
-storable(Line, EA=lambda values: 0.0, EI=lambda values: 0.0)
+storable(Line, EA=lambda values: 0.0, EI=lambda values: 0.0, swept=lambda values: None)
 
 
 @storable

@@ -14,7 +14,7 @@ import numpy as np
 from ...core.errors import InputError, say
 from ...core.storage.container import storable
 from ...core.storage.records import dataclass
-from ...core.storage.validation import Indices, Reals
+from ...core.storage.validation import Indices, Reals, Sizes, also, require
 from ...shapes.table import Floats, Ints
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Profile:
     stations: Annotated[Floats, Reals("k")]  #: parameters xi of the line, ascending
     stiffness: Annotated[Floats, Reals("k 6 6")]  #: of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]
     points: Annotated[Floats, Reals("k n 2")]  #: of all loops in a row, the outer one first, with the material on the left [m]
-    first: Annotated[Ints, Indices("l", end="n")]  #: first points of the loops
+    first: Annotated[Ints, Indices("l")]  #: first points of the loops
     unit_stresses: Annotated[Floats, Reals("k 3 6 n")]  #: sigma_x, tau_xy, tau_xz of N, V_y, V_z, T, M_y, M_z = 1 [1/m2, 1/m3]
     young_modulus: float  #: [Pa], 0 without a contour
     poisson_ratio: float
@@ -58,6 +58,13 @@ class Profile:
             return np.asarray(np.einsum("wx,wx...->x...", [1.0 - share, share], part[[k, after]]))
 
         return between(self.stiffness), between(self.points), between(self.unit_stresses)
+
+
+@also.register(Profile)
+def check_loops(found: Profile, name: str, sizes: Sizes) -> None:
+    """Loops begin within the points, one behind the other."""
+    inside = bool((np.diff(found.first) > 0).all() and (found.first < found.points.shape[1]).all())
+    require(inside, f"{name}.first", f"ascending numbers below {found.points.shape[1]}", found.first)
 
 
 def profile(name: str, stations: Floats, sections: Sequence[BeamSection]) -> Profile:

@@ -22,6 +22,7 @@ RAISED = 0.25  #: distance of flat surfaces in a planar scene, which lie in one 
 EYE = np.array([1.0, -1.0, 1.0])  #: direction from a spatial scene to the eye, in which shapes stand before the reference
 DEPTH = 10.0  #: distance of one instant of a planar overlay in front of the one before, over the radius of a joint
 SIDES = {"gear": (6, 1.6), "joint": (5, 1.3)}  #: of joints that are prisms: sides, radius over that of a ball
+SPLIT = 40.0  #: angle between facets of a skin from which they are shaded apart [degrees]
 SHARP = 0.5  #: cosine of the turn of a line at a corner
 LAYERS = {"slider": 1, "point mass": 2, "gear": 2}  #: of joints in planar scenes, from the back; the others are in front
 INK = "#262626"  #: of the outline of surfaces
@@ -116,14 +117,30 @@ def _body(stage: Stage, i: int, body: Shown, sample: int, nearer: Array, strengt
         stage.plotter.add_mesh(shape, **MATT, **style).prop.interpolation = "Phong"
         return
     points[:, 2] += RAISED * thin * (i + 1) * job.planar
+    if body.sections[0]:
+        points = thickened(body, points, thin)
     rim = _mesh(points, lines=stage.rims[i])
     stage.plotter.add_mesh(rim, color=fade(INK, strength), line_width=1.6, name=f"rim {slot} {i}", **FLAT)
     shape = _mesh(points, values, faces=body.cells)
-    if not job.planar:
+    if body.sections[0]:
+        shape = shape.compute_normals(feature_angle=SPLIT, split_vertices=True, cell_normals=False, consistent_normals=False)
+    elif not job.planar:
         shape.point_data.active_normals = surfaces.normals(points, body.cells, stage.places[i])
     actor = stage.plotter.add_mesh(shape, **(FLAT if job.planar else MATT), **style)
     actor.mapper.resolve = "polygon_offset"
     actor.prop.interpolation = "Flat" if job.planar else "Phong"
+
+
+def thickened(body: Shown, points: Array, thin: float) -> Array:
+    """Points (x, 3) of a skin, its sections made as large as a tube that is still seen well."""
+    factor = thin / float(body.size[0])
+    if factor <= 1.0:
+        return points
+    count, around = body.sections
+    sections, ends = np.split(points, [count * around])
+    centres = sections.reshape(count, around, 3).mean(axis=1)
+    of = np.concatenate([np.repeat(centres, around, axis=0), np.repeat(centres[[0, -1]], len(ends) // 2, axis=0)])
+    return of + factor * (points - of)
 
 
 def outline(stage: Stage) -> None:

@@ -11,7 +11,9 @@ Stresses are those of Saint-Venant at the contour of the section, linear in S = 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache, partial
+from typing import Annotated
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
@@ -23,7 +25,9 @@ from ...bodies.laws import Law, number
 from ...bodies.strain_law import strains
 from ...core.algebra.linalg import as_csr
 from ...core.errors import InputError, say
+from ...core.storage.container import storable
 from ...core.storage.records import dataclass
+from ...core.storage.validation import Inside, Reals
 from ...shapes import line
 from ..places import At
 from .cable_sections import NOISE, between, steps_near
@@ -34,18 +38,20 @@ FIRST = Law.BEAM.section.index("gamma1")  #: row of the section with the first s
 ROWS = 2 * FIELDS  #: vectors of a point: r, d_i and their slopes
 HEAD = 2 + 36 + 3  #: numbers of a place: law, how many functionals of S it has, C, kappa in the reference
 EACH = 18 + 6 + 1  #: and of every quadrature point: (A, B), Gamma and kappa in the reference, weight times psi' [-]
+SWEPT = 101  #: places of a beam at which its section is drawn
 OFF = 0.05  #: part of the size of a contour by which a point may miss it
 
 
+@storable
 @dataclass(frozen=True)
 class Sections:
     """Numbers of x places of a beam and of the p points whose stresses carry their forces."""
 
-    stiffness: np.ndarray  #: (x, 6, 6) C
-    curvature: np.ndarray  #: (x, 3) kappa in the reference [1/m]
-    shares: csr_array  #: (x, p) weight times psi' [-]
-    coupled: np.ndarray  #: (p, 3, 6) A and B
-    known: np.ndarray  #: (p, 6) Gamma and kappa in the reference
+    stiffness: Annotated[np.ndarray, Reals("x 6 6")]  #: C
+    curvature: Annotated[np.ndarray, Reals("x 3")]  #: kappa in the reference [1/m]
+    shares: Annotated[csr_array, Reals("x p")]  #: weight times psi' [-]
+    coupled: Annotated[np.ndarray, Reals("p 3 6")]  #: A and B
+    known: Annotated[np.ndarray, Reals("p 6")]  #: Gamma and kappa in the reference
 
     def read(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Strains (6, s, x) and forces S (6, s, x) of rows u (s, 3 (8 x + 8 p)), see `sections`."""
@@ -91,6 +97,26 @@ def sections(part: Body, xi: np.ndarray) -> tuple[csr_array, Sections]:
         part.profile.at(xi)[0], curvature, as_csr(shares[:, used]), matrices(known)[:, :3], known[FIRST : FIRST + 6].T
     )
     return as_csr(vstack([here, vectors(part, there)])), numbers
+
+
+@storable
+@dataclass(frozen=True)
+class SweptLine:
+    """What a picture needs of a beam beside its line: the section at x places."""
+
+    rows: Annotated[csr_array, Reals("r q")]  #: 3 (8 x + 8 p) of `sections` on all coordinates
+    places: Annotated[np.ndarray, Reals("x")]  #: parameters xi
+    sections: Annotated[Sections, Inside("x")]
+    profile: Annotated[Profile, Inside()]
+
+
+def swept_line(part: Body, spread: Callable[[csr_array], csr_array]) -> SweptLine:
+    """Sections along all of a beam; `spread` takes rows (x, b) on its functions to rows (3 x, q)."""
+    assert part.profile is not None
+    breaks = line.breaks(part.space)
+    xi = np.linspace(breaks[0], breaks[-1], SWEPT)
+    rows, numbers = sections(part, xi)
+    return SweptLine(spread(rows), xi, numbers, part.profile)
 
 
 def matrices(section: np.ndarray) -> np.ndarray:

@@ -440,7 +440,7 @@ class Stress(Probe):
     {type: stress, at: plate.corner}
     """
 
-    at: fields.Place
+    at: fields.Stressed
     point: Annotated[fields.InSection | None, "y and z in the section of a beam, a point of its contour"] = None
     unit: ClassVar[str] = "Pa"
     calls = ()

@@ -1,0 +1,127 @@
+r"""Beams with torsion in pictures: the contour of the section swept along the line, with strains, section forces and stresses.
+
+    p(s, x) = r + y e_2 + z e_3,    e_i = d_i / |d_i|
+
+of the contour points y, z of the section at x places; both ends are closed. Fields are
+
+    strain, torsion, shear_strain       of the line [-], a length [1/m], and sqrt(gamma_y^2 + gamma_z^2) [-]
+    axial_force, shear_force            N and sqrt(V_y^2 + V_z^2) [N]
+    torque, bending_moment              T and sqrt(M_y^2 + M_z^2) [N m]
+    normal_stress, von_mises            at the contour [Pa]
+    axis_1, axis_2, axis_3              directors, unit vectors
+    curvature, velocity                 of the line [1/m], and of the point [m/s]
+
+Beams whose contour is not known stay lines, with the same fields but stresses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from ..bodies.beams.profiles import Profile
+from ..bodies.beams.section_constants import von_mises
+from ..bodies.beams.section_shapes import distances, sides, triangulated
+from ..core.storage.records import dataclass
+from ..systems.measures.beam_sections import ROWS, SweptLine
+from ..systems.system import Line
+from .frames import Array, Indices, Shown
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A contour of n points at x places as a surface, its ends closed by triangles between points of their own."""
+
+    ends: Array  #: (m, n) points of each end from those of the contour there
+    cells: Indices  #: (f, 4)
+
+    def spread(self, values: Array) -> Array:
+        """Values (s, x, n, ...) at all points, (s, x n + 2 m, ...)."""
+        closed = [np.einsum("mn,sn...->sm...", self.ends, values[:, k]) for k in (0, -1)]
+        return np.concatenate([values.reshape(len(values), -1, *values.shape[3:]), *closed], axis=1)
+
+
+def skin(shown: Shown, line: Line, q: Array, rate: Array, reference: Array) -> Shown:
+    """The skin of a beam of which the line is shown, from samples q and rates (s, q), and the reference (1, q)."""
+    swept: SweptLine = line.swept
+    every, profile = (len(shown.reference) - 1) // (len(swept.places) - 1), swept.profile
+    u, moving, before = (np.asarray(swept.rows @ part.T).T for part in (q, rate, reference))
+    strains, forces = swept.sections.read(u)
+    now, change, start = (vectors(part, len(swept.places)) for part in (u, moving, before))
+    size = np.linalg.norm(now[1:4], axis=-1, keepdims=True)
+    along = {
+        "strain": strains[0],
+        "curvature": shown.fields["curvature"][:, ::every],
+        "torsion": strains[3],
+        "shear_strain": np.hypot(*strains[1:3]),
+        "axial_force": forces[0],
+        "shear_force": np.hypot(*forces[1:3]),
+        "torque": forces[3],
+        "bending_moment": np.hypot(*forces[4:]),
+        **{f"axis_{k + 1}": now[1 + k] / size[k] for k in range(3)},
+    }
+    if not profile.points.size:
+        fields = along | {"velocity": change[0]}
+        return replace(line_of(shown, every), fields=fields)
+    _, contour, unit = profile.at(swept.places)
+    mesh = closed(profile, len(swept.places))
+    stress = np.einsum("xkfn,fsx->ksxn", unit, forces)
+    everywhere = {name: np.repeat(values[:, :, None], contour.shape[1], axis=2) for name, values in along.items()}
+    fields = everywhere | {"normal_stress": stress[0], "von_mises": von_mises(stress), "velocity": placed(contour, change, size)}
+    points = mesh.spread(placed(contour, now, size))
+    still = mesh.spread(placed(contour, start, np.linalg.norm(start[1:4], axis=-1, keepdims=True)))[0]
+    radius = np.full(len(still), line.radius)
+    return Shown(points, {name: mesh.spread(one) for name, one in fields.items()}, radius, still, mesh.cells, contour.shape[:2])
+
+
+def line_of(shown: Shown, every: int) -> Shown:
+    """A line at every so many of its points."""
+    along = np.arange(len(shown.reference[::every]))
+    cells = np.column_stack([along[:-1], along[1:]])
+    return replace(
+        shown, points=shown.points[:, ::every], size=shown.size[::every], reference=shown.reference[::every], cells=cells
+    )
+
+
+def vectors(u: Array, places: int) -> Array:
+    """r, d_1, d_2, d_3 and their slopes (8, s, x, 3) at x places, of rows u (s, ...)."""
+    return u[:, : 3 * ROWS * places].reshape(len(u), ROWS, places, 3).transpose(1, 0, 2, 3)
+
+
+def placed(contour: Array, vectors: Array, size: Array) -> Array:
+    """Points (s, x, n, 3) of contours (x, n, 2), of r, d_i (8, s, x, 3) with directors of a size (3, s, x, 1); or their rates."""
+    across = np.stack([vectors[2] / size[1], vectors[3] / size[2]])
+    return np.asarray(vectors[0][:, :, None] + np.einsum("xna,asxc->sxnc", contour, across))
+
+
+def closed(profile: Profile, places: int) -> Mesh:
+    """The mesh of a profile at so many places."""
+    count = profile.points.shape[1]
+    around = [np.column_stack([one, np.roll(one, -1)]) for one in (np.arange(count)[loop] for loop in profile.loops)]
+    side = np.concatenate(around)
+    first = np.concatenate([side, count + side[:, ::-1]], axis=1)  # of the first and the second place
+    quads = (first[None] + count * np.arange(places - 1)[:, None, None]).reshape(-1, 4)
+    ends, triangles = cap(profile.points[0].tobytes(), profile.first.tobytes(), count)
+    facets = np.column_stack([triangles, triangles[:, -1]])
+    begin = count * places
+    return Mesh(ends, np.concatenate([quads, begin + facets[:, ::-1], begin + len(ends) + facets]))
+
+
+@lru_cache(maxsize=64)  # pictures of long motions come instant by instant
+def cap(points: bytes, first: bytes, count: int) -> tuple[Array, Indices]:
+    """Points (m, n) of a contour's inside, as shares of those of the contour, and triangles (e, 3) between them.
+
+    `points` (n, 2) and the `first` points of loops are the bytes of their arrays.
+    """
+    contour, starts = np.frombuffer(points).reshape(count, 2), np.frombuffer(first, dtype=np.int64)
+    start, end, after = sides(np.split(contour, starts[1:]))
+    found, triangles = triangulated(start, end, after)
+    nearest = distances(found, start, end).argmin(axis=1)
+    along = (end - start)[nearest]
+    share = np.sum((found - start[nearest]) * along, axis=1) / np.sum(along**2, axis=1)
+    shares = np.zeros((len(found), count))
+    rows = np.arange(len(found))
+    shares[rows, nearest], shares[rows, after[nearest]] = 1.0 - share, share
+    return shares, triangles
