@@ -117,7 +117,7 @@ def test_matrices_are_drawn_as_a_line_with_forces() -> None:
 def test_thin_sections_are_drawn_thicker_about_their_line() -> None:
     found = shown(bent(Rectangular(2e-3, 1e-3).of_beam(MADE), loads.PointForce("F", At("beam", "b"), (0.0, 0.0, 0.0))))
     wide = thickened(found, found.points[0], 0.05)
-    assert_allclose(np.ptp(wide, axis=0), np.array([1.0, 2e-3, 1e-3]) * [1.0, *[0.05 / np.hypot(1e-3, 5e-4)] * 2], rtol=1e-9)
+    assert_allclose(np.ptp(wide, axis=0), np.array([1.0, 2e-3, 1e-3]) * [1.0, *[0.05 / np.sqrt(2e-6 / np.pi)] * 2], rtol=1e-9)
     assert_allclose(thickened(found, found.points[0], 1e-4), found.points[0])
 
 

@@ -52,7 +52,7 @@ class BeamSection:
 
     stiffness: np.ndarray  #: (6, 6) of N, V_y, V_z, T, M_y, M_z by their strains [N, N m, N m2]
     mass: np.ndarray  #: (3, 3) int rho (1, y, z)^T (1, y, z) dA, or (4, 4) of (1, x, y, z) [kg/m, kg, kg m]
-    radius: float = 0.01  #: drawn radius [m]
+    radius: float = 0.01  #: of the round beam that it is to others, see `section_shapes` [m]
     outline: tuple[np.ndarray, ...] = ()  #: loops (n, 2) of its contour, where it is known [m]
     unit_stresses: np.ndarray = field(default_factory=lambda: np.zeros((3, 6, 0)))  #: (3, 6, n) at all its points, see `profiles`
     material: Material | None = None  #: of a section with a contour
@@ -120,9 +120,8 @@ class Section(Declared, ABC):
             drawn = section_constants.constants(outline, material.poisson_ratio, (0.0, 0.0))
             found = section_constants.constants(outline, material.poisson_ratio, drawn.shear_centre)
         stiffness = section_constants.stiffness(found, material.young_modulus)
-        radius = float(np.linalg.norm(found.outline[0], axis=1).max())
         mass = section_constants.mass(found, material.density)
-        return BeamSection(stiffness, mass, radius, found.outline, found.unit_stresses, material)
+        return BeamSection(stiffness, mass, outline.round_as, found.outline, found.unit_stresses, material)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ r"""Contact of a beam with another beam, or with itself, at their closest points
     folds: {type: contact_beam, body: cable, other: cable}
 
 Nodes are the ends of the cells of both beams, or so many `points` along each, between which center lines are cubics; the radius is
-that of the sections, or `radius` of both. Where nothing is said of the law, it is that of `contacts`, with the mass
+that of the sections, or `radius` of both: of beams with torsion that of the circle with the area of the convex hull of the section,
+about the line. Where nothing is said of the law, it is that of `contacts`, with the mass
 
     m = m_A m_B / (m_A + m_B),    and the size of both beams together           (with itself: those of its halves)
 

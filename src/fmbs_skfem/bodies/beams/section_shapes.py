@@ -66,6 +66,11 @@ class Ring:
         """Inner and outer radius [m]."""
         return max(0.0, self.diameter / 2 - self.wall), self.diameter / 2
 
+    @property
+    def round_as(self) -> float:
+        """Radius of the circle that it is to others [m]."""
+        return self.diameter / 2
+
 
 @dataclass(frozen=True)
 class Polygon:
@@ -97,6 +102,13 @@ class Polygon:
         """The polygon and its holes (n, 2) [m], with the material on the left."""
         found = [np.array(loop, dtype=float) for loop in (self.points, *self.holes)]
         return [loop if (_area(loop) > 0) == (k == 0) else loop[::-1] for k, loop in enumerate(found)]
+
+    @property
+    def round_as(self) -> float:
+        """Radius of the circle that it is to others [m], of the area of its convex hull."""
+        from scipy.spatial import ConvexHull
+
+        return math.sqrt(ConvexHull(np.array(self.points, dtype=float)).volume / math.pi)
 
 
 Outline = Ring | Polygon
