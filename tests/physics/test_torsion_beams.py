@@ -102,3 +102,13 @@ def test_frequencies_of_a_free_shaft() -> None:
     found = vibration_modes(eliminate(assemble([straight(12, shaft, 0.3)])), 16).angular_frequencies / (2.0 * np.pi)
     for wanted in (1499.55, 3956.31, 7330.90):
         assert np.sum(np.abs(found / wanted - 1.0) < 1e-4) == 2
+
+
+@pytest.mark.parametrize("GA", [4e5, 1e8])
+def test_directors_do_not_soften_a_beam(GA: float) -> None:
+    """N L / EA and P L / GA + P L^3 / (3 EI) of small forces, of shear areas below and far above EA."""
+    section = BeamSection(np.diag([1e6, GA, GA, 600.0, 800.0, 800.0]), np.diag([1.0, 0.0, 0.0]))
+    found = held(straight(8, section), loads.PointForce("F", TIP, (1e-2, 0.0, 0.0)))
+    assert found["tip_x"][-1] - 1.0 == pytest.approx(1e-2 / 1e6, rel=1e-6)
+    found = held(straight(8, section), loads.PointForce("F", TIP, (0.0, 0.0, 1e-3)))
+    assert found["tip_z"][-1] == pytest.approx(1e-3 * (1.0 / GA + 1.0 / 2400.0), rel=1e-6)

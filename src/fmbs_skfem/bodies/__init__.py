@@ -9,6 +9,7 @@ from .checks import check_law
 from .laws import Law
 from .plate import Rim
 from .sections import Circular, Given, Material, Rectangular, Section
+from .tapered import Tapered
 
 __all__ = [
     "Material",
@@ -22,6 +23,7 @@ __all__ = [
     "LSection",
     "PolygonSection",
     "Matrices",
+    "Tapered",
     "Law",
     "own_laws",
     "Cells",

@@ -30,6 +30,8 @@ from ..core.storage.validation import Attributes, Indices, Inside, Range, Reals,
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Curve, Table
+from . import stations
+from .beams import profiles
 from .beams.profiles import Profile
 from .cable_law import curvatures
 from .cable_points import degree_of, points_of
@@ -240,7 +242,9 @@ def cable(
     curve, breaks, places, arcs = placed_line(name, mesh, group, dim, origin, rotation)
     space = line.Hermite(breaks) if ancf else line.uniform(breaks, degree, continuity)
     reference = line.fit(space, curve)
-    data = section.of_cable(material)
+    fractions, sections, degree = stations.choose(section, lambda one: np.diag(cable_data(one.of_cable(material))))
+    places_of, given = at_fractions(curve, breaks, fractions), [one.of_cable(material) for one in sections]
+    data = partial(cable_along, places_of, degree, np.stack([cable_data(one) for one in given]))
     points, numbers = points_of(f"body '{name}'.points", space, points), numbers or {}
     require_line_law(name, law, dim, numbers)
     made = partial(cable_numbers, space, reference, data, law, numbers, points)
@@ -252,13 +256,14 @@ def cable(
     return Body(
         name=name,
         reference=reference,
-        mass=mass_matrix(space, reference, data.rhoA),
+        mass=mass_matrix(space, reference, (lambda xi: data(xi)[2]) if degree else given[0].rhoA),
         constant=line.fit(space, unit_field)[:, 0],
         places=places,
         arcs=arcs,
         space=space,
         cells=cells,
-        radius=data.radius,
+        radius=max(one.radius for one in given),
+        profile=profiles.of_cable(places_of, degree, given) if degree else None,
         values=of_line(section, material, dim, locking.locks(space)),
     )
 
@@ -334,6 +339,12 @@ def placed_curve(
     return place(f"body '{name}'", curve(xi, derivative), dim, None if derivative else origin, rotation)
 
 
+def at_fractions(curve: Curve, breaks: np.ndarray, fractions: np.ndarray) -> np.ndarray:
+    """Parameters (k,) at fractions (k,) of the length of a curve with cells that meet at the breaks (n,)."""
+    fine, arc = curves.arc_lengths(breaks, lambda xi: np.linalg.norm(curve(xi, 1), axis=1))
+    return np.interp(fractions * arc[-1], arc, fine)
+
+
 def unit_field(xi: np.ndarray, derivative: int = 0) -> np.ndarray:
     """The field 1 at parameters xi (x,), as a curve with one component (x, 1); its derivatives are 0."""
     return np.full((len(xi), 1), 1.0 if derivative == 0 else 0.0)
@@ -359,13 +370,17 @@ def arc_length_table(
     return table, values, table.weights * J
 
 
-def mass_matrix(space: line.BSpline | line.Hermite, reference: np.ndarray, density: float) -> csr_array:
+def mass_matrix(
+    space: line.BSpline | line.Hermite, reference: np.ndarray, density: float | Callable[[np.ndarray], np.ndarray]
+) -> csr_array:
     """m_ij = int rhoA N_i N_j dS, (b, b) [kg], of a line with reference coordinates (b, c) [m] and `density` rhoA [kg/m].
 
-    One Gauss point a cell more than the degree has: exact where |dr0/dxi| is constant in a cell.
+    A density that changes is a function of the parameters (e, p). One Gauss point a cell more than the degree has: exact where
+    |dr0/dxi| and the density are constant in a cell.
     """
     table, values, weights = arc_length_table(space, reference, degree_of(space) + 1, 1)
-    blocks = density * np.einsum("epb,epd,ep->ebd", values[:, :, 0], values[:, :, 0], weights)
+    scale, weights = (1.0, weights * density(table.points)) if callable(density) else (density, weights)
+    blocks = scale * np.einsum("epb,epd,ep->ebd", values[:, :, 0], values[:, :, 0], weights)
     return scatter_blocks(blocks, table.nodes, table.count)
 
 
@@ -392,13 +407,29 @@ def require_line_law(name: str, law: Law, dim: int, numbers: Mapping[str, float]
         raise InputError(say(f"body '{name}'.numbers", expected, f"'{unread[0]}'") + closest(unread[0], law.section))
 
 
+def cable_data(one: Given) -> np.ndarray:
+    """EA [N], EI [N m2] and rhoA [kg/m]."""
+    return np.array([one.EA, one.EI, one.rhoA])
+
+
+def cable_along(places: np.ndarray, degree: int, data: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    """EA, EI and rhoA (3, ...) at parameters xi (...), of those (k, 3) at the stations `places` (k,), see `stations`."""
+    return np.moveaxis(stations.shares(places, degree, xi) @ data, -1, 0)
+
+
 def cable_numbers(
-    space: line.BSpline | line.Hermite, reference: np.ndarray, data: Given, law: Law, numbers: Mapping[str, float], points: int
+    space: line.BSpline | line.Hermite,
+    reference: np.ndarray,
+    data: Callable[[np.ndarray], np.ndarray],
+    law: Law,
+    numbers: Mapping[str, float],
+    points: int,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Table (k, p, b, e) and section (i, p, e) of a cable at `points` quadrature points a cell; the reference is free of stress.
 
-    Rows of the section are those of the law: EA [N], EI [N m2], kappa0 [1/m], weight [m], and its own `numbers`. Where the cubics
-    lock, EA has shares at the points that differ, see `shapes.locking`. `reference` (b, c) [m].
+    `data` gives EA, EI and rhoA (3, ...) at parameters (...). Rows of the section are those of the law: EA [N], EI [N m2], kappa0
+    [1/m], weight [m], and its own `numbers`. Where the cubics lock, EA has shares at the points that differ, see `shapes.locking`.
+    `reference` (b, c) [m].
     """
     table, values, weights = arc_length_table(space, reference, points)
     gradients = np.einsum("epkb,ebc->epkc", values[:, :, 1:], reference[table.nodes])
@@ -406,8 +437,9 @@ def cable_numbers(
     kappa = curvatures(measure.option, reference.shape[1], gradients.reshape(gradients.shape[0], gradients.shape[1], -1))
     noise = 64.0 * np.finfo(float).eps * np.abs(reference).max() / weights.sum(axis=1).min() ** 2  # of rounded positions
     kappa[np.abs(kappa) < 1e-9 / weights.sum() + noise] = 0.0
-    shares = locking.axial_shares(space, table, data.EA * weights.sum(axis=1).max() ** 2 / data.EI)
-    rows: dict[str, Any] = {"EA": data.EA * shares, "EI": data.EI, "kappa0": kappa, "weight": weights} | dict(numbers)
+    EA, EI, _ = data(table.points)
+    shares = locking.axial_shares(space, table, float((EA * weights.sum(axis=1).max() ** 2 / EI).max()))
+    rows: dict[str, Any] = {"EA": EA * shares, "EI": EI, "kappa0": kappa, "weight": weights} | dict(numbers)
     section = np.stack([np.broadcast_to(rows[row], weights.shape) for row in law.section])
     return np.ascontiguousarray(values[:, :, 1:].transpose(2, 1, 3, 0)), np.ascontiguousarray(section.transpose(0, 2, 1))
 

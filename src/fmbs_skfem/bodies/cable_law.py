@@ -292,13 +292,13 @@ def curvatures(n: int, dim: int, gradients: np.ndarray) -> np.ndarray:
 
 
 def section_forces(
-    n: int, dim: int, numbers: tuple[float, float], kappa0: np.ndarray | float, gradients: np.ndarray
+    n: int, dim: int, numbers: tuple[float | np.ndarray, float | np.ndarray], kappa0: np.ndarray | float, gradients: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Axial force F.t [N] and bending moment M [N m], both (...), of a cable at gradients (..., 2c).
 
         F.t = l EA (l^2 - 1) / 2 - (m - 2) EI (kappa - kappa0) kappa / l,    M = l^(2 - m) EI (kappa - kappa0),    l = |r'|
 
-    with m = n, or 1 where n is 0, n as in `curvatures`; `numbers` are EA [N] and EI [N m2], kappa0 [1/m] is a number or (...).
+    with m = n, or 1 where n is 0, n as in `curvatures`; `numbers` are EA [N] and EI [N m2], kappa0 [1/m], each a number or (...).
     """
     EA, EI = numbers
     stretch, kappa = np.linalg.norm(gradients[..., :dim], axis=-1), curvatures(n, dim, gradients)

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import field
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeAlias
+from dataclasses import field, replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 Offset: TypeAlias = Literal["centroid", "shear_centre"] | tuple[float, float] | None  #: where a beam's line passes, (y, z) [m]
 BEAMS_NEED = "a section whose shape is known, or matrices of stiffness and mass (shape: matrices)"
+Pieces: TypeAlias = tuple[tuple[int, ...], ...]
 DEFINITE = 1e-12  #: least eigenvalue of a matrix with ones in its diagonal
 
 
@@ -66,7 +67,10 @@ class BeamSection:
 
 
 def _symmetric(matrix: np.ndarray, size: int) -> bool:
-    return matrix.shape == (size, size) and bool(np.isfinite(matrix).all()) and np.allclose(matrix, matrix.T, rtol=1e-9)
+    if matrix.shape != (size, size) or not np.isfinite(matrix).all():
+        return False
+    root = np.sqrt(np.abs(np.diag(matrix)))
+    return bool(np.all(np.abs(matrix - matrix.T) <= 1e-9 * np.outer(root, root)))
 
 
 def _least(matrix: np.ndarray) -> float:
@@ -89,6 +93,15 @@ class Section(Declared, ABC):
     serves_cables: ClassVar[bool] = True  #: whether cables may have it
     serves_beams: ClassVar[bool] = True  #: whether beams with torsion and shear may
 
+    @property
+    def stations(self) -> tuple[float, ...]:
+        """Fractions of the length, from 0 to 1, between which it changes smoothly; none of a section that does not change."""
+        return ()
+
+    def at(self, fraction: float) -> Section:
+        """The section at a fraction of the length."""
+        return self
+
     @abstractmethod
     def of_cable(self, material: Material | None) -> Given:
         """EA [N], EI [N m2] and rhoA [kg/m] of the section made of a material; InputError where it needs one and has none."""
@@ -102,14 +115,16 @@ class Section(Declared, ABC):
         """Its contour with axes y and z; None where nobody knows it."""
         return None
 
-    def of_beam(self, material: Material | None, offset: Offset = None) -> BeamSection:
+    def of_beam(self, material: Material | None, offset: Offset = None, pieces: Pieces = ()) -> BeamSection:
         """All that a beam with torsion and shear needs, its line at the centroid or elsewhere; InputError where it is not known.
 
-        A point (y, z) is one of the drawing of the outline [m].
+        A point (y, z) is one of the drawing of the outline [m]; a polygon has `pieces` in its contour, see `section_shapes`.
         """
         from .beams import section_constants
 
-        outline = self.outline()
+        outline: Any = self.outline()
+        if pieces:
+            outline = replace(outline, pieces=pieces)
         if outline is None:
             raise InputError(say("section", BEAMS_NEED, f"{self}"))
         if material is None:

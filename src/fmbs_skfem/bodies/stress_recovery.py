@@ -18,6 +18,7 @@ from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from .cable_law import curvatures as curvatures_of_lines
 from .laws import Law
+from .strain_law import SLOPE
 
 COMPONENTS = {Law.MEMBRANE: 2, Law.SHELL: 3}  #: c of the laws with fields
 NU = {Law.MEMBRANE: 1, Law.SHELL: 2}  #: row of the section that holds Poisson's ratio
@@ -89,10 +90,22 @@ def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> n
     These are all smaller ones and then all larger ones, of gradients u (k c, p) at points with the section (i, p), `dim` = c.
     """
     if law not in COMPONENTS:
-        axial = np.abs(section[0].ravel())
-        return np.asarray(0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0))[axial >= 0.5 * axial.mean()]
+        first = 3 * SLOPE if law is Law.BEAM else 0
+        stretch = np.asarray(0.5 * (np.sum(u[first : first + dim] ** 2, axis=0) - 1.0))
+        return stretch[carrying(law, section).ravel()]
     largest, smallest = principal(strains(u, dim))
     return np.concatenate([smallest, largest])
+
+
+def carrying(law: Law, section: np.ndarray) -> np.ndarray:
+    """Which points (...) of a line with the section (i, ...) carry its axial force, see `shapes.locking`.
+
+    Where the section changes, EA is held against sqrt(EI), as which it falls with the thickness.
+    """
+    axial = np.abs(section[0])
+    if {"EA", "EI"} <= set(law.section):
+        axial = section[law.section.index("EA")] / np.sqrt(section[law.section.index("EI")])
+    return np.asarray(axial >= 0.5 * axial.mean())
 
 
 def fibre_strains(law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarray, depth: float | np.ndarray) -> np.ndarray:
@@ -109,7 +122,7 @@ def fibre_strains(law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarra
         faces = [principal(E + side * h * k) for side in (-1.0, 1.0)]
         return np.asarray(np.abs(faces).max(axis=(0, 1, 2)))
     dim, option = len(u) // law.vectors, (law if law.bends else Law.EXACT).option
-    axial = np.where(section[0][..., None] >= 0.5 * section[0].mean(), 0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0), 0.0)
+    axial = np.where(carrying(law, section)[..., None], 0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0), 0.0)
     bent, straight = (curvatures_of_lines(option, dim, np.moveaxis(one[: 2 * dim], 0, -1)) for one in (u, start))
     return np.asarray(np.abs(axial).max(axis=0) + h * np.abs(bent - straight).max(axis=0))
 

@@ -124,6 +124,8 @@ def changed(part: Body, numbers: Mapping[str, float]) -> Body:
         stiffness=None if part.stiffness is None else factors.get(SPRINGS, 1.0) * part.stiffness,
         cells=replace(part.cells, section=rows * part.cells.section),
         shapes=None if part.shapes is None else of_points(part.shapes, rows),
+        # a section that changes along the line has no numbers but those of its material
+        profile=part.profile and replace(part.profile, stiffness=factors.get("EA", 1.0) * part.profile.stiffness),
         radius=factors.get(SIZE, 1.0) * part.radius,
         thickness=factors.get(SIZE, 1.0) * part.thickness,
         values=known,

@@ -249,6 +249,10 @@ def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
     if cells.law not in fields.COMPONENTS:
         EA, EI = (np.sum(row * cells.section[-1]) for row in cells.section[:2])
         h = np.asarray(2.0 * np.sqrt(EI / EA))
+        if part.profile is not None:
+            breaks = line.breaks(part.space)
+            stiffness = part.profile.at(0.5 * (breaks[1:] + breaks[:-1]))[0]
+            h = 2.0 * np.sqrt(stiffness[:, 4, 4] / stiffness[:, 0, 0])
     shape = (-1, *cells.section.shape[1:])
     start = (rows @ part.reference.ravel()).reshape(*shape, 1)
     for k in range(0, len(states), STATES):

@@ -179,7 +179,7 @@ def lines(gradients: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: f
 
 def with_section_forces(shown: Shown, line: Line, gradients: np.ndarray, start: np.ndarray) -> Shown:
     """A cable with N and M, of its gradients (s, 3, x, c) and those of its reference (1, 3, x, c); others as they are."""
-    if line.EI == 0.0:
+    if not np.all(line.EI):
         return shown
     dim = gradients.shape[3]
     now, before = (np.concatenate([part[:, 1], part[:, 2]], axis=2) for part in (gradients, start))

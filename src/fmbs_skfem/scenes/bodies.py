@@ -237,7 +237,7 @@ class Beam(OfLine):
         cells = self.cells if cells is None else cells
         line = curves.cut(self.followed(scene, allow_outside), cells, self.refine)
         direction = None if self.direction is None else np.array(self.direction, dtype=float)
-        return beams.beam(self.name, line, self.section.of_beam(self.material, self.offset), direction=direction, **placed(self))
+        return beams.beam(self.name, line, self.section, self.material, offset=self.offset, direction=direction, **placed(self))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -335,7 +335,9 @@ def picture_line(part: Body, layout: Coordinates) -> Line:
     if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
         return Line(part.name, layout.spread(part, rigid_samples(part)), part.radius, Law.EXACT)
     samples = partial(line_samples, part, layout)
-    return Line.later(part.name, samples, part.radius, part.cells.law, *stiffnesses(part.cells), partial(sections, part, layout))
+    return Line.later(
+        part.name, samples, part.radius, part.cells.law, *stiffnesses(part, part.cells), partial(sections, part, layout)
+    )
 
 
 def sections(part: Body, layout: Coordinates) -> SweptLine | None:
@@ -355,9 +357,14 @@ def line_samples(part: Body, layout: Coordinates) -> csr_array:
 
 def line_rows(part: Body, derivative: int) -> csr_array:
     """Rows (x, b) of derivatives by the parameter of a line at the samples of pictures."""
+    return own(part, line.sample(part.space, sampled(part), derivative))
+
+
+def sampled(part: Body) -> np.ndarray:
+    """Parameters (x,) of a line at the samples of pictures."""
     assert isinstance(part.space, line.BSpline | line.Hermite)
     breaks = line.breaks(part.space)
-    return own(part, line.sample(part.space, snapped(np.linspace(breaks[0], breaks[-1], SAMPLES), breaks), derivative))
+    return snapped(np.linspace(breaks[0], breaks[-1], SAMPLES), breaks)
 
 
 def scale_rows(rows: csr_array, factors: np.ndarray) -> csr_array:
@@ -365,10 +372,13 @@ def scale_rows(rows: csr_array, factors: np.ndarray) -> csr_array:
     return csr_array((rows.data * np.repeat(factors, np.diff(rows.indptr)), rows.indices, rows.indptr), shape=rows.shape)
 
 
-def stiffnesses(cells: Cells) -> tuple[float, float]:
-    """EA and EI of the laws of cables, means over the length; zeros of others."""
+def stiffnesses(part: Body, cells: Cells) -> tuple[float | np.ndarray, float | np.ndarray]:
+    """EA and EI of the laws of cables, means over the length, or (x,) at the samples where the section changes; zeros of others."""
     if cells.law not in (Law.EXACT, Law.MATERIAL, Law.QUADRATIC):
         return 0.0, 0.0
+    if part.profile is not None:
+        stiffness = part.profile.at(sampled(part))[0]
+        return stiffness[:, 0, 0], stiffness[:, 4, 4]
     EA, EI, _, weight = cells.section[:4]
     return float((EA * weight).sum() / weight.sum()), float((EI * weight).sum() / weight.sum())
 

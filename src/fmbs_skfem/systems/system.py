@@ -138,14 +138,21 @@ class Line:
     samples: Annotated[csr_array, Reals("3cx q")]  #: positions, then d/dS, then d2/dS2
     radius: float  #: [m]
     law: Law
-    EA: float = 0.0  #: axial stiffness [N]; 0 where it is not known, as of laws of one's own and rigid bodies
-    EI: float = 0.0  #: bending stiffness [N m2]
+    EA: float | np.ndarray = 0.0  #: axial stiffness [N], one or (x,); 0 where it is not known, as of own laws and rigid bodies
+    EI: float | np.ndarray = 0.0  #: bending stiffness [N m2]
     #: what a body with sections of its own adds, see `measures.beam_sections`; no default of the class, so that it is made later
     swept: Annotated[Any, Inside("q")] = field(default_factory=lambda: None)
 
     @classmethod
     def later(
-        cls, name: str, samples: Callable[[], csr_array], radius: float, law: Law, EA: float, EI: float, swept: Callable[[], Any]
+        cls,
+        name: str,
+        samples: Callable[[], csr_array],
+        radius: float,
+        law: Law,
+        EA: float | np.ndarray,
+        EI: float | np.ndarray,
+        swept: Callable[[], Any],
     ) -> Line:
         """A line whose samples and sections are made when they are first read: most runs draw no picture."""
         line = object.__new__(cls)

@@ -11,28 +11,32 @@ Functions of a body are r, d_1, d_2, d_3 of the first spline, then those of the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.sparse import csr_array, eye_array, kron, vstack
 
 from ...core.algebra.linalg import as_csr
 from ...core.errors import InputError, say
 from ...shapes import curves, line, locking, meshes
 from ...shapes.table import Curve
-from ..body import Body, Cells, arc_length_table, mass_matrix, placed_line, unit_field
+from .. import stations
+from ..body import Body, Cells, arc_length_table, at_fractions, mass_matrix, placed_line, unit_field
 from ..laws import Law
-from ..sections import BeamSection
+from ..sections import BeamSection, Material, Offset, Section
 from ..strain_law import strains
-from .profiles import profile
+from . import section_shapes
+from .profiles import Profile, profile
 
 DEGREE = 4
 FIELDS = 4  #: r, d_1, d_2, d_3
 FEWEST = 3  #: cells: fewer leave motions without energy
 # tip of a 45 degree bend 53.4858 with 1, 53.4771 with 10, 53.4762 with 100 and 10 000; the third frequency of a free shaft with
 # L/d = 10 is 1.3e-4 too low with 100, 1e-5 with 1000; Newton's iteration of equilibria takes half as many corrections more
-RIGID = 1000.0  #: stiffness E that holds the section, over EA
+RIGID = 1000.0  #: stiffness R that holds the section, over the largest of EA and GA
 ALONG = 1e-6  #: sine of the angle between a direction and the line that is none
 UPPER = np.triu_indices(6)
 
@@ -40,8 +44,10 @@ UPPER = np.triu_indices(6)
 def beam(
     name: str,
     mesh: meshes.LineMesh | curves.Line | str | Path,
-    section: BeamSection,
+    section: BeamSection | Section,
+    material: Material | None = None,
     *,
+    offset: Offset = None,
     group: str | None = None,
     direction: np.ndarray | None = None,
     origin: np.ndarray | None = None,
@@ -49,8 +55,9 @@ def beam(
 ) -> Body:
     """Beam along the polyline of a mesh file, one cell a mesh cell, or along a line, free of stress in the reference.
 
-    d_2 is the part of `direction` (3,) across the line, by default of the axis of the scene that the line begins most across.
-    `group` picks a named group of lines; `origin` (3,) [m] and `rotation` (3, 3) place the mesh, x -> origin + rotation x.
+    `offset` says where the line passes through a section that has a material, see `Section.of_beam`. d_2 is the part of
+    `direction` (3,) across the line, by default of the axis of the scene that the line begins most across. `group` picks a named
+    group of lines; `origin` (3,) [m] and `rotation` (3, 3) place the mesh, x -> origin + rotation x.
     """
     curve, breaks, places, arcs = placed_line(name, mesh, group, 3, origin, rotation)
     if len(breaks) <= FEWEST:
@@ -59,23 +66,42 @@ def beam(
     centre = line.fit(space, curve)
     axes = line.fit(space, partial(directors, name, curve, direction)).reshape(-1, 3, 3)
     reference = np.concatenate([centre[:, None], axes], axis=1).reshape(-1, 3)
-    made = partial(beam_numbers, space, reference, section)
+    fractions, sections, degree = along(section, material, offset)
+    own = profile(name, at_fractions(curve, breaks, fractions), sections, degree)
+    made = partial(beam_numbers, space, reference, own)
     nodes = np.ascontiguousarray(line.functions(space).T * 3 * FIELDS)
     r, *d = (kron(eye_array(space.count), np.eye(FIELDS)[[k]]) for k in range(FIELDS))
     return Body(
         name=name,
         reference=reference,
-        mass=beam_mass(space, centre, section.mass),
+        mass=beam_mass(space, centre, own, [one.mass for one in sections]),
         constant=np.kron(line.fit(space, unit_field)[:, 0], np.eye(FIELDS)[0]),
         places=places,
         arcs=arcs,
         space=space,
         cells=Cells.later(Law.BEAM, nodes, 3 * FIELDS, locking.POINTS, made),
-        radius=section.radius,
+        radius=max(one.radius for one in sections),
         spread=as_csr(r),
         directors=as_csr(vstack(d)),
-        profile=profile(name, breaks[:1], [section]),
+        profile=own,
     )
+
+
+def along(
+    section: BeamSection | Section, material: Material | None, offset: Offset
+) -> tuple[np.ndarray, Sequence[BeamSection], int]:
+    """Fractions (k,) of the length, what the beam has there, and the degree in between, see `stations`."""
+    if isinstance(section, BeamSection):
+        return np.zeros(1), [section], 0
+
+    pieces = section_shapes.alike([section.at(x).outline() for x in section.stations])
+
+    def numbers(one: Section) -> np.ndarray:
+        made = one.of_beam(material, offset, pieces)
+        return np.asarray(block_diag(made.stiffness, made.mass))
+
+    fractions, sections, degree = stations.choose(section, numbers)
+    return fractions, [one.of_beam(material, offset, pieces) for one in sections], degree
 
 
 def directors(name: str, curve: Curve, direction: np.ndarray | None, xi: np.ndarray, derivative: int = 0) -> np.ndarray:
@@ -93,26 +119,35 @@ def directors(name: str, curve: Curve, direction: np.ndarray | None, xi: np.ndar
     return np.concatenate([tangent, second, np.cross(tangent, second)], axis=1)
 
 
-def beam_mass(space: line.BSpline, centre: np.ndarray, mass: np.ndarray) -> csr_array:
-    """M (b, b) of all functions, of a section with the mass m, (3, 3) or (4, 4); `centre` (n, c) are the line [m]."""
-    wide, fields = np.zeros((FIELDS, FIELDS)), [k for k in range(FIELDS) if k != 1 or len(mass) == FIELDS]
-    wide[np.ix_(fields, fields)] = mass
-    return csr_array(kron(mass_matrix(space, centre, 1.0), csr_array(wide)))
+def beam_mass(space: line.BSpline, centre: np.ndarray, section: Profile, masses: Sequence[np.ndarray]) -> csr_array:
+    """M (b, b) of all functions, of masses m, (3, 3) or (4, 4), at the stations; `centre` (n, c) are the line [m]."""
+    found = []
+    for k, mass in enumerate(masses):
+        wide, fields = np.zeros((FIELDS, FIELDS)), [k for k in range(FIELDS) if k != 1 or len(mass) == FIELDS]
+        wide[np.ix_(fields, fields)] = mass
+        share = lambda xi, k=k: section.shares(xi)[..., k]  # noqa: E731
+        found.append(kron(mass_matrix(space, centre, share if section.degree else 1.0), csr_array(wide)))
+    return csr_array(sum(found[1:], found[0]))
 
 
-def beam_numbers(space: line.BSpline, reference: np.ndarray, section: BeamSection) -> tuple[np.ndarray, np.ndarray]:
+def beam_numbers(space: line.BSpline, reference: np.ndarray, section: Profile) -> tuple[np.ndarray, np.ndarray]:
     """Table (2, p, b, e) and section (i, p, e) of the cells of a beam.
 
-    The shares of points that do not lock act on Gamma and E; where Gamma and kappa are coupled, C = (A, B; B^T, D), on all of C but
-    D - B^T A^-1 B of kappa: what both leave has no negative directions at any point.
+    Directors yield by 1/R to an axial force and by 1/(2 R) to a shear force, in series with the section: its compliance is less
+    by that, so that both together have the given one. The shares of points that do not lock act on Gamma and E; where Gamma and
+    kappa are coupled, C = (A, B; B^T, D), on all of C but D - B^T A^-1 B of kappa: what both leave has no negative directions.
     """
-    C, fields = section.stiffness, reference.reshape(-1, FIELDS, 3)
-    alone = np.zeros((6, 6))
-    alone[3:, 3:] = C[3:, 3:] - C[3:, :3] @ np.linalg.solve(C[:3, :3], C[:3, 3:])
+    fields = reference.reshape(-1, FIELDS, 3)
     table, values, weights = arc_length_table(space, fields[:, 0], locking.POINTS)
-    shares = locking.shares(space, table, C[0, 0] * weights.sum(axis=1).max() ** 2 / np.linalg.eigvalsh(alone[3:, 3:])[0])
+    C = np.tensordot(section.shares(table.points), section.stiffness, 1)
+    rigid = RIGID * np.linalg.eigvalsh(C[..., :3, :3])[..., -1]
+    C = np.linalg.inv(np.linalg.inv(C) - np.diag([1.0, 0.5, 0.5, 0.0, 0.0, 0.0]) / rigid[..., None, None])
+    alone = np.zeros_like(C)
+    A, B, D = C[..., :3, :3], C[..., :3, 3:], C[..., 3:, 3:]
+    alone[..., 3:, 3:] = D - np.swapaxes(B, 2, 3) @ np.linalg.solve(A, B)
+    softest = np.linalg.eigvalsh(alone[..., 3:, 3:])[..., 0]
+    shares = locking.shares(space, table, float((C[..., 0, 0] * weights.sum(axis=1).max() ** 2 / softest).max()))
     u = np.einsum("epkb,ebfc->kfcep", values[:, :, :2], fields[table.nodes]).reshape(2 * FIELDS, 3, *weights.shape)
-    numbers = np.append((C - alone)[UPPER], RIGID * C[0, 0])[:, None, None] * shares
-    numbers[:-1] += alone[UPPER][:, None, None]
-    rows = np.concatenate([numbers, strains(u), weights[None]])
+    numbers = np.moveaxis((C - alone) * shares[..., None, None] + alone, (0, 1), (-2, -1))[UPPER]
+    rows = np.concatenate([numbers, (rigid * shares)[None], strains(u), weights[None]])
     return np.ascontiguousarray(values[:, :, :2].transpose(2, 1, 3, 0)), np.ascontiguousarray(rows.transpose(0, 2, 1))

@@ -25,7 +25,7 @@ from ...core.storage.records import dataclass
 from ...core.values import units
 from ...core.values.fields import Context, Takes, array_schema, number_schema, quantity, read_quantity
 from ...core.values.problems import Problem, shown
-from ..sections import BeamSection, Given, Material, Offset, Section
+from ..sections import BeamSection, Given, Material, Offset, Pieces, Section
 
 Matrix = tuple[float, ...] | tuple[tuple[float, ...], ...]  #: rows, or the diagonal of a matrix
 ROUND_OFF = 1e-9  #: of given numbers
@@ -86,7 +86,7 @@ class Matrices(Section):
     def of_cable(self, material: Material | None) -> Given:
         raise InputError(say("section", "EA, EI and rhoA of a cable (shape: given)", "matrices of a beam"))
 
-    def of_beam(self, material: Material | None, offset: Offset = None) -> BeamSection:
+    def of_beam(self, material: Material | None, offset: Offset = None, pieces: Pieces = ()) -> BeamSection:
         """Its matrices, about a point (y, z) of their axes [m] where that is given."""
         C, mass = square("stiffness", self.stiffness), square("mass", self.mass)
         P = mass if len(mass) == 3 else moments(mass)

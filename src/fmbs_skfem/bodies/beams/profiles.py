@@ -1,7 +1,9 @@
 """What a beam keeps of its section along its line: stiffness, contour, and stresses of unit forces there.
 
-All are linear between stations; one station serves a beam of one section. Cells hold the stiffness too, with the shares of their
-points that do not lock (`shapes.locking`), from which it cannot be read.
+Between stations they are polynomials, see `stations`: points, stiffness, and stresses of unit strains, which are those of unit
+forces times the stiffness, and as smooth as it; one station serves a beam of one section. Cells hold the stiffness too, with the
+shares of their points that do not lock (`shapes.locking`), from which it cannot be read. Cables have a profile where their section
+changes.
 """
 
 from __future__ import annotations
@@ -16,9 +18,10 @@ from ...core.storage.container import storable
 from ...core.storage.records import dataclass
 from ...core.storage.validation import Indices, Reals, Sizes, also, require
 from ...shapes.table import Floats, Ints
+from ..stations import shares
 
 if TYPE_CHECKING:
-    from ..sections import BeamSection
+    from ..sections import BeamSection, Given
 
 
 @storable
@@ -36,6 +39,7 @@ class Profile:
     unit_stresses: Annotated[Floats, Reals("k 3 6 n")]  #: sigma_x, tau_xy, tau_xz of N, V_y, V_z, T, M_y, M_z = 1 [1/m2, 1/m3]
     young_modulus: float  #: [Pa], 0 without a contour
     poisson_ratio: float
+    degree: int = 0  #: of the polynomials through degree + 1 stations in turn
 
     @property
     def loops(self) -> list[slice]:
@@ -43,21 +47,21 @@ class Profile:
         ends = [*self.first[1:].tolist(), self.points.shape[1]]
         return [slice(a, b) for a, b in zip(self.first.tolist(), ends, strict=True)]
 
+    def shares(self, xi: Floats) -> Floats:
+        """Shares (..., k) of the stations at parameters xi (...)."""
+        return shares(self.stations, self.degree, xi)
+
     def at(self, xi: Floats) -> tuple[Floats, Floats, Floats]:
         """Stiffness (x, 6, 6), points (x, n, 2) and unit stresses (x, 3, 6, n) at parameters xi (x,).
 
         Beyond the stations those of the nearest.
         """
-        last = len(self.stations) - 1
-        k = np.clip(np.searchsorted(self.stations, xi, side="right") - 1, 0, max(last - 1, 0))
-        after = np.minimum(k + 1, last)
-        share = (xi - self.stations[k]) / np.where(after > k, self.stations[after] - self.stations[k], 1.0)
-        share = share.clip(0.0, 1.0)
-
-        def between(part: Floats) -> Floats:
-            return np.asarray(np.einsum("wx,wx...->x...", [1.0 - share, share], part[[k, after]]))
-
-        return between(self.stiffness), between(self.points), between(self.unit_stresses)
+        L = self.shares(xi)
+        stiffness, points = np.tensordot(L, self.stiffness, 1), np.tensordot(L, self.points, 1)
+        if not (self.degree and self.points.size):
+            return stiffness, points, np.tensordot(L, self.unit_stresses, 1)
+        of_strains = np.einsum("kifn,kfg->kign", self.unit_stresses, self.stiffness)
+        return stiffness, points, np.einsum("xign,xgf->xifn", np.tensordot(L, of_strains, 1), np.linalg.inv(stiffness))
 
 
 @also.register(Profile)
@@ -67,7 +71,7 @@ def check_loops(found: Profile, name: str, sizes: Sizes) -> None:
     require(inside, f"{name}.first", f"ascending numbers below {found.points.shape[1]}", found.first)
 
 
-def profile(name: str, stations: Floats, sections: Sequence[BeamSection]) -> Profile:
+def profile(name: str, stations: Floats, sections: Sequence[BeamSection], degree: int) -> Profile:
     """The profile of a beam with sections at stations (k,), of one material; its contour where all have one.
 
     InputError where contours have other numbers of points.
@@ -75,10 +79,19 @@ def profile(name: str, stations: Floats, sections: Sequence[BeamSection]) -> Pro
     stiffness, made = np.stack([section.stiffness for section in sections]), sections[0].material
     if made is None or not all(section.outline for section in sections):
         none = np.zeros((len(sections), 0, 2)), np.zeros(0, np.int64), np.zeros((len(sections), 3, 6, 0))
-        return Profile(np.asarray(stations, dtype=float), stiffness, *none, 0.0, 0.0)
+        return Profile(np.asarray(stations, dtype=float), stiffness, *none, 0.0, 0.0, degree)
     counts = [tuple(map(len, section.outline)) for section in sections]
     if len(set(counts)) > 1:
         raise InputError(say(f"body '{name}'.section", "contours with the same points along the line", counts))
     points = np.stack([np.concatenate(section.outline) for section in sections])
     first, unit = np.cumsum([0, *counts[0][:-1]]), np.stack([section.unit_stresses for section in sections])
-    return Profile(np.asarray(stations, dtype=float), stiffness, points, first, unit, made.young_modulus, made.poisson_ratio)
+    return Profile(
+        np.asarray(stations, dtype=float), stiffness, points, first, unit, made.young_modulus, made.poisson_ratio, degree
+    )
+
+
+def of_cable(stations: Floats, degree: int, sections: Sequence[Given]) -> Profile:
+    """The profile of a cable: EA and EI on the diagonal, no contour."""
+    stiffness = np.stack([np.diag([one.EA, 0.0, 0.0, 0.0, one.EI, one.EI]) for one in sections])
+    none = np.zeros((len(sections), 0, 2)), np.zeros(0, np.int64), np.zeros((len(sections), 3, 6, 0))
+    return Profile(stations, stiffness, *none, 0.0, 0.0, degree)

@@ -71,7 +71,7 @@ class Fields:
     coefficients: Floats  #: (n, 5)
 
 
-@lru_cache(maxsize=64)  # beams of a scene share their sections
+@lru_cache(maxsize=512)  # beams of a scene share their sections, and tapered ones have many
 def solve(outline: Outline) -> Solution:
     """Torsion and flexure of an outline; nobody may write into the arrays."""
     found = _solve(outline)
@@ -136,7 +136,7 @@ def _(shape: Polygon) -> Solution:
             break
         last, found = found, fields(points, quads, degree)
         error = _change(last.over, found.over)
-    return _with_outline(found, shape.loops, error)
+    return _with_outline(found, shape, error)
 
 
 def fields(points: Floats, quads: Ints, degree: int) -> Fields:
@@ -194,9 +194,10 @@ def _change(one: Integrals, two: Integrals) -> float:
     return max(float(np.max(np.abs(np.asarray(b) - a))) / scale for a, b, scale in pairs)
 
 
-def _with_outline(found: Fields, loops: list[Floats], error: float) -> Solution:
+def _with_outline(found: Fields, shape: Polygon, error: float) -> Solution:
     """Solutions with their gradients along the outline; at corners without one the mean of those at both neighbours."""
-    traced, corners = zip(*map(section_shapes.drawn, loops), strict=True)
+    many = map(np.array, shape.pieces) if shape.pieces else map(section_shapes.pieces, shape.loops)
+    traced, corners = zip(*map(section_shapes.drawn, shape.loops, many), strict=True)
     points = np.concatenate(traced)
     y, z = (points - found.over.centroid).T
     flows = _gradients_at(found, points)

@@ -17,6 +17,7 @@ C. Schwab, p- and hp-Finite Element Methods, Oxford 1998, section 4.5 (geometric
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from enum import Enum
 
 import numpy as np
@@ -82,6 +83,7 @@ class Polygon:
     points: Loop
     holes: tuple[Loop, ...] = ()
     shear: Shear = Shear.ENERGY
+    pieces: tuple[tuple[int, ...], ...] = ()  #: of the sides of `loops` in the contour that is drawn; by default by their lengths
 
     def __post_init__(self) -> None:
         for loop in (self.points, *self.holes):
@@ -252,15 +254,27 @@ def unit_circle() -> Floats:
     return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
-def drawn(loop: Floats) -> tuple[Floats, np.ndarray]:
-    """Points (n, 2) along a loop, an even number of pieces a side, and the corners (n,) without a stress of their own.
+def pieces(loop: Floats) -> Ints:
+    """Pieces (n,) of the sides of a loop that is drawn, an even number each."""
+    lengths = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)
+    return 2 * np.ceil(SIDES_DRAWN * lengths / np.ptp(loop, axis=0).max()).astype(int)
+
+
+def alike(outlines: Sequence[Outline | None]) -> tuple[tuple[int, ...], ...]:
+    """Pieces of the sides of polygons with the same points that resolve all of them; none of other outlines."""
+    loops = [one.loops for one in outlines if isinstance(one, Polygon)]
+    if len(loops) < len(outlines):
+        return ()
+    return tuple(tuple(np.max([pieces(loop) for loop in same], axis=0).tolist()) for same in zip(*loops, strict=True))
+
+
+def drawn(loop: Floats, many: Ints) -> tuple[Floats, np.ndarray]:
+    """Points (n, 2) along a loop with so many pieces a side, and the corners (n,) without a stress of their own.
 
     Those point inwards, where shear stresses have no bound, or turn so little that they stand for a curve: they vanish there in the
     corner alone.
     """
     along = np.roll(loop, -1, axis=0) - loop
-    lengths = np.linalg.norm(along, axis=1)
-    many = 2 * np.ceil(SIDES_DRAWN * lengths / np.ptp(loop, axis=0).max()).astype(int)
     points = [p + np.arange(n)[:, None] / n * step for p, n, step in zip(loop, many, along, strict=True)]
     before = np.roll(along, 1, axis=0)
     turn = np.arctan2(before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0], np.sum(before * along, axis=1))

@@ -18,7 +18,7 @@ from typing import Annotated
 
 import numpy as np
 
-from ...bodies.body import Body
+from ...bodies.body import Body, locate
 from ...core.errors import InputError, say
 from ...core.notices import notify
 from ...core.storage.records import dataclass
@@ -151,7 +151,7 @@ class Weld(Joint):
         a, b = layout.reference(name, self.at, 1), layout.reference(name, self.to, 1)
         parallel = float(a @ b)
         if abs(abs(parallel) - 1.0) < 1e-9:
-            warn_of_stiffness(name, layout.body(name, self.at), layout.body(name, self.to))
+            warn_of_stiffness(name, *((layout.body(name, at), at) for at in (self.at, self.to)))
             first = draft.probes.add(layout.read(name, self.at, 1) - np.sign(parallel) * layout.read(name, self.to, 1))
             for c in range(layout.dim):
                 draft.constraints.row(self.name, f"slope {AXES[c]}", (1.0, -1, first + c, -1))
@@ -279,10 +279,16 @@ class DrivenPosition(Joint):
 Spherical = Pin
 
 
-def warn_of_stiffness(name: str, *lines: Body) -> None:
+def warn_of_stiffness(name: str, *lines: tuple[Body, At]) -> None:
     """A notice of two lines with one slope at their weld whose axial stiffness [N] differs: so would their stretch there."""
-    cells = [part.cells for part in lines if part.cells is not None and "EA" in part.cells.law.section]
-    low, high = np.sort([0.0, 0.0, *(float(own.section[own.law.section.index("EA")].flat[0]) for own in cells)])[-2:]
+
+    def axial(part: Body, at: At) -> float:
+        if part.profile is not None:
+            return float(part.profile.at(np.array([locate(part, at.place)]))[0][0, 0, 0])
+        rows = () if part.cells is None else part.cells.law.section
+        return float(part.cells.section[rows.index("EA")].flat[0]) if part.cells is not None and "EA" in rows else 0.0
+
+    low, high = sorted(axial(part, at) for part, at in lines)
     if 0.0 < low < (1.0 - JUMP) * high:
         text = (
             f"ties slopes, with their stretch, of lines whose EA is {low:.4g} N and {high:.4g} N: their strains beside it are wrong"

@@ -61,7 +61,7 @@ def cable_point(where: str, part: Body, at: At) -> tuple[csr_array, tuple[float,
     points = line.tabulate(part.space, section.shape[1]).points[cells]
     here, there = derivatives(part, np.array([float(xi)])), derivatives(part, points[e, p])
     kappa0 = cable_law.curvatures(law.option, part.dim, (here @ part.reference).reshape(1, -1))
-    EA, EI = section[:2, :, cell].mean(axis=1)
+    EA, EI = section[:2, :, cell].mean(axis=1) if part.profile is None else part.profile.at(np.array([xi]))[0][0, [0, 4], [0, 4]]
     known = section[:, p, cells[e]]
     each = np.column_stack([*known[:3], known[3] * psi[0, e, p], known[3] * psi[1, e, p]])
     parameters = (float(laws.number(law)), float(EA), float(EI), float(kappa0[0]), *(float(value) for value in each.ravel()))
