@@ -10,8 +10,10 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from fmbs_skfem import studies
+from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.body import Body, point_mass
 from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.bodies.sections import Circular, Material
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.responses import of_state
@@ -20,6 +22,8 @@ from fmbs_skfem.systems import At, Motion, assemble, eliminate, joints, loads, p
 from fmbs_skfem.systems.forces.controls import ControlTorque, Motor
 from fmbs_skfem.systems.forces.springs import SpringDamper
 from fmbs_skfem.systems.measures.sensors import Acceleration, Power
+
+from ..models import segment
 
 MESHES = Path(__file__).parents[2] / "meshes"
 TIP, ROOT, FRAME = At("arm", "tip"), At("arm", "root"), At("arm", "frame")
@@ -77,13 +81,13 @@ def test_accelerations_of_a_pendulum_are_of_second_order() -> None:
 @pytest.mark.parametrize("dim", [2, 3])
 def test_an_accelerometer_reads_nothing_in_free_fall_and_gravity_at_rest(dim: int) -> None:
     gravity, axes = (0.0, -9.81, 0.0)[:dim], [f"a_e{k + 1}" for k in range(dim)]
-    sensed = {"a": Acceleration(FRAME, axes="place", accelerometer=True)}
+    sensed = {"a": Acceleration(FRAME, axes="place", accelerometer=True), "up": Acceleration(FRAME, "y", accelerometer=True)}
     falling = eliminate(assemble([arm(dim)], [], [loads.Gravity(gravity)], outputs=sensed))
     found = outputs(integrate(falling, GeneralizedAlpha(1e-2), 0.1))
     assert_allclose([found[word] for word in axes], 0.0, atol=1e-9)
     held = eliminate(assemble([arm(dim)], [joints.Clamp("root", FRAME)], [loads.Gravity(gravity)], outputs=sensed))
     found = outputs(solve_statics(held, 1))
-    assert_allclose([found[word][-1] for word in axes], [0.0, 9.81, 0.0][:dim], atol=1e-9)
+    assert_allclose([found[word][-1] for word in (*axes, "up")], [*[0.0, 9.81, 0.0][:dim], 9.81], atol=1e-9)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -166,6 +170,31 @@ def test_the_power_of_a_driven_position() -> None:
     assert_allclose(outputs(motion)["P"], wanted, atol=2e-3 * np.abs(wanted).max())
 
 
+def shaft(cells: int) -> tuple[Body, float]:
+    """A round bar of a metre along x, and its GJ."""
+    section = Circular(0.02).of_beam(Material(1e9, 1000.0, 0.25))
+    return beam("bar", segment(cells, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), section), float(section.stiffness[3, 3])
+
+
+def test_the_angle_between_the_ends_of_a_beam_that_is_twisted_twice() -> None:
+    """T L / GJ = 4 pi, counted on the way, and as much back."""
+    part, GJ = shaft(24)
+    ends, axis = (At("bar", "right"), At("bar", "left")), (1.0, 0.0, 0.0)
+    sensed = {"on": probes.Angle(ends[0], axis, ends[1]), "back": probes.Angle(ends[1], axis, ends[0])}
+    twist = loads.Moment("T", ends[0], (4.0 * np.pi * GJ, 0.0, 0.0))
+    found = outputs(solve_statics(eliminate(assemble([part], [joints.Clamp("root", ends[1])], [twist], outputs=sensed)), 10))
+    assert_allclose(found["on"], 4.0 * np.pi * np.linspace(0.0, 1.0, 11), rtol=2e-3, atol=1e-9)
+    assert_allclose(found["back"], -found["on"], atol=1e-9)
+
+
+def test_sections_of_a_beam_have_an_angular_velocity() -> None:
+    part, _ = shaft(4)
+    sensed = {f"w{axis}": probes.AngularVelocity(At("bar", 0.3), tuple(np.eye(3)[k])) for k, axis in enumerate("xyz")}
+    start = {"bar": Motion((0.0, 0.0, 0.0), (7.0, 0.0, 0.0), (0.5, 0.0, 0.0))}
+    found = outputs(integrate(eliminate(assemble([part], initial=start, outputs=sensed)), GeneralizedAlpha(2e-4), 0.02))
+    assert_allclose([found[f"w{axis}"] for axis in "xyz"], np.outer([7.0, 0.0, 0.0], np.ones(101)), atol=2e-4)
+
+
 def test_what_has_no_power_is_refused() -> None:
     for name in ("hinge", "weight", "nothing"):
         with pytest.raises(InputError, match="loads at places, or of the driven joints"):
@@ -187,6 +216,7 @@ bodies:
   bob: {{type: rigid, mass: 0.05 kg, inertia: 1e-5 kg m^2, center: [1 m, 0]}}
 joints:
   root: {{type: pin, at: beam.left}}
+  swing: {{type: driven_angle, at: beam.left, angle: "-0.6 * (1 - cos(4*t))"}}
   end: {{type: weld, at: bob.frame, to: beam.right}}
 loads:
   weight: {{type: gravity, acceleration: [0, -9.81]}}
@@ -198,6 +228,7 @@ outputs:
   felt: {{type: acceleration, at: bob.frame, axes: place, accelerometer: true}}
   bend: {{type: angle, at: beam.right, to: beam.left}}
   P: {{type: power, of: pull}}
+  Q: {{type: power, of: swing}}
 reduction: {{snapshots: 2 ms, tolerance: 1e-14}}
 """
 
@@ -212,5 +243,5 @@ def test_reduced_models_read_them_too(tmp_path: Path) -> None:
     assert full["t [s]"][-1] == pytest.approx(small["t [s]"][-1], abs=1e-4)
     assert full["t [s]"][-1] < 0.39
     assert full["felt_e1 [m/s^2]"][-1] == pytest.approx(-6.0, abs=1e-6)
-    for column in ("a_y [m/s^2]", "felt_e2 [m/s^2]", "bend [rad]", "bend_rate [rad/s]", "P [W]"):
+    for column in ("a_y [m/s^2]", "felt_e2 [m/s^2]", "bend [rad]", "bend_rate [rad/s]", "P [W]", "Q [W]"):
         assert np.abs(small[column][:-1] - full[column][: len(small["t [s]"]) - 1]).max() < 0.02 * np.ptp(full[column]), column

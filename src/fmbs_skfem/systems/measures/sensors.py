@@ -8,6 +8,7 @@ r'' are from the accelerations of the equations of motion, of second order in th
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -15,35 +16,43 @@ import numpy as np
 from ...core.errors import InputError, closest, listed, say
 from ...core.storage.records import dataclass
 from ...core.values.fields import AXES
-from .. import fields
+from ...core.values.problems import Problem
 from ..places import Draft
 from ..signals import read_inputs
 from ..system import Output
-from .probes import Probe, Sensed, Sizes
+from .probes import PointProbe, Probe, Sensed, Sizes
 
 EACH = 5  #: numbers of a term of a drive: row of the joint, coefficient, signal, and two sensor rows
 
 
 @dataclass(frozen=True)
-class Acceleration(Probe):
+class Acceleration(PointProbe):
     """Acceleration of a point [m/s^2], along the axes of the scene or of the place, as an accelerometer reads it if wanted.
 
-    With `axes: place` its components NAME_e1, NAME_e2 (, NAME_e3) are along the vectors that the place carries, as they turn: axes
-    of a frame or of a beam's section, the slope of a line in the plane and its normal. An `accelerometer` feels no gravity: it
-    reads 0 in free fall, and 9.81 m/s^2 upwards at rest.
+    One `component` along an axis of the scene has the output's own name. With `axes: place` there are NAME_e1, NAME_e2 (, NAME_e3)
+    along the vectors that the place carries, as they turn: axes of a frame or of a beam's section, the slope of a line in the plane
+    and its normal. An `accelerometer` feels no gravity: it reads 0 in free fall, and 9.81 m/s^2 upwards at rest.
 
     {type: acceleration, at: arm.right, axes: place, accelerometer: true}
     """
 
-    at: fields.Place
     axes: Annotated[Literal["scene", "place"], "along which its components are"] = "scene"
     accelerometer: Annotated[bool, "whether gravity is left out, as such a sensor does"] = False
     unit: ClassVar[str] = "m/s^2"
-    calls = ()
+
+    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
+        yield from super().problems(dim)
+        if self.component is not None and self.axes == "place":
+            yield "component", Problem("no component beside `axes: place`", f"'{self.component}'", "take NAME_e1, NAME_e2, ...")
+
+    def variables(self, dim: int) -> Mapping[str, str]:
+        return {}
 
     def sense(self, name: str, draft: Draft) -> Output:
         where, layout = f"output '{name}'", draft.layout
         rows, dim = [layout.read(where, self.at)], layout.dim
+        if self.component is not None and self.component not in tuple(AXES[:dim]):
+            raise InputError(say(where, f"one of the components {', '.join(AXES[:dim])}", self.component))
         gravity = sum(draft.forces.field, np.zeros(dim)) if self.accelerometer else np.zeros(dim)
         words = tuple(AXES[:dim])
         if self.axes == "place":
@@ -53,11 +62,14 @@ class Acceleration(Probe):
                 raise InputError(say(f"{where}.axes", f"a place with {dim} vectors", f"{self.at} with {got}", "name a frame"))
             rows += carried
             words = tuple(f"e{k + 1}" for k in range(dim))
+        if self.component is not None:
+            axis = AXES.index(self.component)
+            return self.output(draft, (name,), [rows[0][[axis]]], parameters=(float(gravity[axis]),))
         return self.output(draft, tuple(f"{name}_{word}" for word in words), rows, parameters=tuple(gravity.tolist()))
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
-        dim = sensed.dim
+        dim = len(output.parameters)
         found = sensed.accelerations[:, :dim] - np.array(output.parameters)
         if len(output.rows) > dim:
             e = sensed.values[:, dim:].reshape(len(found), dim, dim)
@@ -66,7 +78,8 @@ class Acceleration(Probe):
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        return dim if len(output.rows) == dim else dim * (1 + dim), dim, dim
+        own = len(output.columns)
+        return own if len(output.rows) == own else dim * (1 + dim), own, own
 
 
 @dataclass(frozen=True)
