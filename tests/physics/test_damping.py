@@ -6,11 +6,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, energy_drift, energy_errors, integrate, outputs, vibration_modes
+from fmbs_skfem.bodies.sections import BeamSection
+from fmbs_skfem.dynamics import (
+    GeneralizedAlpha,
+    Newton,
+    complex_modes,
+    energies,
+    energy_drift,
+    energy_errors,
+    integrate,
+    linearise,
+    outputs,
+    vibration_modes,
+)
+from fmbs_skfem.shapes import curves
 from fmbs_skfem.systems import At, Motion, Rayleigh, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
@@ -130,3 +145,17 @@ def test_round_off_at_rest_is_no_gain_of_energy(speed: float, gain: float) -> No
     motion = integrate(assemble([crank]), GeneralizedAlpha(1e-3), 0.1)
     grown = np.outer(motion.times / motion.times[-1], [speed, 0.0, 0.0, 0.0, 0.0, 0.0])
     assert energy_errors(replace(motion, v=grown)).rise == pytest.approx(gain)
+
+
+@pytest.mark.parametrize("mass,stiffness", [(0.0, 2e-4), (3.0, 0.0)])
+def test_modes_of_beams_with_torsion_decay(mass: float, stiffness: float) -> None:
+    """(alpha / omega + beta omega) / 2 of bending, torsion and tension alike."""
+    section = BeamSection(np.diag([1e4, 4e3, 4e3, 6.0, 9.0, 12.0]), np.diag([1.0, 1e-2, 1e-2]))
+    curve = curves.Straight(np.zeros(3), np.array([1.0, 0.0, 0.0]), 1.0)
+    part = beam("beam", curves.Line(np.linspace(0.0, 1.0, 7), curve, {"left": 0.0, "right": 1.0}, None), section)
+    system = eliminate(assemble([part], [joints.Clamp("root", At("beam", "left"))], damping=Rayleigh(mass, stiffness)))
+    found = complex_modes(linearise(system), 12)
+    omega = np.abs(found.eigenvalues)
+    assert_allclose(-found.eigenvalues.real / omega, 0.5 * (mass / omega + stiffness * omega), rtol=1e-6)
+    torsion = 0.5 * np.pi * np.sqrt(6.0 / 2e-2)
+    assert np.abs(omega / torsion - 1.0).min() < 1e-5

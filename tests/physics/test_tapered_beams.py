@@ -157,7 +157,7 @@ def test_tapers_of_a_scene() -> None:
         ("beam", f"{{0: {BAR}, 2: {BAR}}}", MATERIAL, "sections.2: expected"),
         ("beam", f"{{root: {BAR}}}", MATERIAL, "sections.root: expected"),
         ("beam", f"{{0: {{shape: circular, dia: 1 m}}, 1: {BAR}}}", MATERIAL, "sections.0.dia: expected one of the keys diameter"),
-        ("beam", "[1, 2]", MATERIAL, "sections: expected a mapping of fractions"),
+        ("beam", "[1, 2]", MATERIAL, "sections: expected a mapping of values at fractions"),
         ("beam", f"{{0: {BAR}, 1: {BAR}}}", "", "material: expected a material"),
         ("cable", f"{{0: {FLAT}, 1: {FLAT}}}", MATERIAL, "expected a section of the same bending stiffness"),
     ],

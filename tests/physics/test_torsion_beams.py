@@ -112,3 +112,12 @@ def test_directors_do_not_soften_a_beam(GA: float) -> None:
     assert found["tip_x"][-1] - 1.0 == pytest.approx(1e-2 / 1e6, rel=1e-6)
     found = held(straight(8, section), loads.PointForce("F", TIP, (0.0, 0.0, 1e-3)))
     assert found["tip_z"][-1] == pytest.approx(1e-3 * (1.0 / GA + 1.0 / 2400.0), rel=1e-6)
+
+
+@pytest.mark.parametrize("slender", [4.0, 1e4])
+def test_stocky_and_slender_beams_bend_and_shear(slender: float) -> None:
+    """P L^3 / (3 EI) + P L / GA of a small force across cantilevers of L / h = 4 and 10 000."""
+    section = square(1.0 / slender)
+    P = 1e-5 * section.stiffness[4, 4]
+    found = held(straight(8, section), loads.PointForce("F", TIP, (0.0, 0.0, P)))
+    assert found["tip_z"][-1] == pytest.approx(P / (3.0 * section.stiffness[4, 4]) + P / section.stiffness[2, 2], rel=1e-5)

@@ -243,7 +243,8 @@ def cable(
     space = line.Hermite(breaks) if ancf else line.uniform(breaks, degree, continuity)
     reference = line.fit(space, curve)
     fractions, sections, degree = stations.choose(section, lambda one: np.diag(cable_data(one.of_cable(material))))
-    places_of, given = at_fractions(curve, breaks, fractions), [one.of_cable(material) for one in sections]
+    lengths = along_curve(curve, breaks)
+    places_of, given = np.interp(fractions, lengths[1], lengths[0]), [one.of_cable(material) for one in sections]
     data = partial(cable_along, places_of, degree, np.stack([cable_data(one) for one in given]))
     points, numbers = points_of(f"body '{name}'.points", space, points), numbers or {}
     require_line_law(name, law, dim, numbers)
@@ -339,10 +340,11 @@ def placed_curve(
     return place(f"body '{name}'", curve(xi, derivative), dim, None if derivative else origin, rotation)
 
 
-def at_fractions(curve: Curve, breaks: np.ndarray, fractions: np.ndarray) -> np.ndarray:
-    """Parameters (k,) at fractions (k,) of the length of a curve with cells that meet at the breaks (n,)."""
-    fine, arc = curves.arc_lengths(breaks, lambda xi: np.linalg.norm(curve(xi, 1), axis=1))
-    return np.interp(fractions * arc[-1], arc, fine)
+def along_curve(curve: Curve, breaks: np.ndarray) -> np.ndarray:
+    """Parameters close to one another along a curve with cells that meet at breaks (n,), and fractions of its length, (2, x)."""
+    found = curves.arc_lengths(breaks, lambda xi: np.linalg.norm(curve(xi, 1), axis=1))
+    found[1] /= found[1, -1]
+    return found
 
 
 def unit_field(xi: np.ndarray, derivative: int = 0) -> np.ndarray:

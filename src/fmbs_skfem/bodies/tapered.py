@@ -5,36 +5,12 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from functools import partial
 from typing import Annotated, Any
 
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
-from ..core.values import units
-from ..core.values.fields import Context, Takes, read_quantity
-from ..core.values.mappings import read_family, takes
-from ..core.values.problems import Problem, read_all, shown
+from ..core.values.mappings import at_fractions, takes
 from .sections import BeamSection, Given, Material, Offset, Pieces, Section
-
-Sections = Mapping[float, Section]
-
-
-def read_sections(value: object, context: Context) -> Sections:
-    """Sections by their fractions of the length."""
-    if not isinstance(value, dict):
-        raise Problem("a mapping of fractions of the length, such as {0: {...}, 1: {...}}", shown(value))
-
-    def entry(key: str) -> tuple[float, Section]:
-        return read_quantity(key, units.NUMBER, context, ">= 0", "<= 1"), read_family(Section, value[key], context)
-
-    return dict(read_all((key, partial(entry, key)) for key in value))
-
-
-def described() -> dict[str, Any]:
-    return {"type": "object", "additionalProperties": takes(Section).schema, "description": "fractions of the length, 0 to 1"}
-
-
-SECTIONS = Takes(read_sections, described)
 
 
 @dataclass(frozen=True)
@@ -46,7 +22,7 @@ class Tapered(Section):
     {shape: tapered, sections: {0: {shape: circular, diameter: 20 mm}, 1: {shape: circular, diameter: 10 mm}}}
     """
 
-    sections: Annotated[Sections, SECTIONS]
+    sections: Annotated[Mapping[float, Section], at_fractions(takes(Section))]
 
     def __post_init__(self) -> None:
         if len(self.sections) < 2 or min(self.sections) != 0.0 or max(self.sections) != 1.0:

@@ -7,6 +7,7 @@ An own one is a class of the family `SceneBody` in a file that the scene names.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import field, replace
@@ -19,16 +20,16 @@ from ..bodies import body as bodies
 from ..bodies import laws, rigid, values
 from ..bodies import plate as plates
 from ..bodies.beams import beam as beams
+from ..bodies.beams.orientation import Orientation
 from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY, Body
 from ..bodies.sections import BEAMS_NEED, Material, Section
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
-from ..core.values.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, quantity, whole, word
+from ..core.values.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, Vector, quantity, whole, word
 from ..core.values.problems import Problem, shown, unknown
 from ..shapes import curves, meshes, nurbs_file, plate_meshes, structured
 from ..shapes.surface import Surface
-from ..systems.fields import Direction
 from ..systems.places import At
 from . import field_kinds as fields
 from . import figures, surfaces
@@ -209,15 +210,19 @@ class Cable(OfLine):
 class Beam(OfLine):
     """A beam with torsion and shear along a line of a mesh file, in space.
 
-    `direction` is the y axis of its section, made normal to the line; by default the axis of the scene that the line begins most
-    across. `offset` says where the line passes through the section: its centroid by default, the shear centre, or a point [y, z] of
-    its drawing; of matrices a point in their axes, by default [0, 0].
+    `direction` is the y axis of its section, made normal to the line, one or several at fractions of the length; by default the
+    axis of the scene that the line begins most across. In its place the axis may point `towards` a point. `twist` turns the section
+    about the line, right-handed from its start on, evenly to that angle at its end or as it is given at fractions. `offset` says
+    where the line passes through the section: its centroid by default, the shear centre, or a point [y, z] of its drawing; of
+    matrices a point in their axes, by default [0, 0].
 
     {type: beam, mesh: arm.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 210 GPa, density: 7850}}
     """
 
     shows: ClassVar[tuple[str, ...]] = (*CABLE_FIELDS, "shear_force", "torque", "torsion", "normal_stress", "von_mises")
-    direction: Direction | None = None
+    direction: Annotated[Vector | dict[float, Vector] | None, fields.DIRECTION] = None
+    towards: Position | None = None
+    twist: Annotated[float | dict[float, float], fields.TWIST] = 0.0
     offset: Annotated[Literal["centroid", "shear_centre"] | tuple[float, float] | None, fields.OFFSET] = None
     without_material: ClassVar[str] = "or give matrices of stiffness and mass (shape: matrices)"
 
@@ -227,17 +232,20 @@ class Beam(OfLine):
             yield "type", Problem("a cable in the plane", "a beam with torsion", "write type: cable, or dimension: 3")
         if self.cells is not None and self.cells < beams.FEWEST:
             yield "cells", Problem(f"at least {beams.FEWEST}", str(self.cells))
+        if self.direction is not None and self.towards is not None:
+            yield "towards", Problem("a direction or a point", "both", "delete one of the two")
         if not self.section.serves_beams:
             yield "section", Problem(BEAMS_NEED, f"one that is {self.section.word}", "or take type: cable")
 
     def fewest(self, scene: Scene, allow_outside: bool) -> int:
-        return max(super().fewest(scene, allow_outside), beams.FEWEST)
+        turns = Orientation(self.direction, self.towards, self.twist).turns
+        return max(super().fewest(scene, allow_outside), beams.FEWEST, math.ceil(turns / curves.BEND))
 
     def build(self, scene: Scene, cells: int | None, allow_outside: bool) -> Body:
         cells = self.cells if cells is None else cells
         line = curves.cut(self.followed(scene, allow_outside), cells, self.refine)
-        direction = None if self.direction is None else np.array(self.direction, dtype=float)
-        return beams.beam(self.name, line, self.section, self.material, offset=self.offset, direction=direction, **placed(self))
+        axes: dict[str, Any] = {"direction": self.direction, "towards": self.towards, "twist": self.twist, "offset": self.offset}
+        return beams.beam(self.name, line, self.section, self.material, **axes, **placed(self))
 
 
 @dataclass(frozen=True, kw_only=True)

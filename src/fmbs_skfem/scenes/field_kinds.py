@@ -27,9 +27,10 @@ from ..core.values.fields import (
     read_names,
     read_quantity,
     read_vector,
+    vector,
     whole,
 )
-from ..core.values.mappings import inline, list_of, names, one_of
+from ..core.values.mappings import at_fractions, inline, list_of, names, one_of
 from ..core.values.problems import Problem, shown
 
 COUNT = 1_000_000  #: largest number of steps between stored states, and of modes
@@ -160,6 +161,8 @@ STEPS_OR_SPANS = parts_or("a number of steps, a time such as 5 ms, or spans of t
 EVERY = Takes(every, STEPS_OR_SPANS.schema | {"anyOf": [NUMBER_OF.schema, TIME.schema, SPANS.schema]})
 SNAPSHOTS = parts_or("a time between snapshots, or spans of time", TIME, SPANS, list)
 
+DIRECTION = parts_or("a direction, or directions at fractions of the length", vector(""), at_fractions(vector("")), dict)
+TWIST = parts_or("an angle, or angles at fractions of the length", quantity("rad"), at_fractions(quantity("rad")), dict)
 OFFSET = parts_or("centroid, shear_centre, or a point [y, z]", one_of(("centroid", "shear_centre")), POINT, list)
 
 Thickness = Annotated[float | dict[str, float], THICKNESS]

@@ -188,6 +188,21 @@ def names(hint: Any, least: int = 0, words: bool = False) -> Takes:
     )
 
 
+def at_fractions(each: Takes) -> Takes:
+    """Values at fractions of a length, {0: ..., 0.5: ..., 1: ...}."""
+    told = "at fractions of the length, 0 to 1"
+
+    def read(value: object, context: Context) -> dict[float, Any]:
+        if not isinstance(value, dict):
+            raise Problem(f"a mapping of values {told}, such as {{0: ..., 1: ...}}", shown(value))
+        place = quantity("", ">= 0", "<= 1").read
+        keys = read_all((key, functools.partial(place, key, context)) for key in value)
+        found = read_all((key, functools.partial(each.read, one, context)) for key, one in value.items())
+        return dict(zip(keys, found, strict=True))
+
+    return Takes(read, lambda: {"type": "object", "additionalProperties": each.schema, "description": told})
+
+
 # ------------------------------------------------------------------------------------------------------- dataclasses, families
 def read_struct(kind: type, value: object, context: Context) -> Any:
     """A dataclass of a mapping of its fields."""
