@@ -12,6 +12,7 @@ from fmbs_skfem import studies
 from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.body import Body
 from fmbs_skfem.bodies.sections import BeamSection, Circular, Material, Rectangular
+from fmbs_skfem.bodies.tapered import Tapered
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import outputs, solve_statics
 from fmbs_skfem.shapes import curves
@@ -138,3 +139,20 @@ def test_reduced_models_read_them_too(tmp_path: Path) -> None:
     small = studies.run(tmp_path / "b.h5").table()
     for column in ("s_von_mises [Pa]", "s_max [Pa]", "g", "e_torsion [1/m]", "n_My [N m]"):
         assert np.abs(small[column] - full[column]).max() < 0.02 * np.ptp(full[column]), column
+
+
+def test_a_beam_that_tapers_has_the_stress_of_its_section_at_the_place() -> None:
+    """A round bar from 40 to 20 mm: 32 M / (pi d^3) and 16 T / (pi d^3) with the diameter there."""
+    bar = Tapered({0.0: Circular(0.04), 1.0: Circular(0.02)})
+    line = curves.Line(np.linspace(0.0, 1.0, 25), curves.Straight(np.zeros(3), np.eye(3)[0], 1.0), {"a": 0.0, "b": 1.0}, None)
+    part = beam("beam", line, bar, STEEL, direction=np.array([0.0, 1.0, 0.0]))
+    push = [loads.PointForce("F", At("beam", "b"), (0.0, 0.0, -1.0)), loads.Moment("T", At("beam", "b"), (0.6, 0.0, 0.0))]
+    places = (0.1, 0.45, 0.8)
+    sensed: dict[str, Probe] = {f"s{x}": Stress(At("beam", x)) for x in places}
+    found = outputs(solve_statics(eliminate(assemble([part], [joints.Clamp("root", At("beam", "a"))], push, outputs=sensed)), 1))
+    for x in places:
+        d = 0.04 - 0.02 * x
+        sigma, tau = 32.0 * (1.0 - x) / (np.pi * d**3), 16.0 * 0.6 / (np.pi * d**3)
+        assert found[f"s{x}_max"][-1] == pytest.approx(sigma, rel=5e-3)
+        # the shear force adds to the torque's on one side
+        assert found[f"s{x}_von_mises"][-1] == pytest.approx(np.hypot(sigma, np.sqrt(3.0) * tau), rel=2e-2)

@@ -642,10 +642,7 @@ class Reaction(Probe):
             return resultants.evaluate(output.parameters, sensed.dim, sensed.values, np.stack(mine, axis=1))
         if not output.rows and len(mine) == len(output.columns) and not any(np.isnan(part).all() for part in mine):
             return mine
-        notify(
-            f"the reaction of joint '{output.joint}' is given as NaN: "
-            "a reduced model that has dropped the joint's constraint does not know it"
-        )
+        notify_unknown(f"the reaction of joint '{output.joint}'")
         return (
             mine
             if not output.rows and len(mine) == len(output.columns)
@@ -663,6 +660,11 @@ class Reaction(Probe):
         if not output.rows:
             return 0, None, 0
         return None, 3 * dim - 3, dim + 2 * len(output.rows) // dim
+
+
+def notify_unknown(what: str) -> None:
+    """Say that nobody knows a column, because no multipliers are left."""
+    notify(f"{what} is given as NaN: a reduced model that has dropped the joint's constraint does not know it")
 
 
 def described(joint: str, label: str, draft: Draft) -> str:

@@ -20,7 +20,7 @@ from ...core.values.problems import Problem
 from ..places import Draft
 from ..signals import read_inputs
 from ..system import Output
-from .probes import PointProbe, Probe, Sensed, Sizes
+from .probes import PointProbe, Probe, Sensed, Sizes, notify_unknown
 
 EACH = 5  #: numbers of a term of a drive: row of the joint, coefficient, signal, and two sensor rows
 
@@ -121,7 +121,11 @@ class Power(Probe):
         y, rate = sensed.values, sensed.rates
         if not output.joint:
             return [np.sum(sensed.pushes()[:, np.array(output.parameters, dtype=int)] * rate, axis=1)]
-        held = np.stack([values for (joint, _), values in sensed.reactions().items() if joint == output.joint], axis=1)
+        mine = [values for (joint, _), values in sensed.reactions().items() if joint == output.joint]
+        if not mine or any(np.isnan(part).all() for part in mine):
+            notify_unknown(f"the power of joint '{output.joint}'")
+            return [np.full(len(y), np.nan)]
+        held = np.stack(mine, axis=1)
         one, none = np.ones((len(y), 1)), np.zeros((len(y), 1))
         y, rate, signals = np.hstack([y, one]), np.hstack([rate, none]), np.hstack([sensed.signals(), one])
         row, factor, signal, i, j = np.reshape(output.parameters, (-1, EACH)).T
