@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fmbs_skfem.bodies import Body, cable
+from fmbs_skfem.bodies import Body, Tapered, cable
 from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.beams.drawn_sections import ISection, Tube
 from fmbs_skfem.bodies.sections import Circular, Material, Rectangular, Section
 from fmbs_skfem.contact.beams import ContactBeam
 from fmbs_skfem.contact.contacts import ContactPlane
 from fmbs_skfem.contact.states import ContactState
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs, solve_statics
 from fmbs_skfem.systems import At, Motion, Rayleigh, assemble, eliminate, joints, loads
 from fmbs_skfem.systems.measures import probes
@@ -90,3 +91,22 @@ def test_momentum_is_kept_where_two_free_beams_meet() -> None:
     assert outputs(motion)["on_force"].max() > 1.0
     assert_allclose(momentum, np.tile(momentum[0], (len(momentum), 1)), atol=1e-9 * np.abs(momentum[0]).max())
     assert np.ptp(outputs(motion)["E_balance"]) < 1e-2 * outputs(motion)["E_kinetic"][0]
+
+
+@pytest.mark.parametrize("kind", ["beam", "cable"])
+def test_tapered_lines_touch_with_the_radius_of_their_place(kind: str) -> None:
+    """A cone whose underside is level, 1 mm above a floor: all of it, and its thin end alone."""
+    cone, ends = Tapered({0.0: Circular(0.04), 1.0: Circular(0.02)}), ((0.0, 0.0, 0.02), (0.5, 0.0, 0.01))
+    part = cable("b", segment(6, *ends), cone, MADE) if kind == "cable" else beam("b", segment(6, *ends), cone, MADE)
+    below: dict[str, object] = {"point": (0.0, 0.0, -1e-3), "normal": (0.0, 0.0, 1.0), "stiffness": 1.0}
+    floors = [ContactPlane("all", body="b", **below), ContactPlane("end", at=At("b", "right"), **below)]  # type: ignore[arg-type]
+    system = eliminate(assemble([part], [], floors, outputs={one: ContactState(one) for one in ("all", "end")}))
+    found = outputs(integrate(system, GeneralizedAlpha(1e-3), 1e-3))
+    assert_allclose([found["all_gap"][0], found["end_gap"][0]], 1e-3, atol=1e-9)
+
+
+def test_tapered_beams_touch_others_with_their_largest_radius() -> None:
+    cone = Tapered({0.0: Circular(0.04), 1.0: Circular(0.02)})
+    one, two = (cable(name, segment(6, (0.0, y, 0.0), (1.0, y, 0.0)), cone, MADE) for name, y in (("a", 0.0), ("b", 1.0)))
+    with pytest.warns(Notice, match="load 'c': 'a' tapers, and touches with its largest radius, 0.02 m, all along"):
+        assemble([one, two], [], [ContactBeam("c", body="a", other="b")])

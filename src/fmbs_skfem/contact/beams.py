@@ -29,6 +29,7 @@ from scipy.sparse import csr_array, kron, vstack
 
 from ..bodies.body import Body, arc_lengths, own
 from ..core.errors import InputError, say
+from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.fields import whole
 from ..core.values.problems import Problem
@@ -78,6 +79,10 @@ class ContactBeam(Touch):
         beams = [layout.body(name, At(one)) for one in (self.body, self.other)]
         radii = np.array([part.radius if self.radius is None else self.radius for part in beams])
         require_beams(name, beams)
+        for part in beams if self.radius is None else ():
+            if part.profile is not None and part.profile.degree:
+                text = f"'{part.name}' tapers, and touches with its largest radius, {part.radius:.4g} m, all along"
+                notify(f"{name}: {text}; give a `radius`, or divide it where that matters")
         along, reach = self.lies_along(beams), float(radii.sum())
         found = [node_rows(name, part, self.points, reach if along and part is beams[0] else np.inf) for part in beams]
         rows, (nodes, _), (spans, others) = [one for one, _ in found], (xi for _, xi in found), (np.diff(xi) for _, xi in found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array, kron, vstack
 
-from ..bodies.body import Body, arc_lengths, own
+from ..bodies.body import Body, arc_lengths, locate, own
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from ..shapes import line, surface
@@ -53,8 +53,11 @@ def find_points(
     part = layout.body(name, At(str(body)) if at is None else at)
     thin = part.space is None or (layout.dim == 2 and isinstance(part.space, Surface))
     half, shares = (0.0 if thin else part.radius) if radius is None else radius, np.zeros(0)
+    changes = radius is None and part.profile is not None and part.profile.degree > 0
+    tapers, along = part.profile if changes else None, np.zeros(0)
     if at is not None or part.space is None:
         places = [At(part.name, place) for place in part.places] if at is None else [at]
+        along = np.array([locate(part, place.place) for place in places]) if tapers is not None else along
         axes = [axes_of(name, draft, place) if half > 0.0 else [] for place in places]
         read = vstack([row for place, own_axes in zip(places, axes, strict=True) for row in (layout.read(name, place), *own_axes)])
         found = len(places)
@@ -66,15 +69,17 @@ def find_points(
             functions, shares = once(*(edge_points if thin else surface_points)(part, part.space, parts))
             read = layout.spread(part, functions)
         else:
-            met = min(round_as) + half  # edges come in between points of beams no deeper than what is round does
-            xi = line_points(name, part, count, (met, met or round_as[1]))
-            read, shares = line_rows(layout, part, xi, half > 0.0), line_shares(part, xi)
+            least = half if tapers is None else float(tapers.radius.min())
+            met = min(round_as) + least  # edges come in between points of beams no deeper than what is round does
+            along = line_points(name, part, count, (met, met or round_as[1]))
+            read, shares = line_rows(layout, part, along, half > 0.0), line_shares(part, along)
         found = len(shares)
     read = csr_array(read)
     rows = draft.probes.add(read) + np.arange(read.shape[0]).reshape(found, -1)
     reference = np.concatenate([one.reference.ravel() for one in layout.bodies.values()])
+    radii = np.full(found, half) if tapers is None else tapers.radii(along)
     places_there = (read @ reference).reshape(found, -1)[:, : layout.dim]
-    return Touching(part.name, rows.astype(np.int64), places_there, np.full(found, half), part.total_mass, shares)
+    return Touching(part.name, rows.astype(np.int64), places_there, radii, part.total_mass, shares)
 
 
 def line_points(name: str, part: Body, count: int | None, met: tuple[float, float]) -> np.ndarray:

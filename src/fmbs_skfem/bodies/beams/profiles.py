@@ -39,6 +39,7 @@ class Profile:
     unit_stresses: Annotated[Floats, Reals("k 3 6 n")]  #: sigma_x, tau_xy, tau_xz of N, V_y, V_z, T, M_y, M_z = 1 [1/m2, 1/m3]
     young_modulus: float  #: [Pa], 0 without a contour
     poisson_ratio: float
+    radius: Annotated[Floats, Reals("k")]  #: of the round line that it is to others [m]
     degree: int = 0  #: of the polynomials through degree + 1 stations in turn
 
     @property
@@ -50,6 +51,10 @@ class Profile:
     def shares(self, xi: Floats) -> Floats:
         """Shares (..., k) of the stations at parameters xi (...)."""
         return shares(self.stations, self.degree, xi)
+
+    def radii(self, xi: Floats) -> Floats:
+        """Radii (...) at parameters xi (...) [m]."""
+        return np.asarray(self.shares(xi) @ self.radius)
 
     def at(self, xi: Floats) -> tuple[Floats, Floats, Floats]:
         """Stiffness (x, 6, 6), points (x, n, 2) and unit stresses (x, 3, 6, n) at parameters xi (x,).
@@ -77,21 +82,21 @@ def profile(name: str, stations: Floats, sections: Sequence[BeamSection], degree
     InputError where contours have other numbers of points.
     """
     stiffness, made = np.stack([section.stiffness for section in sections]), sections[0].material
+    radius = np.array([section.radius for section in sections])
     if made is None or not all(section.outline for section in sections):
         none = np.zeros((len(sections), 0, 2)), np.zeros(0, np.int64), np.zeros((len(sections), 3, 6, 0))
-        return Profile(np.asarray(stations, dtype=float), stiffness, *none, 0.0, 0.0, degree)
+        return Profile(np.asarray(stations, dtype=float), stiffness, *none, 0.0, 0.0, radius, degree)
     counts = [tuple(map(len, section.outline)) for section in sections]
     if len(set(counts)) > 1:
         raise InputError(say(f"body '{name}'.section", "contours with the same points along the line", counts))
     points = np.stack([np.concatenate(section.outline) for section in sections])
     first, unit = np.cumsum([0, *counts[0][:-1]]), np.stack([section.unit_stresses for section in sections])
-    return Profile(
-        np.asarray(stations, dtype=float), stiffness, points, first, unit, made.young_modulus, made.poisson_ratio, degree
-    )
+    elastic = made.young_modulus, made.poisson_ratio
+    return Profile(np.asarray(stations, dtype=float), stiffness, points, first, unit, *elastic, radius, degree)
 
 
 def of_cable(stations: Floats, degree: int, sections: Sequence[Given]) -> Profile:
     """The profile of a cable: EA and EI on the diagonal, no contour."""
     stiffness = np.stack([np.diag([one.EA, 0.0, 0.0, 0.0, one.EI, one.EI]) for one in sections])
     none = np.zeros((len(sections), 0, 2)), np.zeros(0, np.int64), np.zeros((len(sections), 3, 6, 0))
-    return Profile(stations, stiffness, *none, 0.0, 0.0, degree)
+    return Profile(stations, stiffness, *none, 0.0, 0.0, np.array([one.radius for one in sections]), degree)
