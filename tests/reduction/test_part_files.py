@@ -32,6 +32,7 @@ from fmbs_skfem.parts.excitation import Excitation, excite, settle
 from fmbs_skfem.reduction import affine
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.shapes import line, surface
+from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import At, Motion, System, assemble, check_system, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
@@ -369,7 +370,7 @@ def test_what_functions_leave_out_of_strains_is_known_and_said_where_forces_are_
         return assemble([body], [joints.Pin("A", At("arm", "left"))], [loads.Gravity((0.0, 0.0, -9.81))], outputs=seen)
 
     for one in (fine, small):
-        points, EA = one.body.shapes, models.SECTION.stiffness(models.MATERIAL).EA
+        points, EA = one.body.shapes, models.SECTION.of_cable(models.MATERIAL).EA
         force = points.strain_errors[0] * np.abs(points.trained[:, 0]).max() * EA  # type: ignore[union-attr]
         said = "output 'middle': the shape functions of part 'arm' leave out .* " + re.escape(f"(N: {force:.2g} N)")
         with pytest.warns(Remark, match=said):
@@ -562,3 +563,10 @@ def test_shipped_parts_are_of_this_version(path: Path, tmp_path: Path) -> None:
     """A file that this release writes of them has the same fields: nothing in them is made up for what an earlier one lacks."""
     again = part_files.save(part_files.resume(path), tmp_path / path.name)
     assert fields_of(again) == fields_of(path)
+
+
+def test_cells_of_parts_have_all_of_their_axial_stiffness() -> None:
+    """Single points of smooth cubics have next to none of EA, and outputs of parts read one point a cell."""
+    part = cable("b", segment(12), Circular(1e-3), Material(1e9, 1000.0), continuity=2)
+    found = parts.one_point(part.cells).section[0]
+    assert_allclose(found, 1e9 * np.pi / 4 * 1e-6, rtol=1e-9)

@@ -180,8 +180,16 @@ def symmetric(A: csr_array, S: np.ndarray) -> csr_array:
 
 
 def one_point(cells: Cells) -> Cells:
-    """One quadrature point of every cell, which says law and section to pictures."""
+    """One quadrature point of every cell, which says law and section to pictures and outputs.
+
+    A line of one section has its mean EA there: at single points it may have next to none of it, see `shapes.locking`.
+    """
     table, section = np.ascontiguousarray(cells.table[:, :1]), np.ascontiguousarray(cells.section[:, :1])
+    rows = cells.law.section
+    if {"EA", "EI"} <= set(rows) and not np.ptp(cells.section[rows.index("EI")]):
+        EA = cells.section[rows.index("EA")]
+        if np.ptp(EA):
+            section[rows.index("EA")] = (EA * cells.section[-1]).sum() / cells.section[-1].sum()
     return Cells(cells.law, table, cells.nodes, cells.dim, section, cells.spread)
 
 

@@ -276,7 +276,7 @@ def other_numbers(part: Body, full: Body) -> list[str]:
     if a.law is not b.law:
         return [f"the law {a.law.name} in place of {b.law.name}"]
     near = MEETS if a.section.shape[2] == b.section.shape[2] else ALIKE
-    rows = {row: (x.mean(), y.mean()) for row, x, y in zip(a.law.section, a.section, b.section[:, :1], strict=True)}
+    rows = {row: (x.mean(), y.mean()) for row, x, y in zip(a.law.section, a.section, parts.one_point(b).section, strict=True)}
     rows["mass"] = part.total_mass, full.total_mass
     known = ((name, *rows[row]) for row, name in NUMBERS.items() if row in rows)
     return [f"{name} {x:.4g} in place of {y:.4g}" for name, x, y in known if abs(x - y) > near * abs(y)]
