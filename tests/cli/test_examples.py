@@ -129,6 +129,16 @@ def test_gears_turn_in_the_ratio_of_their_teeth() -> None:
     assert geared.outputs["wheel"][-1] == pytest.approx(-300 * np.pi / 30 / 5, rel=1e-3)
 
 
+def test_a_trolley_bends_its_girder() -> None:
+    """At rest P a (3 L^2 - 4 a^2) / 48 EI + 5 q L^4 / 384 EI, and a little shear; it stops where its drive says."""
+    found = studies.run(EXAMPLES / "overhead_crane.yaml", duration=3.6)
+    EI, P, q = 210e9 * (0.1 * 0.16**3 - 0.094 * 0.142**3) / 12.0, 650.0 * 9.81, 7850.0 * (2 * 9e-4 + 0.142 * 6e-3) * 9.81
+    deflection = P * (3 * 6.0**2 - 4) / (48 * EI) + 5 * q * 6.0**4 / (384 * EI)
+    assert found.outputs["middle"][0] == pytest.approx(-deflection, rel=2e-2)
+    assert found.outputs["place"][-1] == pytest.approx(5.0, abs=1e-9)
+    assert found.outputs["wheels_z"][0] == pytest.approx(P, rel=1e-6)
+
+
 def test_a_trapeze_is_let_go_and_caught(tmp_path: Path) -> None:
     """The report has its events, and outputs follow: the hand has no force in flight, and does not move after the catch."""
     found = studies.run(EXAMPLES / "trapeze.yaml", out=tmp_path / "out")

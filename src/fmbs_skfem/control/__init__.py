@@ -1,6 +1,6 @@
 """What acts on a run while it goes on: inputs, controllers, events, monitors; live runs."""
 
-from . import controllers, events, feed, monitors  # which offer observers  # noqa: F401
+from . import controllers, events, feed, line_ends, monitors  # which offer observers  # noqa: F401
 from .live import LiveRun, start
 
 __all__ = ["LiveRun", "controllers", "events", "monitors", "start"]

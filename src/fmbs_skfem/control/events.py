@@ -137,8 +137,10 @@ class Events(Addition):
         for joint in joints:
             if self.events and isinstance(joint, Latch) and joint.name not in locked:
                 raise InputError(say(where(joint), "an event that locks it", "none", "name it in 'lock' of an event, or remove it"))
-        draft.locks = tuple(lock_of(draft, known[name]) for name in locked)
-        draft.loose = tuple(dict.fromkeys([*locked, *(name for one in triggers for name in one.release)]))
+        released = dict.fromkeys(name for one in triggers for name in one.release)
+        parked = [park_of(draft, name, one) for name in released for one in known[name].coordinates]
+        draft.locks = (*(lock_of(draft, known[name]) for name in locked), *parked)
+        draft.loose = tuple(dict.fromkeys([*locked, *released]))
         return {"triggers": tuple(triggers), "locks": draft.locks}
 
 
@@ -156,10 +158,20 @@ def require_joints(name: str, event: Event, known: Collection[str]) -> None:
                 raise InputError(say(f"{place}.{key}", f"one of the joints {listed(known, one)}", f"'{one}'") + closest(one, known))
 
 
+def park_of(draft: Draft, joint: str, coordinate: str) -> Lock:
+    """The row that holds a coordinate of a joint where it is, once the joint is released: nothing else determines it then."""
+    park = Latch(f"{coordinate} parked", At(coordinate))
+    found = Holding(park, draft)
+    row = draft.probes.add(csr_array(draft.layout.read(where(park), park.at)[[0]]))
+    found.row("place", (1.0, -1, row, -1), (-1.0, found.number((1.0, -1, row, -1)), -1, -1))
+    signals = np.array(found.signals, dtype=np.int64)
+    return Lock(park.name, found.rows.arrays(), found.numbers.arrays(), signals, found.gap.arrays(), joint)
+
+
 def lock_of(draft: Draft, joint: Joint) -> Lock:
     """The rows that hold the two places of a joint together."""
     at, to = getattr(joint, "at", None), getattr(joint, "to", None)
-    if not isinstance(at, At):
+    if not isinstance(at, At) or joint.coordinates:
         remedy = "lock a latch between two places"
         raise InputError(say(where(joint), "a joint between two places, or a place and the ground", joint.word, remedy))
     found, other = Holding(joint, draft), to if isinstance(to, At) else None

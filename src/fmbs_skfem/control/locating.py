@@ -70,6 +70,7 @@ class Watch(Observer):
     def __init__(self, feed: Feed) -> None:
         system, self.feed = feed.system, feed
         self.triggers, self.locks = system.triggers, {one.joint: one for one in system.locks}
+        self.parks = {one.parks: one.joint for one in system.locks if one.parks}
         self.joints = np.array([joint for joint, _ in system.constraints.names], dtype=object)
         self.closed = ~rows_of_locks(system)  #: rows that are to hold, whether or not others make them hold already
         #: of values, and of the margins of those that are conditions behind them
@@ -346,6 +347,8 @@ class Watch(Observer):
                 raise SolverError(f"{text}; {remedy}", Reason.INCONSISTENT, time, ((f"joint {name}", 0.0),))
             if not self.closed[mine].any():
                 self.remark_no_effect(event, "releases", "free", name, time)
+            elif name in self.parks:
+                self.lock(model, event, self.parks[name], x, time)
             self.closed[mine] = False
 
     def arrays(self, run: OpenRun) -> dict[str, np.ndarray]:

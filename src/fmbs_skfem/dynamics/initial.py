@@ -38,6 +38,8 @@ FILTERED = (Law.MEMBRANE, Law.SHELL, Law.BEAM)  #: laws of bodies that begin wit
 # first derivatives divide round-off by d, second and third ones by d^2 and d^3, which asks for longer ways: accelerations of a
 # heavy top differ by 2e-12 at half and 5e-13 at twice of CURVATURE, third derivatives by 3e-9 and 5e-10, at 0.01 by 5e-6
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
+# each leaves the friction coefficient squared or less of what is left, where mass and curvature are ordinary
+REACTIONS = 4  #: corrections of what depends on the forces of joints, such as friction in them
 ROUND_OFF = 1e-12  #: of the largest velocity: gaps in velocities that are none
 # factors of 2000 unknowns of beams take about a megabyte and some milliseconds; of half and twice as many, half and twice of both
 SHARED = 2000  #: unknowns up to which a system keeps the factors of a start, for other numbers and steps
@@ -195,7 +197,11 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     v = projected(held(system, on), v, J, drift, leap, invert) if at.first else v + leap(J @ v + drift)
     f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
-    a, multipliers = solve(-f, np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d))
+    bend = np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d)
+    a, multipliers = solve(-f, bend)
+    for _ in range(REACTIONS if any(force.reacts for force in model.forces) else 0):
+        f = compilation.evaluate(model, x, v, at.time, at.memory, spread(multipliers, on))[0] - J.T @ multipliers
+        a, multipliers = solve(-f, bend)
     change = still if steady else solve(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
     am, af, _, beta = scheme.coefficients
     late = am - af  # a is q'' at t + (am - af) h
@@ -369,7 +375,7 @@ def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | No
     history, past = (np.zeros((stepping.HISTORY, len(part))) for part in (xc, start.multipliers))
     history[0], past[0] = early, start.multipliers * c
     memory = compilation.accepted(model, start.x, start.v) if memory is None else memory
-    push, gradients = compilation.working(model, start.x, start.v, time, memory)
+    push, gradients = compilation.working(model, start.x, start.v, time, memory, start.multipliers)
     return State(
         x=xc,
         v=vc,

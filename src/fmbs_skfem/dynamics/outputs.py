@@ -272,7 +272,7 @@ def pushes(trajectory: Trajectory) -> np.ndarray:
     if trajectory.trace is not None:
         require_read(trajectory.system.probes.offset, trajectory.trace.pushes, "pushes")
         return trajectory.trace.pushes
-    motion = trajectory.times, trajectory.x, trajectory.v, trajectory.a
+    motion = trajectory.times, trajectory.x, trajectory.v, trajectory.a, trajectory.multipliers
     return on_samples(
         evaluation.pushes,
         compile_system(trajectory.system),

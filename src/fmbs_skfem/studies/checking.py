@@ -297,7 +297,7 @@ def point(at: list[float], size: float) -> str:
 def joint_row(name: str, constraints: int, counted: dict[str, Any] | None) -> tuple[object, ...]:
     """A joint, or the axes of a frame, in the table."""
     if counted is None:
-        return name, constraints, "-", "axes of a frame"
+        return name, constraints, "-", "axes of a frame, or the place of a joint"
     ends = [*counted["bodies"], *(["ground"] if counted["ground"] else [])]
     return name, constraints, counted["rows"], " - ".join(ends) + (" (driven)" if counted["driven"] else "")
 

@@ -70,8 +70,9 @@ def plan(scene: Scene) -> Plan:
     """How the scene wants its reduced models trained."""
     wanted = sections(scene)[1]
     hyper = wanted.hyper_reduction
+    of_joints = {name: [name] for joint in scene.joints.values() for name in joint.coordinates}
     return Plan(
-        components=wanted.components or {name: [name] for name in scene.bodies},
+        components=(wanted.components or {name: [name] for name in scene.bodies}) | of_joints,
         tolerance=USUAL if wanted.tolerance is None else wanted.tolerance,
         modes=wanted.modes,
         hyper=hyper_reduction.named(hyper.sample, hyper.tolerance) if hyper else NONE,
@@ -98,7 +99,8 @@ def plan_with(
         raise InputError(say("--hyper", "0 <= eta < 1", hyper, "1e-3 is usual, 0 means no hyper-reduction"))
     found = plan(scene)
     if level == "system":
-        found = with_components(found, {"system": tuple(scene.bodies)})
+        alone = {name for joint in scene.joints.values() for name in joint.coordinates}
+        found = with_components(found, {"system": tuple(scene.bodies)} | {name: [name] for name in sorted(alone)})
     if basis is not None:
         found = replace(found, invariant=basis == "invariant")
     if tolerance is not None:

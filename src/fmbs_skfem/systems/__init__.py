@@ -6,8 +6,8 @@ from .assembly import Motion, Rayleigh, assemble, eliminate
 from .checks import check_force, check_joint, check_system
 from .compiled import Compiled, compile_system
 from .connections import joints
-from .forces import bushing, controls, gauges, loads, springs
-from .measures import probes, sensors, stresses
+from .forces import along_lines, bushing, controls, gauges, loads, springs
+from .measures import line_places, probes, sensors, stresses
 from .operators import constraints, force, strain_energy, tangent
 from .places import At
 from .prepared import Prepared, alike, prepare
@@ -19,9 +19,11 @@ __all__ = [
     "joints",
     "loads",
     "springs",
+    "along_lines",
     "controls",
     "bushing",
     "probes",
+    "line_places",
     "sensors",
     "gauges",
     "stresses",

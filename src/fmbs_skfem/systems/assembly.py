@@ -19,7 +19,7 @@ from ..bodies.finer import finer, knows_more
 from ..bodies.laws import Law
 from ..bodies.plate import local_table
 from ..core.algebra import ranks
-from ..core.algebra.linalg import alike, diagonal, entries, others
+from ..core.algebra.linalg import alike, as_dense, diagonal, entries, others
 from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
 from ..core.notices import notify
@@ -49,6 +49,7 @@ from .system import (
     Skin,
     System,
     change_coordinates,
+    driven_rows,
     is_linear,
     keep_constraints,
     linear_part,
@@ -108,6 +109,8 @@ def assemble(
     damping = Rayleigh() if damping is None else damping
     require_kind("damping", damping, Rayleigh)
     draft, layout = empty_draft(bodies)
+    if brought := unknowns_of(joints, layout):
+        draft, layout = empty_draft([*bodies, *brought])
     constrain(draft, joints)
     draft.outputs = dict(outputs or {})
     wanted, reading = read_by(additions_of(more, draft), draft)
@@ -119,7 +122,7 @@ def assemble(
     draft.acting = [*places_of("joint", joints), *places_of("load", loads)]
     sensed = sense(draft)
     parts, forces = list(layout.bodies.values()), draft.forces
-    pictured = parts if pictures else []
+    pictured = [part for part in parts if part.constant.any()] if pictures else []
     probes, sensors = draft.probes.affine(), draft.sensors.affine()
     mass = diagonal([alike(part.mass, layout.dim) for part in parts])
     q0, unit = np.concatenate([part.reference.ravel() for part in parts]), np.concatenate([part.constant for part in parts])
@@ -159,6 +162,8 @@ def assemble(
         ),
         **own,
     )
+    if brought:
+        system = replace(system, v0=rates_of_unknowns(system, sum(one.reference.size for one in brought)))
     if any(knows_more(part) for part in bodies):
         given = joints, loads, damping, outputs, initial, False
         make = lambda: assemble(map(finer, bodies), *given, **more)  # noqa: E731
@@ -166,11 +171,16 @@ def assemble(
     return system
 
 
+def unknowns_of(joints: Sequence[Joint], layout: Coordinates) -> list[Body]:
+    """Coordinates that joints bring; InputError for joints that are none, that have problems, or one name."""
+    for joint in joints:
+        require_sound("joint", getattr(joint, "name", ""), joint, Joint, layout.dim)
+    unique("joints", [joint.name for joint in joints])
+    return [one for joint in joints for one in joint.unknowns(layout)]
+
+
 def constrain(draft: Draft, joints: Sequence[Joint]) -> None:
     """Add the rows of all joints to a draft, and those that keep frames of bodies orthonormal."""
-    for joint in joints:
-        require_sound("joint", getattr(joint, "name", ""), joint, Joint, draft.layout.dim)
-    unique("joints", [joint.name for joint in joints])
     for joint in joints:
         joint.constrain(draft)
     for part in draft.layout.bodies.values():
@@ -328,6 +338,18 @@ def initial_velocity(layout: Coordinates, parts: list[Body], initial: Mapping[st
             field += np.cross(vector(f"initial '{part.name}'", omega, 3), places)
         v.append(field.ravel())
     return np.concatenate(v)
+
+
+def rates_of_unknowns(system: System, count: int) -> np.ndarray:
+    """v0 (q,) in which the last `count` coordinates, which joints bring, follow from the motion of the bodies: Phi_q v0 = 0.
+
+    Drives are left out: where they begin with another rate, they change velocities.
+    """
+    rows, z = redundancy.rows_of(keep_constraints(system, np.flatnonzero(~driven_rows(system.constraints))))
+    mine, v = rows.used >= system.size - count, system.v0.copy()
+    J = as_dense(rows(z)[1])
+    v[rows.used[mine]] = np.linalg.lstsq(J[:, mine], -J @ v[rows.used])[0]
+    return v
 
 
 def picture_line(part: Body, layout: Coordinates) -> Line:

@@ -473,13 +473,18 @@ def accepted(
 
 
 def working(
-    model: Compiled, x: np.ndarray, v: np.ndarray, t: float = 0.0, memory: np.ndarray | None = None
+    model: Compiled,
+    x: np.ndarray,
+    v: np.ndarray,
+    t: float = 0.0,
+    memory: np.ndarray | None = None,
+    multipliers: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Forces (n,) of all that has no potential [N], in the order of the model, and gradients (g,) of elastic terms that keep them.
 
-    See `work`; `memory` as in `place`.
+    See `work`; `memory` and `multipliers` as in `place`.
     """
-    found, table = place(model, x, v, t, memory)
+    found, table = place(model, x, v, t, memory, multipliers)
     work.forces(table)
     model.check()
     return found.space.f.copy(), found.space.gradients[NOW].copy()

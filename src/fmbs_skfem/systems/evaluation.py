@@ -442,6 +442,9 @@ def pushes(table: Any, _: Any) -> int:
     S = samples_of(table)
     for k in range(len(S.x)):
         place_sample(table, k)
+        # friction of what slides reads which rows hold it
+        read_probes(table)
+        constrain(table)
         # without elastic forces, which outputs of loads do not ask for
         read_loads(table)
         kernels.copy(S.space.g, S.out[k])

@@ -21,7 +21,7 @@ from ..core.algebra import ranks
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from .compiled import compile_system, probe_tangent, residual
-from .connections.mechanism import center, idle, motions, moved, on_motions, onto_joints
+from .connections.mechanism import center, idle, is_body, motions, moved, on_motions, onto_joints
 from .connections.redundancy import StartRows, rows_of
 from .system import Constraints, System
 
@@ -173,7 +173,7 @@ def motion(system: System, z: np.ndarray) -> FreeMotion:
     dim, size = system.dim, system.scale
     moving, places = {}, {}
     for (name, first, last), own in zip(system.coordinates, z.reshape(len(system.coordinates), -1), strict=True):
-        if np.abs(own).max() > ranks.STATED:
+        if np.abs(own).max() > ranks.STATED and is_body(system, first, last):
             moving[name], places[name] = (own[:dim], own[dim:] / size), center(system, first, last) + system.origin
     return FreeMotion(moving, places)
 

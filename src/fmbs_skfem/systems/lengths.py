@@ -42,7 +42,7 @@ def metric(parts: Sequence[Body], mass: csr_array) -> csr_array:
 def massless(parts: Sequence[Body], mass: csr_array) -> np.ndarray:
     """Diagonal (q,) of D, zero for coordinates with mass [kg m2 per unit2]."""
     share, size, dim = weight(parts) / len(parts), extent(parts), parts[0].reference.shape[1]
-    moved = [np.where(part.constant > 0.5, 1.0, spread(positions(part)) or size) for part in parts]
+    moved = [np.where(part.constant > 0.5, 1.0, length_of(part, size)) for part in parts]
     heavy = mass.diagonal()[::dim] / np.concatenate(moved) ** 2  # masses [kg], of axes and slopes as of positions
     none, found, first = heavy <= LIGHT * heavy.max(initial=0.0), [np.zeros(0)], 0
     for part, length in zip(parts, moved, strict=True):
@@ -51,6 +51,11 @@ def massless(parts: Sequence[Body], mass: csr_array) -> np.ndarray:
         own = np.where(mine, share / max(1, int((mine & (part.constant > 0.5)).sum())) * length**2, 0.0)
         found.append(np.repeat(own, dim))
     return np.concatenate(found)
+
+
+def length_of(part: Body, size: float) -> float:
+    """The length [m] that coordinates of a body which are no positions stand for: its size, or that of all; 1 of joints' own."""
+    return (spread(positions(part)) or size) if part.constant.any() else 1.0
 
 
 def spread(places: np.ndarray) -> float:

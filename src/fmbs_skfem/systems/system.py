@@ -87,9 +87,10 @@ class Lock:
     numbers: Annotated[Constraints, Inside("y k m=l")]
     signals: Annotated[np.ndarray, Indices("l", end="k")]
     gap: Annotated[Constraints, Inside("y k")] = field(default_factory=Constraints)
+    parks: str = ""  #: a joint: where it is released, this lock holds what nothing else determines then
 
 
-storable(Lock, gap=lambda values: Constraints())
+storable(Lock, gap=lambda values: Constraints(), parks=lambda values: "")
 
 
 @dataclass(frozen=True)

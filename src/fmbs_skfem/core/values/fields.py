@@ -269,6 +269,7 @@ AXIS = Takes(read_axis, _THREE | {"description": "an axis in space"})
 HISTORY = Takes(of_time, _EXPRESSION | {"description": "expression of t"})
 ANGLE = Takes(angle_of_time, _ANGLE, angle=constant_angle)
 MOTION = Takes(read_motion, _MOTION)
+WAY = Takes(lambda value, context: of_time(value, context, units.LENGTH), _EXPRESSION | {"description": "expression of t [m]"})
 
 Length = Annotated[float, quantity("m", "> 0")]
 FileUnit = Annotated[float, Takes(read_file_unit, number_schema(units.find_dimension("m"), "> 0")), "unit of the file, such as mm"]

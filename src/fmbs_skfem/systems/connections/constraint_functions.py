@@ -9,13 +9,13 @@ body, the slope t of a line (in the plane also its normal), tangents of a surfac
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array, vstack
 
-from ...bodies.body import extent, positions
+from ...bodies.body import Body, extent, positions
 from ...core.algebra import ranks
 from ...core.declared import Declared
 from ...core.errors import InputError, say
@@ -43,6 +43,18 @@ class Joint(Declared, ABC):
     """
 
     name: str
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the coordinates that it brings, none of most joints."""
+        return ()
+
+    def unknowns(self, layout: Coordinates) -> Iterable[Body]:
+        """Its own `coordinates`, behind those of the bodies: parts without positions and without mass.
+
+        InputError, with the name of the joint, where it does not fit the bodies.
+        """
+        return ()
 
     @abstractmethod
     def constrain(self, draft: Draft) -> None:

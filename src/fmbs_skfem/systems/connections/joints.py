@@ -51,6 +51,7 @@ from .constraint_functions import (
 from .edges import Edge, RimNodes
 from .frame_joints import Cylindrical, Gear, Prismatic, Revolute, Universal
 from .screws import RackAndPinion, Screw
+from .sliding import DrivenSlide, Sliding
 
 # slopes that are tied have one stretch: with EA of 1 and 4 the axial forces beside a weld are 0.4 and 1.6 times the load; at a
 # tenth they are 5 % off
@@ -74,6 +75,8 @@ __all__ = [
     "Gear",
     "Screw",
     "RackAndPinion",
+    "Sliding",
+    "DrivenSlide",
     "Edge",
     "RimNodes",
 ]

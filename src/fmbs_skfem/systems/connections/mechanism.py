@@ -127,7 +127,8 @@ def joints_of(system: System) -> tuple[list[str], np.ndarray, np.ndarray]:
     """Names of the joints (j), the joint of every row (m,), -1 for the axes of frames, and which joints are driven (j,)."""
     bodies = {name for name, _, _ in system.coordinates}
     owners = [
-        "" if FRAME.fullmatch(label) and joint.partition(".")[0] in bodies else joint for joint, label in system.constraints.names
+        "" if FRAME.fullmatch(label) and {joint, joint.partition(".")[0]} & bodies else joint
+        for joint, label in system.constraints.names
     ]
     names = list(dict.fromkeys(owner for owner in owners if owner))
     place = {name: k for k, name in enumerate(names)}
@@ -147,6 +148,9 @@ def motions(system: System, q: np.ndarray) -> list[np.ndarray]:
     dim, size, found = system.dim, system.scale, []
     for _, first, last in system.coordinates:
         part, unit = q[first:last].reshape(-1, dim), system.unit[first // dim : last // dim]
+        if not is_body(system, first, last):  # the coordinate of a joint moves by itself
+            found.append(np.eye(last - first, 3 if dim == 2 else 6) * (np.arange(last - first) == 0)[:, None])
+            continue
         apart = part - np.outer(unit, unit @ part / (unit @ unit))
         fields = [np.outer(unit, axis) for axis in np.eye(dim)]
         fields += [turn(apart, axis) / size for axis in np.eye(3)[2 if dim == 2 else 0 :]]
@@ -227,17 +231,22 @@ def common(system: System) -> np.ndarray:
     """Motions (z, 3 or 6) of all bodies as one: z_b = (t + w x (c_b - c), w)."""
     dim, size, blocks = system.dim, system.scale, []
     centers = np.array([center(system, first, last) for _, first, last in system.coordinates])
-    for apart in centers - centers.mean(axis=0):
+    for apart, (_, first, last) in zip(centers - centers.mean(axis=0), system.coordinates, strict=True):
         turns = [turn(apart[None], axis)[0] / size for axis in np.eye(3)[2 if dim == 2 else 0 :]]
-        count = len(turns)
-        blocks.append(np.block([[np.eye(dim), np.array(turns).T], [np.zeros((count, dim)), np.eye(count)]]))
+        count, moving = len(turns), float(is_body(system, first, last))
+        blocks.append(moving * np.block([[np.eye(dim), np.array(turns).T], [np.zeros((count, dim)), np.eye(count)]]))
     return np.concatenate(blocks)
 
 
 def center(system: System, first: int, last: int) -> np.ndarray:
-    """Mean (c,) of the positions [m] of a body in the reference, whose coordinates are first ... last - 1 of q."""
+    """Mean (c,) of the positions [m] of a body in the reference, whose coordinates are first ... last - 1 of q; 0 of a joint's."""
     unit = system.unit[first // system.dim : last // system.dim]
-    return np.asarray(unit @ system.x0[first:last].reshape(-1, system.dim) / (unit @ unit))
+    return np.asarray(unit @ system.x0[first:last].reshape(-1, system.dim) / (unit @ unit or 1.0))
+
+
+def is_body(system: System, first: int, last: int) -> bool:
+    """Whether coordinates first ... last - 1 of q are those of a body, which has positions, and not of a joint."""
+    return bool(system.unit[first // system.dim : last // system.dim].any())
 
 
 def groups(names: Sequence[str], touched: np.ndarray, ground: np.ndarray) -> tuple[Group, ...]:
@@ -262,6 +271,9 @@ def moved(system: System, q: np.ndarray, step: np.ndarray) -> np.ndarray:
     dim, size, out = system.dim, system.scale, q.copy()
     for (_, first, last), z in zip(system.coordinates, step.reshape(len(system.coordinates), -1), strict=True):
         part, unit = q[first:last].reshape(-1, dim), system.unit[first // dim : last // dim]
+        if not is_body(system, first, last):
+            out[first] += z[0]
+            continue
         middle = unit @ part / (unit @ unit)
         angle = z[dim:] / size
         R = rotation(angle if dim == 3 else [0.0, 0.0, angle[0]])[:dim, :dim]

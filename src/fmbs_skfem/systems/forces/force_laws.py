@@ -44,6 +44,7 @@ class ForceLaw(RowLaw):
     kept: int = 0  #: values of accepted states that it keeps behind these angles
     tables: tuple[str, ...] = ()  #: curves that it reads, behind which it keeps how far it has been beyond their ends
     smooth: bool = False  #: whether its derivatives jump nowhere
+    reacts: bool = False  #: whether it depends on the multipliers of joints, as friction in them
     kind: ClassVar[str] = "force law"
     loops: ClassVar[str] = ".forces.built_in_forces"
 
@@ -113,6 +114,7 @@ def _(found: LawForces, place: Place) -> Force:
         np.tile(np.arange(size) < law.memory, count),
         law.damped,
         smooth=law.smooth,
+        reacts=law.reacts,
     )
 
 

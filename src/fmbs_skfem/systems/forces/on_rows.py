@@ -76,6 +76,7 @@ class Force(Piece):
     low: Size = NONE  #: of its derivatives on rows that are others in every state, which it alone reads
     cost: Cost | None = None  #: of a function of Python
     smooth: bool = False  #: whether its derivatives jump nowhere
+    reacts: bool = False  #: whether it depends on the multipliers of joints, as friction in them
 
 
 @singledispatch

@@ -80,9 +80,11 @@ def torque(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
 
 LENGTHS = {"stretch": "m", "rate": "m/s"}
 ANGLES = {"angle": "rad", "rate": "rad/s"}
+PLACES = {"place": "m", "rate": "m/s"}
 COORDINATES = {
     "pull": Coordinate(3, LENGTHS, pull),
     "push": Coordinate(1, LENGTHS, push),
+    "along a line": Coordinate(1, PLACES, push),
     "slide in the plane": Coordinate(4, LENGTHS, slide),
     "slide in space": Coordinate(6, LENGTHS, slide),
     "torque": Coordinate(2, ANGLES, torque),
