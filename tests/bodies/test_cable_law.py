@@ -150,17 +150,3 @@ def test_forces_and_damping_do_not_depend_on_the_unit_of_length(law: Law, dim: i
     laws.stress(law, u, rate, 0.01, section, one)
     laws.stress(law, u * per, rate * per, 0.01, section * np.array([f, f**3, 1.0 / f, f]).reshape(4, 1, 1), two)
     assert_allclose(two * per, one * f**2, rtol=1e-12, atol=1e-12 * f**2 * np.abs(one).max())
-
-
-@pytest.mark.parametrize("law, dim", list(product(CABLES, (2, 3))))
-def test_a_modulus_takes_the_axial_force_of_other_gradients(law: Law, dim: int) -> None:
-    """D(u, held) - D(u) = (N(held) - N(u)) of both slopes, and nothing else."""
-    rng = np.random.default_rng(4)
-    u, held, section = rng.normal(size=(2, 2 * dim, 3, 5))[0], rng.normal(size=(2 * dim, 3, 5)), rng.uniform(0.5, 2.0, (4, 3, 5))
-    calls, own, other = laws.addresses(law, dim, False), np.zeros((2 * dim, *u.shape)), np.zeros((2 * dim, *u.shape))
-    laws.call_modulus(calls, u, u, 0.0, section, own)
-    laws.call_modulus(calls, u, held, 0.0, section, other)
-    force = 0.5 * section[3] * section[0] * (np.sum(held[:dim] ** 2, axis=0) - np.sum(u[:dim] ** 2, axis=0))
-    expected = np.zeros_like(own)
-    expected[np.arange(dim), np.arange(dim)] = force
-    assert_allclose(other - own, expected, atol=1e-12)

@@ -7,16 +7,17 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from fmbs_skfem.bodies import sections
+from fmbs_skfem.bodies import rigid, sections
 from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.body import Body
 from fmbs_skfem.bodies.sections import BeamSection
-from fmbs_skfem.dynamics import outputs, solve_statics, vibration_modes
+from fmbs_skfem.dynamics import buckling, outputs, solve_statics, vibration_modes
 from fmbs_skfem.shapes import curves
 from fmbs_skfem.systems import At, assemble, eliminate, joints, loads
 from fmbs_skfem.systems.measures import probes
 
 ROOT, TIP = At("beam", "left"), At("beam", "right")
+CLAMP = joints.Clamp("root", ROOT)
 
 
 def along(curve: curves.Curve, length: float, cells: int, section: BeamSection) -> Body:
@@ -39,7 +40,7 @@ def square(h: float, E: float = 1e9) -> BeamSection:
 def held(part: Body, load: loads.Load, steps: int = 1) -> dict[str, np.ndarray]:
     """Outputs of the equilibria of a beam that is clamped at its left end."""
     sensed = {"tip": probes.Position(TIP)}
-    return outputs(solve_statics(eliminate(assemble([part], [joints.Clamp("root", ROOT)], [load], outputs=sensed)), steps))
+    return outputs(solve_statics(eliminate(assemble([part], [CLAMP], [load], outputs=sensed)), steps))
 
 
 def elastica(load: float) -> tuple[float, float]:
@@ -60,10 +61,12 @@ def test_slender_beams_do_not_lock(cells: int, error: float, slender: float) -> 
     np.testing.assert_allclose([found["tip_x"][-1], found["tip_z"][-1]], elastica(10.0), atol=error)
 
 
-def test_an_end_moment_rolls_a_beam_up() -> None:
-    section = square(1e-2)
-    found = held(straight(16, section), loads.Moment("M", TIP, (0.0, 2.0 * np.pi * section.stiffness[4, 4], 0.0)), 8)
-    assert np.hypot(found["tip_x"][-1], found["tip_z"][-1]) < 1e-5
+@pytest.mark.parametrize(("turns", "cells", "slender", "error"), [(1, 16, 1e2, 1e-6), (2, 32, 1e3, 5e-6)])
+def test_an_end_moment_rolls_a_beam_up(turns: int, cells: int, slender: float, error: float) -> None:
+    section = square(1.0 / slender)
+    moment = (0.0, 2.0 * np.pi * turns * section.stiffness[4, 4], 0.0)
+    found = held(straight(cells, section), loads.Moment("M", TIP, moment), 8 * turns)
+    assert np.hypot(found["tip_x"][-1], found["tip_z"][-1]) < error
 
 
 def test_a_bend_of_45_degrees() -> None:
@@ -121,3 +124,60 @@ def test_stocky_and_slender_beams_bend_and_shear(slender: float) -> None:
     P = 1e-5 * section.stiffness[4, 4]
     found = held(straight(8, section), loads.PointForce("F", TIP, (0.0, 0.0, P)))
     assert found["tip_z"][-1] == pytest.approx(P / (3.0 * section.stiffness[4, 4]) + P / section.stiffness[2, 2], rel=1e-5)
+
+
+def test_a_shaft_is_twisted_by_two_turns() -> None:
+    """phi = M L / GJ."""
+    section = BeamSection(np.diag([1e8, 1e8, 1e8, 1.0, 1.0, 1.0]), np.diag([1.0, 1e-6, 1e-6]))
+    turned = {"turn": probes.Angle(TIP, axis=(1.0, 0.0, 0.0)), "tip": probes.Position(TIP)}
+    moment = loads.Moment("M", TIP, (4.0 * np.pi, 0.0, 0.0))
+    found = outputs(solve_statics(eliminate(assemble([straight(32, section)], [CLAMP], [moment], outputs=turned)), 8))
+    assert found["turn"][-1] == pytest.approx(4.0 * np.pi, rel=5e-6)
+    np.testing.assert_allclose([found[f"tip_{c}"][-1] for c in "xyz"], [1.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_an_end_couple_winds_a_helix() -> None:
+    """Curvature and torsion of radius 10, height 50, two coils: the couple is along the helix's axis, as EI = GJ."""
+    length, curvature, torsion = 135.24558, 0.0863323502, 0.0343505507
+    section = BeamSection(np.diag([1e4, 1e4, 1e4, 1.0, 1.0, 1.0]), np.diag([1.0, 1e-3, 1e-3]))
+    at = np.linspace(0.0, length, 9)[1:]
+    sensed = {f"p{k}": probes.Position(At("beam", float(s))) for k, s in enumerate(at)}
+    moment = loads.Moment("M", TIP, (torsion, 0.0, curvature))
+    found = outputs(solve_statics(eliminate(assemble([straight(32, section, length)], [CLAMP], [moment], outputs=sensed)), 4))
+    w = np.hypot(curvature, torsion)
+    axis, start = np.array([torsion, 0.0, curvature]) / w, np.array([1.0, 0.0, 0.0])
+    along, across = axis * (axis @ start), start - axis * (axis @ start)
+    for k, s in enumerate(at):
+        point = along * s + across * np.sin(w * s) / w + np.cross(axis, start) * (1.0 - np.cos(w * s)) / w
+        np.testing.assert_allclose([found[f"p{k}_{c}"][-1] for c in "xyz"], point, atol=2e-3)
+
+
+# EI about its soft axis and GJ are 1; a force or moment in its plane bends it the stiff way
+STRIP = BeamSection(np.diag([1e7, 1e6, 1e6, 1.0, 1.0, 1e4]), np.diag([1.0, 1e-6, 1e-6]))
+
+
+def test_a_strip_buckles_sideways_under_a_force() -> None:
+    """Prandtl, Michell 1899: P L^2 = 4.0125993 sqrt(EI GJ), where what it bends before is small."""
+    strip = assemble([straight(8, STRIP)], [CLAMP], [loads.PointForce("F", TIP, (0.0, 0.0, -1.0))])
+    found = buckling(eliminate(strip), 1)
+    assert found.factors[0] == pytest.approx(4.0125993435789, rel=1e-4)
+
+
+def test_a_strip_buckles_sideways_under_a_moment() -> None:
+    """M L = pi/2 sqrt(EI GJ) of two dead forces along the strip, above and below its end."""
+    arm = rigid.rigid(
+        "arm", 1.0, np.full(3, 1e-3), (1.0, 0.0, 0.0), dim=3, places={"up": (1.0, 0.0, 0.1), "down": (1.0, 0.0, -0.1)}
+    )
+    pair = [loads.PointForce(place, At("arm", place), (5.0 * sign, 0.0, 0.0)) for place, sign in (("up", 1.0), ("down", -1.0))]
+    found = buckling(eliminate(assemble([straight(8, STRIP), arm], [CLAMP, joints.Weld("w", At("arm", "frame"), TIP)], pair)), 1)
+    assert found.factors[0] == pytest.approx(np.pi / 2.0, rel=1e-5)
+
+
+def test_a_pinned_shaft_buckles_under_twist() -> None:
+    """Greenhill 1883: M L = 2 pi EI, of moments about a fixed axis."""
+    section = BeamSection(np.diag([1e7, 1e6, 1e6, 1.0, 1.0, 1.0]), np.diag([1.0, 1e-6, 1e-6]))
+    middle = joints.DrivenAngle("middle", At("beam", 0.5), lambda t: 0.0 * t, axis=(1.0, 0.0, 0.0))
+    held_by = [joints.Pin("left", ROOT), joints.Slider("right", TIP, (1.0, 0.0, 0.0)), middle]
+    pair = [loads.Moment("end", TIP, (1.0, 0.0, 0.0)), loads.Moment("start", ROOT, (-1.0, 0.0, 0.0))]
+    found = buckling(eliminate(assemble([straight(8, section)], held_by, pair)), 1)
+    assert abs(found.factors[0]) == pytest.approx(2.0 * np.pi, rel=1e-3)

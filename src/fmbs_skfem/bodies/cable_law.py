@@ -52,7 +52,7 @@ import numpy as np
 
 from ..core.compiling.entries import LANES, entry, unfold
 from ..core.compiling.jit import carray, inlined, jit
-from .vectors import Vector, combine, cross, dot
+from .vectors import ALL, Vector, combine, cross, dot, held_product
 
 STRAIGHT = 6.25e-8  #: square s^2 EI / EA of the strain below which a line in space counts as straight in the damping law [-]
 SMALL = 1e-6  #: part of kappa0 that curvatures in space do not fall below
@@ -149,6 +149,32 @@ def drag(r: Vector, b: Vector, v: Vector, w: Vector, EA: float, B: Bending, whol
 
 
 @inlined
+def moment(r: Vector, b: Vector, n: int, dim: int, EI: float, kappa0: float) -> Vector:
+    """EI (k - kappa0) of the curvature vector k = r' x r'' / |r'|^n: kappa0 is about z in the plane, along k in space."""
+    k = cross(dot(r, r) ** (-0.5 * n), r, b)
+    if dim == 2:
+        return 0.0, 0.0, EI * (k[2] - kappa0)
+    part = EI - EI * kappa0 / math.sqrt(dot(k, k) + (SMALL * kappa0) ** 2 + NEXT_TO_NOTHING)
+    return part * k[0], part * k[1], part * k[2]
+
+
+@inlined
+def add_moment(D: np.ndarray, dim: int, q: int, r: Vector, b: Vector, n: int, m: Vector) -> None:
+    """D += d2(m.k)/du2 at point q of a constant moment m, with k = r' x r'' / |r'|^n."""
+    by, power = n / dot(r, r), dot(r, r) ** (-0.5 * n)
+    work = power * dot(m, cross(1.0, r, b))
+    g1, g2, turn = combine(1.0, cross(power, b, m), -by * work, r), cross(power, m, r), (power * m[0], power * m[1], power * m[2])
+    for i in range(dim):
+        for j in range(dim):
+            own = by * ((2.0 - n) * work / dot(r, r) * r[i] * r[j] - g1[i] * r[j] - r[i] * g1[j])
+            D[i, j, q] += own - by * work if i == j else own
+            # e_ijk m_k
+            own = 0.0 if i == j else turn[3 - i - j] * (1.0 if (j - i) % 3 == 1 else -1.0)
+            D[i, dim + j, q] += own - by * r[i] * g2[j]
+            D[dim + j, i, q] += own - by * r[i] * g2[j]
+
+
+@inlined
 def write(S: np.ndarray, dim: int, q: int, f: float, first: Vector, second: Vector) -> None:
     """S = f (first, second) at point q."""
     S[0, q], S[1, q], S[dim, q], S[dim + 1, q] = f * first[0], f * first[1], f * second[0], f * second[1]
@@ -179,7 +205,7 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
         found[kind] = entry(function)
 
     @named
-    def energy(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+    def energy(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, n: int, beta: float) -> None:
         count, total = points * cells, 0.0
         u, s = carray(u, (2 * dim, count)), carray(section, (LINES, count))
         for q in range(count):
@@ -191,7 +217,7 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
         carray(W, 1)[0] = total
 
     @named
-    def stress(u: Any, _: Any, section: Any, S: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+    def stress(u: Any, _: Any, section: Any, S: Any, way: int, points: int, cells: int, n: int, beta: float) -> None:
         count = points * cells
         u, s, S = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(S, (2 * dim, count))
         for q in range(count):
@@ -200,7 +226,7 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
             write(S, dim, q, s[3, q], combine(N, r, B.pull, B.g1), combine(B.pull, B.g2, 0.0, B.g2))
 
     @named
-    def damped_stress(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+    def damped_stress(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, cells: int, n: int, beta: float) -> None:
         count = points * cells
         u, s, S = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(S, (2 * dim, count))
         rates = carray(rate, (2 * dim, count))
@@ -213,7 +239,7 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
             write(S, dim, q, s[3, q], first, combine(B.pull, B.g2, beta, second))
 
     @named
-    def dissipation(u: Any, rate: Any, section: Any, W: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+    def dissipation(u: Any, rate: Any, section: Any, W: Any, way: int, points: int, cells: int, n: int, beta: float) -> None:
         count = points * cells
         u, s, rates = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(rate, (2 * dim, count))
         W = carray(W, count)
@@ -230,7 +256,7 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
             W[q] = s[3, q] * twice
 
     @named
-    def modulus(u: Any, held: Any, section: Any, D: Any, rows: int, points: int, cells: int, n: int, beta: float) -> None:
+    def modulus(u: Any, held: Any, section: Any, D: Any, way: int, points: int, cells: int, n: int, beta: float) -> None:
         count = points * cells
         before = carray(held, (2 * dim, count))
         u, s, D = carray(u, (2 * dim, count)), carray(section, (LINES, count)), carray(D, (2 * dim, 2 * dim, count))
@@ -242,9 +268,10 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
                 q = start + k
                 r, b = read(u, dim, q)
                 EA, f, slope = s[0, q], s[3, q], read(before, dim, q)[0]
+                eps = 0.5 * (held_product(way, r, r, slope, slope) - 1.0)
                 B = bend(r, b, n, EA, s[1, q], s[2, q])
                 g1, g2, elastic, viscous = B.g1, B.g2, B.elastic, B.viscous
-                alpha = f * (EA * 0.5 * (dot(slope, slope) - 1.0) + elastic[0] + beta * viscous[0])
+                alpha = f * (EA * eps + elastic[0] + beta * viscous[0])
                 stretch = f * (EA * (1.0 + beta) + elastic[1] + beta * viscous[1])
                 gamma, tau = f * (elastic[2] + beta * viscous[2]), f * (elastic[3] + beta * viscous[3])
                 zeta, skew = f * (elastic[4] + beta * viscous[4]), f * elastic[5]
@@ -264,6 +291,11 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
                         put(D, T, dim, dim + j, i, q, k, own + (j - i) * skew if dim == 2 and leans else own)
             if dim == 3:
                 unfold(T, start, D, False)
+        # the moment of the quadratic curvature has no part in it
+        for q in range(count if way == ALL and leans else 0):
+            (r, b), (a, c) = read(u, dim, q), read(before, dim, q)
+            m = combine(s[3, q], moment(a, c, n, dim, s[1, q], s[2, q]), -s[3, q], moment(r, b, n, dim, s[1, q], s[2, q]))
+            add_moment(D, dim, q, r, b, n, m)
 
     return found
 

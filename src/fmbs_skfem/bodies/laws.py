@@ -135,8 +135,8 @@ Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), of_cables("quadratic"), holds
 Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), of_cables("curved"), option=2, holds=True)
 Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), of_cables("curved"), option=3, holds=True)
 CABLES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT)
-Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), hand_written(".membrane_law"))
-Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), hand_written(".shell_law"))
+Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), hand_written(".membrane_law"), holds=True)
+Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), hand_written(".shell_law"), holds=True)
 Law.PRESSURE = Law("PRESSURE", 3, PRESSED, (3,), hand_written(".pressure_law"), follows=True)
 Law.EDGE_PRESSURE = Law("EDGE_PRESSURE", 2, PRESSED, (2,), hand_written(".pressure_law", "edge_"), follows=True)
 STRAINS = ("gamma1", "gamma2", "gamma3", "kappa1", "kappa2", "kappa3")  #: of a beam
@@ -198,7 +198,7 @@ def call_energy(calls: np.ndarray, u: np.ndarray, section: np.ndarray) -> float:
     u (k c, p, e) and section (i, p, e) are contiguous.
     """
     W = np.zeros(1)
-    call(calls[ENERGY], (u, u, section, W), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), 0.0)
+    call(calls[ENERGY], (u, u, section, W), (0, u.shape[1], u.shape[2], calls[OPTION]), 0.0)
     return W[0]
 
 
@@ -208,7 +208,7 @@ def call_stress(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, beta: float,
 
     u, `rate` and S (k c, p, e), section (i, p, e), all contiguous; beta [s]. S is overwritten.
     """
-    call(calls[STRESS], (u, rate, section, S), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
+    call(calls[STRESS], (u, rate, section, S), (0, u.shape[1], u.shape[2], calls[OPTION]), beta)
 
 
 @jit
@@ -217,7 +217,7 @@ def call_dissipation(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, section
 
     u and `rate` (k c, p, e), section (i, p, e), `room` for one number a point, (p e,) or more.
     """
-    call(calls[DISSIPATION], (u, rate, section, room), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), 0.0)
+    call(calls[DISSIPATION], (u, rate, section, room), (0, u.shape[1], u.shape[2], calls[OPTION]), 0.0)
     total = 0.0
     for q in range(u.shape[1] * u.shape[2]):  # apart from the law, whose loop becomes vector instructions so
         total += room[q]
@@ -225,15 +225,18 @@ def call_dissipation(calls: np.ndarray, u: np.ndarray, rate: np.ndarray, section
 
 
 @jit
-def call_modulus(calls: np.ndarray, u: np.ndarray, held: np.ndarray, beta: float, section: np.ndarray, D: np.ndarray) -> None:
+def call_modulus(
+    calls: np.ndarray, u: np.ndarray, held: np.ndarray, way: int, beta: float, section: np.ndarray, D: np.ndarray
+) -> None:
     """D = weight d2W/du2 (+ viscosity) in compiled code, as `modulus`, with the `addresses` of the law.
 
-    Laws that hold stresses, `Law.holds`, take those of the gradients `held` for what they do in it. u and `held` (k c, p, e),
-    section (i, p, e), D (k c, k c, p, e), all contiguous; `beta` [-]. D is overwritten.
+    Laws that hold stresses, `Law.holds`, take those of the gradients `held`: `way` says whether AXIAL and membrane forces, those of
+    strains that are LINEAR from there to u, e(held) + de/du (u - held), or ALL. u and `held` (k c, p, e), section (i, p, e), D
+    (k c, k c, p, e), all contiguous; `beta` [-]. D is overwritten.
     """
-    call(calls[MODULUS], (u, held, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
+    call(calls[MODULUS], (u, held, section, D), (way, u.shape[1], u.shape[2], calls[OPTION]), beta)
     if calls[VISCOSITY] != 0 and beta > 0.0:
-        call(calls[VISCOSITY], (u, u, section, D), (u.shape[0], u.shape[1], u.shape[2], calls[OPTION]), beta)
+        call(calls[VISCOSITY], (u, u, section, D), (0, u.shape[1], u.shape[2], calls[OPTION]), beta)
 
 
 def energy(law: Law, u: np.ndarray, section: np.ndarray) -> float:
@@ -252,7 +255,7 @@ def stress(law: Law, u: np.ndarray, rate: np.ndarray, beta: float, section: np.n
     """
     calls = addresses(law, len(u) // law.vectors, beta > 0.0)
     given = (np.ascontiguousarray(part, np.float64) for part in (u, rate, section))
-    call_now(int(calls[STRESS]), (*given, S), (*u.shape, int(calls[OPTION])), beta)
+    call_now(int(calls[STRESS]), (*given, S), (0, *u.shape[1:], int(calls[OPTION])), beta)
 
 
 def dissipation(law: Law, u: np.ndarray, rate: np.ndarray, section: np.ndarray) -> float:
@@ -269,4 +272,4 @@ def modulus(law: Law, u: np.ndarray, beta: float, section: np.ndarray, D: np.nda
     gh [1/s] is the factor of derivatives by rates in the iteration matrix, see `systems.evaluation`. D is written in place; u
     (k c, p, e), section (i, p, e).
     """
-    call_modulus(addresses(law, len(u) // law.vectors, beta > 0.0), u, u, beta, section, D)
+    call_modulus(addresses(law, len(u) // law.vectors, beta > 0.0), u, u, 0, beta, section, D)

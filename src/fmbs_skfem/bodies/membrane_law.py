@@ -23,8 +23,10 @@ from typing import Any
 
 from ..core.compiling.entries import entry
 from ..core.compiling.jit import carray, inlined, jit
+from .vectors import held_product
 
 LINES = 3  #: rows of a section
+ROWS = 4  #: of gradients
 
 
 @inlined
@@ -56,10 +58,10 @@ def strains(x1: float, y1: float, x2: float, y2: float) -> tuple[float, float, f
 
 
 @entry
-def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """Strain energy [J] summed over all points: W[0]."""
     count, total = points * cells, 0.0
-    u, section = carray(u, (rows, count)), carray(section, (LINES, count))
+    u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
     for q in range(count):
         E = strains(u[0, q], u[1, q], u[2, q], u[3, q])
         total += section[2, q] * quadratic(section[0, q], section[1, q], E[0], E[1], E[2])
@@ -67,17 +69,17 @@ def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cell
 
 
 @entry
-def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def stress_at(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`, C : dE/dt : dE/du), shapes (4, p, e).
 
     Damping has a loop of its own, which keeps the first one short enough for vector instructions.
     """
     count = points * cells
     u, rate, section, S = (
-        carray(u, (rows, count)),
-        carray(rate, (rows, count)),
+        carray(u, (ROWS, count)),
+        carray(rate, (ROWS, count)),
         carray(section, (LINES, count)),
-        carray(S, (rows, count)),
+        carray(S, (ROWS, count)),
     )
     for q in range(count):
         x1, y1, x2, y2 = u[0, q], u[1, q], u[2, q], u[3, q]
@@ -99,10 +101,10 @@ def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, c
 
 
 @entry
-def dissipation_at(u: Any, rate: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def dissipation_at(u: Any, rate: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """W (p, e) = weight dE/dt : C : dE/dt of gradient rates, what a damping time of 1 s turns into heat [W]."""
     count = points * cells
-    u, rate, section, W = carray(u, (rows, count)), carray(rate, (rows, count)), carray(section, (LINES, count)), carray(W, count)
+    u, rate, section, W = carray(u, (ROWS, count)), carray(rate, (ROWS, count)), carray(section, (LINES, count)), carray(W, count)
     for q in range(count):
         x1, y1, x2, y2 = u[0, q], u[1, q], u[2, q], u[3, q]
         v1, w1, v2, w2 = rate[0, q], rate[1, q], rate[2, q], rate[3, q]
@@ -111,17 +113,20 @@ def dissipation_at(u: Any, rate: Any, section: Any, W: Any, rows: int, points: i
 
 
 @entry
-def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """D = weight d2W/du2 + beta (material part), shape (4, 4, p, e), symmetric; `beta` [-]: damping time times gh.
 
     D11 = N11 I + A r,1 r,1 + G r,2 r,2,  D12 = N12 I + A nu r,1 r,2 + G r,2 r,1,  D22 like D11,  G = A (1 - nu)/2.
     """
     count = points * cells
-    u, section, D = carray(u, (rows, count)), carray(section, (LINES, count)), carray(D, (rows, rows, count))
+    u, w, D = carray(u, (ROWS, count)), carray(held, (ROWS, count)), carray(D, (ROWS, ROWS, count))
+    section = carray(section, (LINES, count))
     for q in range(count):
         x1, y1, x2, y2 = u[0, q], u[1, q], u[2, q], u[3, q]
-        A, nu, E = section[2, q] * section[0, q], section[1, q], strains(x1, y1, x2, y2)
-        N11, N22, N12 = hooke(A, nu, E[0], E[1], E[2])
+        A, nu = section[2, q] * section[0, q], section[1, q]
+        a, b, c, d = (x1, y1, 0.0), (x2, y2, 0.0), (w[0, q], w[1, q], 0.0), (w[2, q], w[3, q], 0.0)
+        e11, e22 = 0.5 * (held_product(way, a, a, c, c) - 1.0), 0.5 * (held_product(way, b, b, d, d) - 1.0)
+        N11, N22, N12 = hooke(A, nu, e11, e22, 0.5 * held_product(way, a, b, c, d))
         A *= 1.0 + beta
         G, C = 0.5 * A * (1.0 - nu), A * nu
         D[0, 0, q] = N11 + A * x1 * x1 + G * x2 * x2

@@ -31,13 +31,14 @@ from .shell_law import vector
 from .vectors import cross, dot
 
 LINES = 3  #: rows of a section
+ROWS, EDGE_ROWS = 9, 4  #: of gradients
 
 
 @entry
-def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """-p (V - V0) [J] summed over all points: W[0]."""
     count, total = points * cells, 0.0
-    u, section = carray(u, (rows, count)), carray(section, (LINES, count))
+    u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
     for q in range(count):
         volume = dot(vector(u, 0, q), cross(1.0, vector(u, 1, q), vector(u, 2, q)))
         total -= section[2, q] * section[0, q] * (volume - section[1, q]) / 3.0
@@ -45,20 +46,20 @@ def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cell
 
 
 @entry
-def stress_at(u: Any, _: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def stress_at(u: Any, _: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """S = -weight (p r,1 x r,2, 0, 0), shapes (9, p, e)."""
     count = points * cells
-    u, section, S = carray(u, (rows, count)), carray(section, (LINES, count)), carray(S, (rows, count))
+    u, section, S = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(S, (ROWS, count))
     S[3:] = 0.0
     for q in range(count):
         S[0, q], S[1, q], S[2, q] = cross(-section[2, q] * section[0, q], vector(u, 1, q), vector(u, 2, q))
 
 
 @entry
-def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def modulus_at(u: Any, _: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """D = weight sym(-df/du), shape (9, 9, p, e)."""
     count = points * cells
-    u, section, D = carray(u, (rows, count)), carray(section, (LINES, count)), carray(D, (rows, rows, count))
+    u, section, D = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(D, (ROWS, ROWS, count))
     D[:] = 0.0
     for q in range(count):
         half = 0.5 * section[2, q] * section[0, q]
@@ -72,10 +73,10 @@ def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cel
 
 
 @entry
-def edge_energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def edge_energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """-p (V - V0) [J] summed over all points, V the area beside the edge: W[0]."""
     count, total = points * cells, 0.0
-    u, section = carray(u, (rows, count)), carray(section, (LINES, count))
+    u, section = carray(u, (EDGE_ROWS, count)), carray(section, (LINES, count))
     for q in range(count):
         area = u[0, q] * u[3, q] - u[1, q] * u[2, q]
         total -= 0.5 * section[2, q] * section[0, q] * (area - section[1, q])
@@ -83,10 +84,10 @@ def edge_energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int,
 
 
 @entry
-def edge_stress_at(u: Any, _: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def edge_stress_at(u: Any, _: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """S = -weight (p J^T r,1, 0), shapes (4, p, e)."""
     count = points * cells
-    u, section, S = carray(u, (rows, count)), carray(section, (LINES, count)), carray(S, (rows, count))
+    u, section, S = carray(u, (EDGE_ROWS, count)), carray(section, (LINES, count)), carray(S, (EDGE_ROWS, count))
     S[2:] = 0.0
     for q in range(count):
         load = section[2, q] * section[0, q]
@@ -94,10 +95,10 @@ def edge_stress_at(u: Any, _: Any, section: Any, S: Any, rows: int, points: int,
 
 
 @entry
-def edge_modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def edge_modulus_at(u: Any, _: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """D = weight sym(-df/du), shape (4, 4, p, e)."""
     count = points * cells
-    section, D = carray(section, (LINES, count)), carray(D, (rows, rows, count))
+    section, D = carray(section, (LINES, count)), carray(D, (EDGE_ROWS, EDGE_ROWS, count))
     D[:] = 0.0
     for q in range(count):
         half = 0.5 * section[2, q] * section[0, q]

@@ -34,7 +34,7 @@ import numpy as np
 from ..core.compiling.entries import LANES, entry, unfold
 from ..core.compiling.jit import carray, inlined
 from .membrane_law import hooke, quadratic
-from .vectors import Vector, combine, cross, dot
+from .vectors import ALL, Vector, combine, cross, dot, held_product
 
 LINES = 7  #: rows of a section
 ROWS = 15  #: of gradients
@@ -99,7 +99,7 @@ def quadratics(section: np.ndarray, q: int, E: Vector, k: Vector) -> float:
 
 
 @entry
-def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """Strain energy [J] summed over all points: W[0]."""
     count, total = points * cells, 0.0
     u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
@@ -111,7 +111,7 @@ def energy_at(u: Any, _: Any, section: Any, W: Any, rows: int, points: int, cell
 
 
 @entry
-def dissipation_at(u: Any, rate: Any, section: Any, W: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def dissipation_at(u: Any, rate: Any, section: Any, W: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """W (p, e) = weight (A dE/dt : C : dE/dt + B db/dt : C : db/dt) of gradient rates [W]."""
     count = points * cells
     u, v, section, W = carray(u, (ROWS, count)), carray(rate, (ROWS, count)), carray(section, (LINES, count)), carray(W, count)
@@ -122,7 +122,7 @@ def dissipation_at(u: Any, rate: Any, section: Any, W: Any, rows: int, points: i
 
 
 @entry
-def stress_at(u: Any, rate: Any, section: Any, S: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def stress_at(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`), shapes (15, p, e)."""
     count = points * cells
     u, section, S = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(S, (ROWS, count))
@@ -161,7 +161,7 @@ def put(T: np.ndarray, k: int, i: int, j: int, value: float) -> None:
 
 
 @entry
-def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cells: int, law: int, beta: float) -> None:
+def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
     """D = weight d2W/du2 + beta (material part), shape (15, 15, p, e), symmetric; `beta` [-]: damping time times gh.
 
     (r,a r,b):  N_ab I + A C:r,c r,d + f n n + g^a r^b n + g^b n r^a,  g^a = m_i G_i^a,
@@ -169,15 +169,20 @@ def modulus_at(u: Any, _: Any, section: Any, D: Any, rows: int, points: int, cel
     (r,i r,a):  -(C_ij G_j^a n + m_i r^a) n        (r,i r,j):  C_ij n n
     """
     count, T = points * cells, np.zeros((ROWS * (ROWS + 1) // 2, LANES))
-    u, section, D = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(D, (ROWS, ROWS, count))
+    u, w, D = carray(u, (ROWS, count)), carray(held, (ROWS, count)), carray(D, (ROWS, ROWS, count))
+    section = carray(section, (LINES, count))
     for start in range(0, count, LANES):
         for lane in range(min(LANES, count - start)):
             q = start + lane
             frame = frame_of(u, q)
             a1, a2, c1, c2, n = frame
-            E, k = strains(u, section, q, frame)
+            _, k = strains(u, section, q, frame)
+            _, bent = strains(w, section, q, frame_of(w, q)) if way == ALL else (k, k)
+            d1, d2 = vector(w, 0, q), vector(w, 1, q)
+            e11, e22 = 0.5 * (held_product(way, a1, a1, d1, d1) - 1.0), 0.5 * (held_product(way, a2, a2, d2, d2) - 1.0)
+            e12 = 0.5 * held_product(way, a1, a2, d1, d2)
             A, B, nu = section[6, q] * section[0, q], section[6, q] * section[1, q], section[2, q]
-            N, m = hooke(A, nu, E[0], E[1], E[2]), moments(B, nu, k)
+            N, m = hooke(A, nu, e11, e22, e12), moments(B, nu, bent)
             A, B = (1.0 + beta) * A, (1.0 + beta) * B
             half, G1, G2 = 0.5 * A * (1.0 - nu), projections(u, q, c1), projections(u, q, c2)
             h1, h2, g1, g2 = moments(B, nu, G1), moments(B, nu, G2), dot(m, G1), dot(m, G2)

@@ -32,6 +32,7 @@ import numpy as np
 
 from ..core.compiling.entries import entry
 from ..core.compiling.jit import carray, inlined
+from .vectors import LINEAR
 
 Terms = Sequence[tuple[int, int, float]]  #: (i, j, f) of a strain: f u_i . u_j
 
@@ -78,7 +79,7 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         found[kind] = entry(function)
 
     @named
-    def energy(u: Any, _: Any, section: Any, W: Any, n: int, points: int, cells: int, option: int, beta: float) -> None:
+    def energy(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
         count = points * cells
         u, c = carray(u, (rows, count)), carray(section, (lines, count))
         e, total = np.empty((many, count)), 0.0
@@ -95,7 +96,7 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         carray(W, 1)[0] = total
 
     @named
-    def damped_stress(u: Any, rate: Any, section: Any, S: Any, n: int, points: int, cells: int, option: int, beta: float) -> None:
+    def damped_stress(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
         count = points * cells
         u, v, c, S = (
             carray(u, (rows, count)),
@@ -130,7 +131,7 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
     found["stress"] = found["damped_stress"]
 
     @named
-    def dissipation(u: Any, rate: Any, section: Any, W: Any, n: int, points: int, cells: int, option: int, beta: float) -> None:
+    def dissipation(u: Any, rate: Any, section: Any, W: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
         count = points * cells
         u, v, c, W = carray(u, (rows, count)), carray(rate, (rows, count)), carray(section, (lines, count)), carray(W, count)
         e = np.zeros((many, count))
@@ -147,7 +148,7 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
                 W[q] += c[lines - 1, q] * parts[m] * c[stiff, q] * e[coupled + m, q] ** 2
 
     @named
-    def modulus(u: Any, held: Any, section: Any, D: Any, n: int, points: int, cells: int, option: int, beta: float) -> None:
+    def modulus(u: Any, held: Any, section: Any, D: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
         u, c = carray(u, (rows, points, cells)), carray(section, (lines, points, cells))
         w = carray(held, (rows, points, cells))
         D = carray(D, (rows, rows, points, cells))
@@ -157,7 +158,12 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
             weight = c[lines - 1, p]
             s[:] = 0.0
             begin(first, c[:, p], e)
-            add_products(of, factors, 1.0, w[:, p], w[:, p], e)
+            if way == LINEAR:
+                add_products(of, factors, 1.0, u[:, p], w[:, p], e)
+                add_products(of, factors, 1.0, w[:, p], u[:, p], e)
+                add_products(of, factors, -1.0, w[:, p], w[:, p], e)
+            else:
+                add_products(of, factors, 1.0, w[:, p], w[:, p], e)
             for a in range(rows):
                 for b in range(a + 1):
                     for q in range(cells):

@@ -26,7 +26,7 @@ Vectors: TypeAlias = list[sympy.Matrix]  #: r,1 ... r,k
 Energy: TypeAlias = Callable[..., Expression]  #: W of vectors and of the numbers of a section but the weight
 Dissipation: TypeAlias = Callable[..., Expression]  #: R of vectors, their rates and those numbers
 
-HEAD = "(u: Any, v: Any, s: Any, out: Any, rows: int, points: int, cells: int, option: int, beta: float) -> None:"
+HEAD = "(u: Any, v: Any, s: Any, out: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:"
 FRAMES = {  # of a loop over all points, with where the results of a point go
     "energy": (
         """    {views}
@@ -45,14 +45,14 @@ FRAMES = {  # of a loop over all points, with where the results of a point go
     ),
     "stress": (
         """    {views}
-    S = carray(out, (rows, count))
+    S = carray(out, ({rows}, count))
     for q in range(count):
         {point}""",
         "S[{0}, q] =",
     ),
     "modulus": (
         """    {views}
-    D, T = carray(out, (rows, rows, count)), np.empty(({size}, LANES))
+    D, T = carray(out, ({rows}, {rows}, count)), np.empty(({size}, LANES))
     for first in range(0, count, LANES):
         for k in range(min(LANES, count - first)):
             q = first + k
@@ -62,7 +62,7 @@ FRAMES = {  # of a loop over all points, with where the results of a point go
     ),
     "small modulus": (
         """    {views}
-    D = carray(out, (rows, rows, count))
+    D = carray(out, ({rows}, {rows}, count))
     for q in range(count):
         {point}""",
         "D[{1}, {2}, q] = D[{2}, {1}, q] =",
@@ -146,10 +146,10 @@ def loop(law: LawSymbols, dim: int, kind: str, name: str) -> str:
     target += " D[{1}, {2}, q] +" if onto and target[0] == "D" else ""
     pairs = [(i, j) for i in range(count) for j in range(i + 1)]
     point = lines + [f"{target.format(k, *pair)} {value}" for k, (value, pair) in enumerate(zip(found, pairs, strict=False))]
-    views = ["u = carray(u, (rows, count))", f"s = carray(s, ({numbers}, count))"]
-    views += ["v = carray(v, (rows, count))"] if lines and "v[" in lines[0] else []
+    views = [f"u = carray(u, ({count}, count))", f"s = carray(s, ({numbers}, count))"]
+    views += [f"v = carray(v, ({count}, count))"] if lines and "v[" in lines[0] else []
     indent = " " * (12 if target[0] == "T" else 8)
-    text = frame.format(views="\n    ".join(views), point=f"\n{indent}".join(point), size=len(found), onto=onto)
+    text = frame.format(views="\n    ".join(views), point=f"\n{indent}".join(point), size=len(found), onto=onto, rows=count)
     return f"@entry\ndef {name}{HEAD}\n    count = points * cells\n{text}"
 
 

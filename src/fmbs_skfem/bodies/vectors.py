@@ -8,6 +8,9 @@ from __future__ import annotations
 from ..core.compiling.jit import inlined
 
 Vector = tuple[float, float, float]
+#: what a modulus takes from the gradients that it holds: axial and membrane forces, those of strains that are linear from there to
+#: its own gradients, or all stresses
+AXIAL, LINEAR, ALL = range(3)
 
 
 @inlined
@@ -26,3 +29,9 @@ def cross(f: float, a: Vector, b: Vector) -> Vector:
 def combine(f: float, a: Vector, h: float, b: Vector) -> Vector:
     """f a + h b."""
     return f * a[0] + h * b[0], f * a[1] + h * b[1], f * a[2] + h * b[2]
+
+
+@inlined
+def held_product(way: int, u: Vector, v: Vector, a: Vector, b: Vector) -> float:
+    """a.b of vectors that are held for u and v, or what is LINEAR from there to u.v, see `laws.call_modulus`."""
+    return dot(a, v) + dot(u, b) - dot(a, b) if way == LINEAR else dot(a, b)

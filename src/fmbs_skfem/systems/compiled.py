@@ -18,7 +18,7 @@ from ..core.storage.records import dataclass
 from . import evaluation, layouts, work
 from .connections import constraint_laws
 from .connections.constraint_laws import Constraint
-from .evaluation import NOW, Arrays, ConstraintTerms, ElasticTerms, Evaluation, Samples, Space
+from .evaluation import ACCEPTED, EXACT, NOW, Arrays, ConstraintTerms, ElasticTerms, Evaluation, Samples, Space
 from .forces import low_rank
 from .forces import on_rows as attachments
 from .forces.on_rows import Force, Place
@@ -128,7 +128,7 @@ def space(model: Compiled) -> Space:
         W=W,
         entries=W.reshape(-1) if entries is None else np.zeros(entries),
         turning=np.zeros(1, np.int64),
-        holding=np.zeros(1, np.int64),
+        holding=np.full(1, EXACT),
         turned=np.zeros(sum(term.turned for term in model.terms)),
         gradients=np.zeros((2, sum(term.kept for term in model.terms))),
         way=np.zeros(n),
@@ -226,7 +226,7 @@ def compile_terms(system: System, parts: Pieces, targets: Callable[[np.ndarray],
     for one, owner in zip(parts.storages, parts.owners, strict=True):
         kept, turned = sum(term.kept for term in found), sum(term.turned for term in found)
         term = storages.compile_term(one, Setting(system.dim, system.elastic[owner].beta, targets, kept, turned))
-        found.append(replace(term, follows=True) if one.law.follows else term)
+        found.append(replace(term, follows=one.law.follows, holds=one.law.holds and term.kept > 0))
     return found
 
 
@@ -580,13 +580,15 @@ def tangent(
     gh: float = 0.0,
     memory: np.ndarray | None = None,
     v: np.ndarray | None = None,
+    held: tuple[np.ndarray, int] | None = None,
 ) -> csr_array:
     """d/dx (f + Phi_x^T lambda) + gh df/dv, (n, n), of a state as of `place`: elastic tangent, springs, joints and forces.
 
-    x, v (n,), at rest without v, multipliers (m,), t [s], gh [1/s]; C of the system counts gh times. Inertia is not in it.
+    x, v (n,), at rest without v, multipliers (m,), t [s], gh [1/s]; C of the system counts gh times. Inertia is not in it. Stresses
+    may be those of another state, as in `elastic_tangent`.
     """
     # exact, for equilibria and modes, where a step may take one that is rotated or old
-    K = csr_array(elastic_tangent(model, x, gh)) + csr_array(model.system.stiffness)
+    K = csr_array(elastic_tangent(model, x, gh, held)) + csr_array(model.system.stiffness)
     return csr_array(K + probe_tangent(model, x, multipliers, t, gh, memory, v) + gh * csr_array(model.system.damping))
 
 
@@ -645,17 +647,24 @@ def force_slopes(
         first = last
 
 
-def elastic_tangent(model: Compiled, x: np.ndarray, gh: float) -> csr_array | np.ndarray:
+def elastic_tangent(
+    model: Compiled, x: np.ndarray, gh: float, held: tuple[np.ndarray, int] | None = None
+) -> csr_array | np.ndarray:
     """Elastic tangent K + gh C (n, n) at x (n,), an array where the system is dense, sparse otherwise.
 
         K + gh C = sum L^T (d2W/du2 + gh beta d2R/dv2) L
 
-    beta [s] are the damping times of the bodies, gh [1/s]; linear springs are not in it.
+    beta [s] are the damping times of the bodies, gh [1/s]; linear springs are not in it. With `held`, a state (n,) and in
+    which way, laws that hold stresses take those of it, see `laws.call_modulus`.
     """
     found, table = model.evaluation
-    W = found.space.W
-    W[:], found.space.x[:], found.space.gh[0] = 0.0, x[model.order], gh
+    W, space = found.space.W, found.space
+    if held is not None and space.gradients.size:
+        evaluate(model, held[0])
+        space.gradients[ACCEPTED], space.holding[0] = space.gradients[NOW], held[1]
+    W[:], space.x[:], space.gh[0] = 0.0, x[model.order], gh
     evaluation.sum_tangents(table)
+    space.holding[0] = EXACT
     model.check()
     # of large models W has no rows and columns of its own
     return model.pattern.assembled(W[0]) if model.pattern else model.layout.matrix(W)

@@ -96,6 +96,7 @@ class Arrays(NamedTuple):
 
 
 NOW, ACCEPTED = range(2)  #: rows of the gradients of a space: of the last evaluation, and of that of the accepted state
+EXACT = -1  #: tangents take the stresses of the state itself, not those of row ACCEPTED in one of the ways of a law
 
 
 class Space(NamedTuple):
@@ -122,7 +123,7 @@ class Space(NamedTuple):
     turning: Integers  #: (1,) 1 where terms may turn the tangents that they assembled last
     turned: Vector  #: what they keep for it, see `turned_tangents`
     gradients: Matrix  #: (2, g) of cells and points that hold stresses, and their rates of damped ones: rows NOW and ACCEPTED
-    holding: Integers  #: (1,) 1 where tangents take the stresses of the accepted state
+    holding: Integers  #: (1,) EXACT, or in which way tangents take the stresses of row ACCEPTED, see `laws.call_modulus`
     way: Vector  #: (n,) of the last step
     span: Vector  #: (1,) its time [s]
     y: Vector  #: (j,) probe rows

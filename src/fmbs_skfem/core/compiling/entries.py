@@ -1,8 +1,8 @@
 """Compiled functions that others call by address, so that only what a model needs is compiled.
 
     @entry
-    def stress_at(u, rate, section, S, rows, points, cells, law, beta) -> None      four pointers, four integers, one number
-    call(address, (u, rate, section, S), (rows, points, cells, law), beta)          inside compiled code
+    def stress_at(u, rate, section, S, way, points, cells, law, beta) -> None      four pointers, four integers, one number
+    call(address, (u, rate, section, S), (0, points, cells, law), beta)          inside compiled code
 
     A = view(x, at, (m, n))     the m n numbers of the array x from x[at] on, counted row by row, as a matrix that owns nothing
 

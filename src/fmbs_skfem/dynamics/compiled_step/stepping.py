@@ -40,6 +40,7 @@ from typing import Any
 
 import numpy as np
 
+from ...bodies.vectors import AXIAL
 from ...core.compiling.jit import jit, summing
 from ...core.compiling.structs import invoke, routine
 from ...systems import evaluation, kernels, work
@@ -416,9 +417,9 @@ def iterate(table: Any, step: int, growing: bool) -> int:
             # correction with old ones before
             brief, turned = iteration > 0 and w.kind[3] < 2, w.kind[1] == 1
             S.job.counters[FACTORISATIONS] += 1
-            S.space.holding[0] = iteration < HELD
+            S.space.holding[0] = AXIAL if iteration < HELD else evaluation.EXACT
             failed = invoke(S.doors.factorise, table, 0)
-            S.space.holding[0] = 0
+            S.space.holding[0] = evaluation.EXACT
             if failed != 0:
                 return SINGULAR
             w.kind[3], fresh = 0, 1

@@ -12,8 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import eig
+from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, eigs
 
+from ...bodies.vectors import ALL
 from ...core.algebra import ranks, saddle
 from ...core.errors import InputError, listed, say
 from ...core.storage.records import dataclass
@@ -23,7 +25,7 @@ from ...systems.connections.redundancy import scale_of, without_redundant
 from ...systems.forces import pressure
 from ...systems.signals import Cosine, Sine
 from ...systems.system import System
-from ..equilibria.equilibrium import newton_statics, unloaded
+from ..equilibria.equilibrium import Equilibrium, newton_statics, unloaded
 from ..equilibria.loading import INSTANTS, ramp
 from ..histories import signal_names
 from ..scheme import STATIC, Newton
@@ -61,8 +63,9 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> BucklingModes
     """The `count` load factors of least size at which K0 + k K1 is singular.
 
     The factor 1 stands for the loads at `time` [s] as in `solve_statics`; K1 is taken from loads of a hundredth of the least one.
-    Loads without a potential may have no factor: theirs count only where loads of twice the size predict the same.
-    Exact where equilibria lie on a straight path, as in a column; where a structure bends before, `follow_path` finds what happens.
+    Loads without a potential may have no factor: theirs count only where loads of twice the size predict the same, as do those of
+    laws of one's own and of polynomials. Exact where equilibria lie on a straight path, as in a column; what a structure bends
+    before is left out, as small beside its size; `follow_path` finds what happens.
     InputError where loads never take the stiffness away, do not change it or not grow in proportion, or the system is free to move.
     """
     if uneven := uneven_histories(system, time):
@@ -75,10 +78,11 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> BucklingModes
         raise InputError(say("buckling", "a system that its joints hold", "; ".join(free), "hold it by joints"))
     for _ in range(2):
         found = predict_buckling(model, count, probe)
-        if not found.conservative:
+        if not found.conservative or not holds(model):
             found = common(found, predict_buckling(model, count, 2.0 * probe))
         if not len(found.factors):
-            none = "look at `complex_modes` for flutter"
+            bends = found.conservative and not holds(model)
+            none = "it bends before: use `follow_path`" if bends else "look at `complex_modes` for flutter"
             raise InputError(say("buckling", "loads at which the system loses its stiffness", "none", none))
         probe = PROBE * float(abs(found.factors[0]))
     return found
@@ -102,6 +106,22 @@ def uneven_histories(system: System, time: float) -> list[str]:
     return list(dict.fromkeys(found))
 
 
+def holds(model: Compiled) -> bool:
+    """Whether tangents of all bodies take stresses of another state."""
+    return all(term.holds for term in model.terms if not term.follows)
+
+
+def stressed(model: Compiled, found: Equilibrium, factor: float) -> csr_array:
+    """K (n, n) of the reference with the stresses of an equilibrium, and of all forces there.
+
+    What bends before it buckles turns its stiff directions: the tangent of the equilibrium has the first power of these turns, and
+    without the second they look like a loss of stiffness. Where laws hold no stresses there is only that one.
+    """
+    x, held = (model.system.x0, (found.x, ALL)) if holds(model) else (found.x, None)
+    K = csr_array(compiled.elastic_tangent(model, x, 0.0, held)) + csr_array(model.system.stiffness)
+    return csr_array(K + compiled.probe_tangent(model, found.x, found.multipliers, factor, 0.0, found.memory, None))
+
+
 def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes:
     """Buckling of a system over the load factor, with K1 from the equilibria at the factors `probe` and -`probe`."""
     system, n = model.system, model.system.size
@@ -110,7 +130,7 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes
         loaded = pressure.at_load_factor(model, factor)
         found = newton_statics(loaded, start, Newton(STATIC), factor, "load factor")
         states.append(found.x)
-        sides.append(compiled.tangent(loaded, found.x, found.multipliers, factor, 0.0, found.memory))
+        sides.append(stressed(loaded, found, factor))
     J = compiled.gap(model, system.x0, 0.0)[1]
     J = J[ranks.independent_rows(J, units=scale_of(system))]
     K0, K1 = 0.5 * (sides[0] + sides[1]), (sides[0] - sides[1]) / (2.0 * probe)
@@ -134,7 +154,9 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes
         inverses, vectors = eigs(LinearOperator((n, n), matvec=product, dtype=float), min(4 * count + 4, n - 2), v0=first)
     size = np.abs(inverses)
     real = np.flatnonzero((np.abs(inverses.imag) <= REAL * size) & (size > FOUND * size.max()))
-    kept = real[np.argsort(-np.abs(inverses[real]), kind="stable")][:count]
+    # of two factors that differ by their sign the positive one comes first
+    order = np.abs(inverses[real]) * (1.0 + REAL * (inverses[real].real > 0.0))
+    kept = real[np.argsort(-order, kind="stable")][:count]
     shapes, path = largest_one(vectors[:, kept].real), (states[0] - states[1]) / (2.0 * probe)
     skew = np.linalg.norm(solved(K1 @ first - K1.T @ first)) > POTENTIAL * np.linalg.norm(product(first))
     stiffness = np.einsum("ni,ni->i", shapes, np.asarray(K0 @ shapes))

@@ -23,13 +23,14 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ...bodies import laws
+from ...bodies.vectors import AXIAL
 from ...core.algebra.linalg import as_dense, is_sparse, stacked
 from ...core.compiling.entries import view
 from ...core.compiling.structs import Callback, Routine, Shorts, Vector, address_of, packed, routine, unpacked
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
 from ..affine import Affine, Matrix
-from ..evaluation import ACCEPTED, NOW, Space, evaluation
+from ..evaluation import ACCEPTED, EXACT, NOW, Space, evaluation
 
 Function: TypeAlias = Callable[..., Any]
 
@@ -86,6 +87,7 @@ class Term(Piece):
     kept: int = 0  #: numbers in the gradients of a space
     follows: bool = False  #: whether it is a load that follows what it pushes, which does work and stores nothing
     turned: int = 0  #: numbers that it keeps of a tangent, to turn it with its body
+    holds: bool = False  #: whether its tangents take stresses of another state
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -200,8 +202,9 @@ def at_points(
         rows, points, cells = u.shape
         D = view(s.work[1], 0, (rows, rows, points, cells))
         # on the way of a step guesses stretch what turns: stresses of the state before are nearer to those of its end
-        held = place(P, s.gradients[ACCEPTED], P.kept) if P.kept >= 0 and s.holding[0] == 1 else u
-        laws.call_modulus(P.calls, u, held, s.gh[0] * P.beta, P.section, D)
+        holds = P.kept >= 0 and s.holding[0] != EXACT
+        held = place(P, s.gradients[ACCEPTED], P.kept) if holds else u
+        laws.call_modulus(P.calls, u, held, s.holding[0] if holds else AXIAL, s.gh[0] * P.beta, P.section, D)
         add_tangent(s, P, D)
         return 0
 
