@@ -21,6 +21,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 from ..declared import Declared
 from ..errors import InputError, closest, say
+from . import synonyms
 from .expressions import Expression
 from .fields import Context, Schema, Takes, mapping_schema, quantity, read_text, whole
 from .problems import Problem, Problems, read_all, shown
@@ -255,7 +256,7 @@ def read_family(family: type[Declared], value: object, context: Context) -> Any:
         raise Problem(f"the key '{family.tag}'", "no such key", f"write one of {', '.join(words)}")
     word = str(value[family.tag])
     if word not in family.known:
-        near = closest(word, words) or meant(word, family)
+        near = synonyms.meant(word, synonyms.WORDS.get(family.__name__, {}), known) or meant(word, family)
         raise Problems([((family.tag,), Problem(f"one of {', '.join(words)}", f"{shown(word)}{near}"))])
     return with_word(make(family.known[word], value, context, {family.tag: word}), word)
 

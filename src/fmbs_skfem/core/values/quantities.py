@@ -14,7 +14,21 @@ from collections.abc import Mapping
 from . import expressions
 from .functions import ALGEBRA, Operand
 from .problems import Problem, shown
-from .units import EXPONENT, NUMBER, PI, UNITS, Dimension, Quantity, describe, finite, measure, refuse_cycles, starts_with_number
+from .units import (
+    ACCELERATION,
+    EXPONENT,
+    MASS,
+    NUMBER,
+    PI,
+    UNITS,
+    Dimension,
+    Quantity,
+    describe,
+    finite,
+    measure,
+    refuse_cycles,
+    starts_with_number,
+)
 
 
 def convert(value: object, dimension: Dimension, parameters: Mapping[str, Quantity] | None = None) -> float:
@@ -24,7 +38,8 @@ def convert(value: object, dimension: Dimension, parameters: Mapping[str, Quanti
     # radians are numbers: a velocity may be r * w
     if not (got in (wanted, NUMBER.exponents) or (got[:3] == wanted[:3] and (wanted[3] or _is_expression(value)))):
         advice = f"write a number, or a quantity in {dimension.unit}" if dimension.unit else "write a number without a unit"
-        raise Problem(str(dimension), f"{shown(value)} ({describe(got)})", advice)
+        grams = got == MASS.exponents and dimension == ACCELERATION
+        raise Problem(str(dimension), f"{shown(value)} ({describe(got)})", advice + grams * "; g is a gram, 1 g is 9.80665 m/s^2")
     refuse_cycles(quantity, dimension, value)
     return quantity.value
 

@@ -3,7 +3,7 @@
     value [SI] = number * product_i (prefix_i unit_i)^n_i,    dimension = sum_i n_i dimension_i
 
 Exponents of a dimension count kilogram, metre, second and radian. Hertz counts turns, which a factor pi makes radians: 2 pi f is an
-angular velocity, f alone is refused as one.
+angular velocity, f alone is refused as one, and so is 3000 1/min, which is meant as 3000 rpm.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import re
 from fractions import Fraction
 from typing import TypeAlias
 
-from ..errors import closest
 from ..storage.records import dataclass
+from . import synonyms
 from .problems import Problem, shown
 
 Exponents: TypeAlias = tuple[Fraction, ...]
@@ -80,6 +80,9 @@ def find_dimension(unit: str) -> Dimension:
     return known or Dimension("quantity", unit, measure(f"1 {unit}").exponents)
 
 
+#: exact by definition: the international inch [m] and pound [kg] of 1959, the standard acceleration of gravity [m/s^2] (BIPM, The
+#: International System of Units; NIST Special Publication 811, appendix B)
+INCH, POUND, STANDARD = Fraction("0.0254"), Fraction("0.45359237"), Fraction("9.80665")
 _PREFIXES = {"": 0, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "k": 3, "M": 6, "G": 9}  #: power of ten
 _SCALED: dict[str, tuple[Fraction | int, Dimension]] = {
     "m": (1, LENGTH), "g": (Fraction(1, 1000), MASS), "s": (1, TIME), "N": (1, FORCE), "Pa": (1, PRESSURE), "J": (1, MOMENT),
@@ -93,6 +96,17 @@ _OTHERS: dict[str, tuple[Fraction, Exponents]] = {
     "h": (Fraction(3600), TIME.exponents),
     "deg": (Fraction(math.pi) / 180, ANGLE.exponents),
     "rpm": (Fraction(math.pi) / 30, ANGULAR_VELOCITY.exponents),
+    "rev": (Fraction(math.pi) * 2, ANGLE.exponents),
+    "U": (Fraction(math.pi) * 2, ANGLE.exponents),
+    "in": (INCH, LENGTH.exponents),
+    "ft": (12 * INCH, LENGTH.exponents),
+    "lbm": (POUND, MASS.exponents),
+    "lbf": (POUND * STANDARD, FORCE.exponents),
+    "kgf": (STANDARD, FORCE.exponents),
+    "psi": (POUND * STANDARD / INCH**2, PRESSURE.exponents),
+    "ksi": (1000 * POUND * STANDARD / INCH**2, PRESSURE.exponents),
+    "Nm": (Fraction(1), MOMENT.exponents),
+    "kNm": (Fraction(1000), MOMENT.exponents),
     "1": (Fraction(1), NUMBER.exponents),
 }
 UNITS: dict[str, tuple[Fraction, Exponents]] = {
@@ -102,7 +116,7 @@ UNITS: dict[str, tuple[Fraction, Exponents]] = {
 } | _OTHERS  #: scale to SI and exponents
 KNOWN = f"{', '.join(_SCALED)}, these also with {', '.join(filter(str.isascii, filter(None, _PREFIXES)))} before; "
 KNOWN += ", ".join(name for name in _OTHERS if name != "1")  #: all units, for messages
-CYCLES = frozenset(prefix + "Hz" for prefix in _PREFIXES)
+CYCLES = {prefix + "Hz": 1 for prefix in _PREFIXES} | {"min": -1, "h": -1}  #: units that count turns, by the sign of their power
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµμ]|1\s*/).*)?\s*", re.ASCII | re.DOTALL)
 _FACTOR = re.compile(r"\s*([*·/]?)\s*([A-Za-zµμ]+|1(?=\s*/))\s*(?:(?:\^|\*\*)\s*([-+]?\d))?\s*", re.ASCII)
@@ -113,8 +127,8 @@ EXPONENT = 12  #: largest power of a base unit
 def refuse_cycles(quantity: Quantity, dimension: Dimension, got: object) -> None:
     """Raises a Problem where turns stand for radians."""
     if quantity.cycles > 0 and dimension.exponents[3]:
-        same = f"1 Hz is {2 * math.pi:.10g} rad/s or 60 rpm; a frequency f of parameters is written 2 * pi * f"
-        raise Problem(str(dimension), f"{shown(got)}, which counts turns in hertz", same)
+        same = f"1 Hz is {2 * math.pi:.10g} rad/s or 60 rpm, 1 1/min is 1 rpm; a frequency f of parameters is written 2 * pi * f"
+        raise Problem(str(dimension), f"{shown(got)}, which counts turns in 1/min or hertz", same)
 
 
 def measure(text: str) -> Quantity:
@@ -187,12 +201,12 @@ def _unit(text: str, whole: str) -> tuple[Fraction, Exponents, int]:
         if match is None:
             raise Problem("a unit such as mm, kg/m^3 or N m", shown(whole), f"'{text[position:][:20]}' is not part of a unit")
         if match[2] not in UNITS:
-            hint = closest(match[2], UNITS).removeprefix("; ")
+            hint = synonyms.meant(match[2], synonyms.UNITS, UNITS).removeprefix("; ")
             raise Problem(f"a known unit ({KNOWN})", shown(match[2]), hint)
         power = int(match[3] or 1) * (-1 if match[1] == "/" else 1)
         factor, own = UNITS[match[2]]
         scale, exponents = scale * factor**power, tuple(n + power * m for n, m in zip(exponents, own, strict=True))
-        cycles, position = max(cycles, int(match[2] in CYCLES and power > 0)), match.end()
+        cycles, position = max(cycles, int(CYCLES.get(match[2], 0) * power > 0)), match.end()
         if abs(max(exponents, key=abs)) > EXPONENT:
             raise Problem("a unit with small powers", shown(whole))
-    return scale, exponents, cycles
+    return scale, exponents, 0 if exponents[3] else cycles
