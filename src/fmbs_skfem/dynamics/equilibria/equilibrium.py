@@ -188,7 +188,7 @@ def tangent_at(
     Unknowns count by how far they move points, rows of J by their lengths: a soft spring turns a small body as a large one.
     With the state (n,) `before` a correction, stresses are those that it expected: turns stretch by their square what is slender,
     and its forces then are of no solution (Magisano, Leonetti, Garcea, Comput. Methods Appl. Mech. Eng. 313 (2017) 986-1005,
-    doi:10.1016/j.cma.2016.10.024).
+    doi:10.1016/j.cma.2016.10.023).
     """
     held = None if before is None else (before, LINEAR)
     K, J = compiled.tangent(model, x, multipliers, time, 0.0, memory, held=held), compiled.gap(model, x, time)[1]
