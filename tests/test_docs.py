@@ -18,6 +18,7 @@ from urllib.parse import unquote, urlsplit
 import numpy as np
 import pytest
 
+from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Given, cable
 from fmbs_skfem.shapes import plate_meshes
 
@@ -201,3 +202,16 @@ def test_public_objects_say_what_they_are_with_shapes() -> None:
         elif ARRAY.search(str(getattr(inspect.unwrap(own), "__annotations__", {}))) and not SHAPE.search(text):
             shapeless.append(path)
     assert (silent, shapeless) == ([], [])
+
+
+def test_models_of_other_codes_run_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three scenes: a bent rod of Timoshenko (Roark: GJ = 0.229 w^3 h G), and sqrt(l^2 - r^2) of a slider at a quarter turn."""
+    monkeypatch.chdir(DOCS.parent)
+    pendulum, torsion, crank = (
+        scenes.loads(text, DOCS.parent).run().outputs for text in pages.blocks("docs/coming_from.md", "yaml")
+    )
+    assert -0.75 * 9.81 * 0.1**2 < pendulum["tip_y"][-1] < -0.5 * 9.81 * 0.1**2  # between a rigid rod and one that bends freely
+    w, h, E = 0.02, 0.04, 210e9
+    assert torsion["tip_z"][-1] == pytest.approx(-50 / (3 * E * w * h**3 / 12), rel=5e-3)
+    assert torsion["turned"][-1] == pytest.approx(20 / (0.229 * h * w**3 * E / 2.6), rel=5e-3)
+    assert crank["stroke"][-1] == pytest.approx(np.sqrt(0.3**2 - 0.1**2), abs=1e-6)
