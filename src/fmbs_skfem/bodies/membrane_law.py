@@ -23,7 +23,7 @@ from typing import Any
 
 from ..core.compiling.entries import entry
 from ..core.compiling.jit import carray, inlined, jit
-from .vectors import held_product
+from .vectors import AXIAL, held_product
 
 LINES = 3  #: rows of a section
 ROWS = 4  #: of gradients
@@ -119,7 +119,8 @@ def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, c
     D11 = N11 I + A r,1 r,1 + G r,2 r,2,  D12 = N12 I + A nu r,1 r,2 + G r,2 r,1,  D22 like D11,  G = A (1 - nu)/2.
     """
     count = points * cells
-    u, w, D = carray(u, (ROWS, count)), carray(held, (ROWS, count)), carray(D, (ROWS, ROWS, count))
+    # steps in the plane gain nothing from stresses of the state before, and end with a larger rest
+    u, w, D = carray(u, (ROWS, count)), carray(u if way == AXIAL else held, (ROWS, count)), carray(D, (ROWS, ROWS, count))
     section = carray(section, (LINES, count))
     for q in range(count):
         x1, y1, x2, y2 = u[0, q], u[1, q], u[2, q], u[3, q]

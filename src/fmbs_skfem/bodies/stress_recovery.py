@@ -104,7 +104,7 @@ def carrying(law: Law, section: np.ndarray) -> np.ndarray:
     """
     axial = np.abs(section[0])
     if {"EA", "EI"} <= set(law.section):
-        axial = section[law.section.index("EA")] / np.sqrt(section[law.section.index("EI")])
+        axial = np.abs(section[law.section.index("EA")]) / np.sqrt(np.abs(section[law.section.index("EI")]))
     return np.asarray(axial >= 0.5 * axial.mean())
 
 

@@ -112,18 +112,16 @@ def newton_statics(
     What found the state before comes first. Tangents of expected stresses find equilibria of what is slender in a tenth of the
     corrections, those of the state itself are the first to leave a branch that is no longer stable: one with other negative pivots
     is taken from them alone, if they find any. `unit` says what `time` is, for messages; `few` iterations at most of either, by
-    default Newton's, and then 4 times as many.
+    default 4 times Newton's.
     """
-    ways = start.expects, not start.expects
-    tries = [(way, few) for way in ways] if few else [(way, n * newton.iterations) for n in (1, 4) for way in ways]
     failures, other = list[SolverError](), None
-    for expects, most in tries:
+    for expects in (start.expects, not start.expects):
         try:
-            found = iterate(model, start, newton, time, unit, most, expects)
+            found = iterate(model, start, newton, time, unit, few or 4 * newton.iterations, expects)
         except SolverError as error:
             failures.append(error)
             continue
-        if not expects or found.negative == start.negative:
+        if not expects or (found.negative is not None and found.negative == start.negative):
             return found
         other = found
     if other is None or (few and failures):
