@@ -230,9 +230,9 @@ def call_modulus(
 ) -> None:
     """D = weight d2W/du2 (+ viscosity) in compiled code, as `modulus`, with the `addresses` of the law.
 
-    Laws that hold stresses, `Law.holds`, take those of the gradients `held`: `way` says whether AXIAL and membrane forces, those of
-    strains that are LINEAR from there to u, e(held) + de/du (u - held), or ALL. u and `held` (k c, p, e), section (i, p, e), D
-    (k c, k c, p, e), all contiguous; `beta` [-]. D is overwritten.
+    Laws that hold stresses, `Law.holds`, take those of the gradients `held`: `way` says whether AXIAL forces (and those of shells),
+    those of strains that are LINEAR from there to u, e(held) + de/du (u - held), or ALL. u and `held` (k c, p, e), section
+    (i, p, e), D (k c, k c, p, e), all contiguous; `beta` [-]. D is overwritten.
     """
     call(calls[MODULUS], (u, held, section, D), (way, u.shape[1], u.shape[2], calls[OPTION]), beta)
     if calls[VISCOSITY] != 0 and beta > 0.0:

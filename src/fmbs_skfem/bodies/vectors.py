@@ -8,8 +8,8 @@ from __future__ import annotations
 from ..core.compiling.jit import inlined
 
 Vector = tuple[float, float, float]
-#: what a modulus takes from the gradients that it holds: axial and membrane forces, those of strains that are linear from there to
-#: its own gradients, or all stresses
+#: what a modulus takes from the gradients that it holds: axial forces (and those of shells), those of strains that are linear from
+#: there to its own gradients, or all stresses
 AXIAL, LINEAR, ALL = range(3)
 
 
