@@ -82,11 +82,11 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         "'circular'": "circle circ round",
         "'tube'": "pipe hollow ring annulus hollow_circular",
         "'rectangular'": "rect rectangle box_solid square",
-        "'i_section'": "i ipe hea heb i_beam h_section",
+        "'i_section'": "i h ipe hea heb i_beam h_section",
         "'c_section'": "c u channel u_section upn",
         "'l_section'": "l angle l_profile",
         "'given' for cables, 'matrices' for beams": "general generalized stiffness beam_general_section meshed",
-        "'polygon'": "arbitrary points profile outline",
+        "'polygon'": "arbitrary box points profile outline",
     },
 }
 

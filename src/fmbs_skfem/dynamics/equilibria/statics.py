@@ -129,7 +129,7 @@ def at_rest(problem: Problem, start: Equilibrium) -> Equilibrium | None:
             found = problem.solve(0.0, start)
         except SolverError:
             return None
-        # what only contact holds ends at a gap of round-off, open or closed
+        # what is held on one side only ends at a gap of round-off, open or closed
         if not found.held:
             return None
     return None if found.negative else found
