@@ -112,20 +112,27 @@ def newton_statics(
     What found the state before comes first. Tangents of expected stresses find equilibria of what is slender in a tenth of the
     corrections, those of the state itself are the first to leave a branch that is no longer stable: one with other negative pivots
     is taken from them alone, if they find any. `unit` says what `time` is, for messages; `few` iterations at most of either, by
-    default 4 times Newton's.
+    default Newton's, then 4 times as many where that left anything to find.
     """
-    failures, other = list[SolverError](), None
-    for expects in (start.expects, not start.expects):
-        try:
-            found = iterate(model, start, newton, time, unit, few or 4 * newton.iterations, expects)
-        except SolverError as error:
-            failures.append(error)
-            continue
-        if not expects or (found.negative is not None and found.negative == start.negative):
-            return found
-        other = found
+    failures, other, trying = dict[bool, SolverError](), None, [start.expects, not start.expects]
+    for most in (few,) if few else (newton.iterations, 4 * newton.iterations):
+        for expects in list(trying):
+            try:
+                found = iterate(model, start, newton, time, unit, most, expects)
+            except SolverError as error:
+                failures[expects] = error
+                if error.reason is not Reason.NOT_CONVERGED:
+                    trying.remove(expects)
+                continue
+            if not expects or (found.negative is not None and found.negative == start.negative):
+                return found
+            other = found
+            trying.remove(expects)
+        # without a number of pivots there is nothing to wait for: a roll-up by a dead moment takes 351 corrections, else 951
+        if other is not None and other.negative is None:
+            break
     if other is None or (few and failures):
-        raise failures[0]
+        raise next(iter(failures.values()))
     return other
 
 
