@@ -6,9 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.body import cable
+from fmbs_skfem.bodies.sections import BeamSection
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.dynamics.compiled_step import beam_points, rotated
 from fmbs_skfem.dynamics.compiled_step.step import Step
@@ -32,15 +35,24 @@ def chain(count: int) -> System:
     return eliminate(assemble(beams, [*held, *pins], [loads.Gravity((0.0, -9.81))]))
 
 
-def turned(system: System, angles: list[float]) -> np.ndarray:
+def bars(*joined: joints.Joint) -> System:
+    """Beams with torsion of a metre, the second one on the end of the first, upwards."""
+    section = BeamSection(np.diag([1e5, 4e4, 4e4, 5.0, 9.0, 7.0]), np.diag([0.5, 1e-4, 2e-4]))
+    ends = ((0, 0, 0), (1, 0, 0), (1, 0, 1))
+    beams = [beam(f"b{k}", models.segment(5, *ends[k : k + 2]), section, direction=(0.0, 1.0, 0.0)) for k in range(2)]
+    return eliminate(assemble(beams, list(joined), [loads.Gravity((0.0, 0.0, -9.81))]))
+
+
+def turned(system: System, angles: list[float], axis: ArrayLike = (0.0, 0.6, 0.8)) -> np.ndarray:
     """Unknowns of a chain of straight beams, each of which has turned by an angle of its own and hangs on the one before."""
     dim, q, end = system.dim, system.lift(system.x0).reshape(-1, system.dim).copy(), None
     for (_, first, last), angle in zip(system.coordinates, angles, strict=True):
         part = slice(first // dim, last // dim)
-        Q = Rotation.from_rotvec(angle * np.array([0.0, 0.6, 0.8]) if dim == 3 else [0.0, 0.0, angle]).as_matrix()[:dim, :dim]
-        begin = q[part][0].copy()
-        q[part] = (q[part] - begin) @ Q.T + (begin if end is None else end)
-        end = q[part][-1].copy()
+        places = system.unit[part] != 0.0
+        Q = Rotation.from_rotvec(angle * np.asarray(axis) if dim == 3 else [0.0, 0.0, angle]).as_matrix()[:dim, :dim]
+        begin = np.outer(places, q[part][places][0])
+        q[part] = (q[part] - begin) @ Q.T + (begin if end is None else np.outer(places, end))
+        end = q[part][places][-1].copy()
     x = np.linalg.lstsq(system.lift.matrix.toarray(), q.ravel() - system.lift.offset, rcond=None)[0]
     np.testing.assert_allclose(system.lift(x), q.ravel(), atol=1e-12)
     return x
@@ -70,28 +82,33 @@ def solution(step: Step, r: np.ndarray) -> np.ndarray:
     return step.space.rhs[0, : len(r)].copy()
 
 
-CASES: dict[str, tuple[Callable[[], System], list[float]]] = {
-    "one in the plane, dense": (lambda: models.spin_up(6), [0.9]),
-    "two in space, a band": (lambda: models.double_pendulum(6), [0.7, -1.1]),
-    "three in the plane on a drive": (lambda: chain(3), [0.5, -0.8, 1.3]),
+ROOT, TIP, NEXT = At("b0", "left"), At("b0", "right"), At("b1", "left")
+HINGE, Z = joints.Revolute("hinge", ROOT, axis=(0.0, 0.0, 1.0)), (0.0, 0.0, 1.0)
+CASES: dict[str, tuple[Callable[[], System], list[float], ArrayLike]] = {
+    "one in the plane, dense": (lambda: models.spin_up(6), [0.9], Z),
+    "two in space, a band": (lambda: models.double_pendulum(6), [0.7, -1.1], (0.0, 0.6, 0.8)),
+    "three in the plane on a drive": (lambda: chain(3), [0.5, -0.8, 1.3], Z),
+    "beams that are welded, on a hinge": (lambda: bars(HINGE, joints.Weld("weld", NEXT, TIP)), [0.9, 0.9], Z),
+    "beams with torsion on pins": (lambda: bars(joints.Pin("p", ROOT), joints.Pin("q", TIP, NEXT)), [0.7, -1.1], (0.0, 0.6, 0.8)),
+    "beams with torsion on hinges": (lambda: bars(HINGE, joints.Revolute("q", TIP, NEXT, axis=Z)), [0.7, -1.1], Z),
 }
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_factors_of_beams_that_have_turned_are_exact(name: str) -> None:
     """Every beam by another angle: solutions and joints are those of new factors, where factors that stand still are wrong."""
-    build, angles = CASES[name]
+    build, angles, axis = CASES[name]
     system = build()
     model, step = begun(system)
     r = np.random.default_rng(0).normal(size=system.size)
-    place(model, step, turned(system, angles))
+    place(model, step, turned(system, angles, axis))
     assert rotated.factorise(step, 0) == 0
     assert step.rotations.on[0] == 1
     exact, joined = solution(step, r), step.work.schur.copy()
     place(model, step, system.x0)
     assert rotated.factorise(step, 0) == 0
     still = solution(step, r)
-    place(model, step, turned(system, angles))
+    place(model, step, turned(system, angles, axis))
     rotated.follow(step, 0)
     found = solution(step, r)
     np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())

@@ -1,18 +1,22 @@
-"""Which points of full beams rotate with them, for the factors of `rotated`.
+"""Which vectors of full beams rotate with them, for the factors of `rotated`.
 
-A point rotates where all of its coordinates are unknowns. Where points are held, or slaved to other unknowns, only some of them
-are; beams that are slaved otherwise have no rotated factors, nor has what is stored or coupled in another way than beams alone.
-Beams that nothing holds keep their momenta to round-off with factors of their own, and to the tolerance with rotated ones: theirs
-do not rotate.
+Unknowns of which every coordinate is a vector in space, as positions and directors are, stand in the lift as S (x) 1: an unknown
+vector, one column of S, rotates with the point whose vectors it moves. A point is a function of a beam with its directors, which
+say how it has rotated, or one of a cable between its neighbours. Beams that are welded share directors, and rotate alike there;
+where they are hinged they share a position, which rotates with none of them. Rigid bodies are isotropic in mass: whatever they
+share rotates with the beam. Beams that are slaved otherwise have no rotated factors, nor has what is stored or coupled in another
+way than beams alone. Beams that nothing holds keep their momenta to round-off with factors of their own, and to the tolerance with
+rotated ones: theirs do not rotate.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array, csr_array
 
 from ...bodies.body import Cells
 from ...bodies.laws import Law
@@ -20,29 +24,35 @@ from ...core.algebra.linalg import is_sparse
 from ...systems.compiled import Compiled
 from ...systems.layouts import Storage
 from ...systems.prepared import prepare
+from ...systems.system import System
 from .rotated import FIRST
 from .step import Rotations
 
-LINES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT)
+LINES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.BEAM)
 # factors of a double pendulum with one take 1.1 times as long, those of a chain of nine beams twice as long
-SHARED = 8  #: points that several beams share, at most: each costs solutions with every factor
+SHARED = 8  #: positions that several beams share, at most: each costs solutions with every factor
+DIGITS = 12  #: to which factors of the components of a vector agree
+
+Point = tuple[int, int]  #: number of a beam, and of a point of it
 
 
 class Beam(NamedTuple):
-    """A beam in b points of c coordinates each."""
+    """A beam in b points of f vectors each, the position first."""
 
-    unknowns: np.ndarray  #: (b, c), -1 for what is held
-    held: np.ndarray  #: (b, c) where all unknowns are zero [m]
+    first: int  #: number of its first vector
+    fields: int
     near: np.ndarray  #: (b, b) whether two points belong to one cell
 
-    @property
-    def whole(self) -> np.ndarray:
-        """(b,) whether all coordinates of a point are unknowns."""
-        return np.asarray((self.unknowns >= 0).all(axis=1))
+
+class Vectors(NamedTuple):
+    """Unknown vectors, and the vectors of all bodies that they move: V = S u."""
+
+    unknowns: np.ndarray  #: (u, c), -1 for components that are no unknowns
+    S: csc_array  #: (V, u)
 
 
 def rotations_of(model: Compiled) -> Rotations:
-    """Tables of the points that rotate, and room of this run; empty where none do."""
+    """Tables of what rotates, and room of this run; empty where nothing does."""
     system, layout = model.system, model.layout
     none = nothing(system.dim, system.size)
     small = layout.storage in (Storage.DENSE, Storage.BAND) and not layout.loose and model.pattern is None
@@ -50,119 +60,181 @@ def rotations_of(model: Compiled) -> Rotations:
         return none
     # as long as some hundred steps of a fine mesh: found once, whatever runs follow
     parts = system.lift, system.elastic, layout.order
-    tables = prepare(system).find("beam points", parts, lambda: find_tables(model))
-    return none if tables is None else none._replace(**tables, **room(tables, system.size))
+    tables = prepare(system).find("beam points", parts, lambda: find_tables(system, layout.place))
+    return none if tables is None else none._replace(**tables, **room(tables, system.dim, system.size))
 
 
-def find_tables(model: Compiled) -> dict[str, np.ndarray] | None:
-    """Constant fields of `Rotations` by name; None where no point rotates."""
-    beams = beams_of(model)
-    sides = sides_of(beams) if beams else None
-    return None if sides is None else filled(beams, sides, model.system.dim)
+def find_tables(system: System, place: np.ndarray) -> dict[str, np.ndarray] | None:
+    """Constant fields of `Rotations` by name, of unknowns at places (n,); None where nothing rotates."""
+    beams, vectors = beams_of(system), vectors_of(system, place)
+    return None if not beams or vectors is None else Joined(beams, vectors).tables(system.dim)
 
 
-def beams_of(model: Compiled) -> list[Beam]:
+def beams_of(system: System) -> list[Beam]:
     """All beams of a full system that consists of beams, rigid bodies and points; none where something else is in the way."""
-    system, layout = model.system, model.layout
     spans = {name: (first, last) for name, first, last in system.coordinates}
-    found, lift = [], csr_array(system.lift.matrix)
-    # whatever is slaved to several unknowns, or to a multiple of one, is no point of its own; whether a beam is slaved to a rigid
-    # body or that to the beam is a matter of the unit
-    if (np.diff(lift.indptr) > 1).any() or (lift.data != 1.0).any():
-        return []
+    found = []
     for name in dict.fromkeys(elastic.name for elastic in system.elastic):
         gathers = [elastic.gather for elastic in system.elastic if elastic.name == name]
         if name not in spans or not all(isinstance(one, Cells) and one.law in LINES and one.spread is None for one in gathers):
             return []
-        rows, offset = lift[slice(*spans[name])], system.lift.offset[slice(*spans[name])]
-        unknowns = np.full(rows.shape[0], -1)
-        unknowns[np.diff(rows.indptr) == 1] = layout.place[rows.indices]
-        count = len(unknowns) // system.dim
-        near = np.zeros((count, count), bool)
-        for nodes in (((one.nodes - spans[name][0]) // system.dim).T for one in gathers):
+        (first, last), size = spans[name], gathers[0].dim
+        near = np.zeros(((last - first) // size,) * 2, bool)
+        for nodes in (((one.nodes - first) // size).T for one in gathers):
             for cell in nodes:
                 near[np.ix_(cell, cell)] = True
-        found.append(Beam(unknowns.reshape(count, -1), offset.reshape(count, -1), near))
+        found.append(Beam(first // system.dim, size // system.dim, near))
     return found
 
 
-def sides_of(beams: list[Beam]) -> dict[tuple[int, ...], list[tuple[int, int]]] | None:
-    """Beams and their points by the unknowns of a point that several of them share; None where these cannot be told apart.
-
-    A beam's share in the tangent of such a point follows from its other points near it, which have to be whole.
-    """
-    at: dict[int, set[tuple[int, int]]] = {}
-    for number, point, unknowns in points(beams):
-        for unknown in unknowns[unknowns >= 0]:
-            at.setdefault(int(unknown), set()).add((number, point))
-    found = {}
-    for places in at.values():
-        if len({number for number, _ in places}) == 1:
-            continue
-        keys = {tuple(beams[number].unknowns[point]) for number, point in places}
-        alone = all(beams[number].whole[beams[number].near[point]].all() for number, point in places)
-        if len(keys) > 1 or len(places) > len({number for number, _ in places}) or not alone:
+def vectors_of(system: System, place: np.ndarray) -> Vectors | None:
+    """The unknown vectors of a lift S (x) 1, held components aside; None where a component follows another one."""
+    lift, dim = csc_array(system.lift.matrix), system.dim
+    found: dict[tuple[tuple[int, ...], tuple[float, ...]], np.ndarray] = {}
+    for j, (first, last) in enumerate(zip(lift.indptr[:-1], lift.indptr[1:], strict=True)):
+        vectors, components = np.divmod(lift.indices[first:last], dim)
+        if np.ptp(components) > 0:
             return None
-        found[keys.pop()] = sorted(places)
-    pairs = [(number, other) for places in found.values() for number, _ in places for other, _ in places if number < other]
-    return found if len(found) <= SHARED and len(pairs) == len(set(pairs)) else None
+        key = tuple(vectors.tolist()), tuple(lift.data[first:last].round(DIGITS).tolist())
+        found.setdefault(key, np.full(dim, -1))[components[0]] = place[j]
+    columns = [len(rows) for rows, _ in found]
+    S = np.concatenate([values for _, values in found]), np.concatenate([rows for rows, _ in found]), np.cumsum([0, *columns])
+    return Vectors(np.array(list(found.values())), csc_array(S, shape=(lift.shape[0] // dim, len(found))))
 
 
-def points(beams: list[Beam]) -> Iterator[tuple[int, int, np.ndarray]]:
-    """Number of the beam, number of the point in it, and its unknowns (c,)."""
-    for number, beam in enumerate(beams):
-        for point, unknowns in enumerate(beam.unknowns):
-            yield number, point, unknowns
+class Joined:
+    """Beams with the unknown vectors that move their points."""
+
+    def __init__(self, beams: list[Beam], vectors: Vectors) -> None:
+        self.beams, self.unknowns, self.S = beams, vectors.unknowns, csr_array(vectors.S)
+        self.whole = np.asarray((vectors.unknowns >= 0).all(axis=1))
+        at: dict[int, tuple[Point, int]] = {}
+        for number, beam in enumerate(beams):
+            for vector in range(len(beam.near) * beam.fields):
+                at[beam.first + vector] = (number, vector // beam.fields), vector % beam.fields
+        #: (u) points that a vector moves, with fields and factors
+        self.moved: list[list[tuple[Point, int, float]]] = []
+        for first, last in zip(vectors.S.indptr[:-1], vectors.S.indptr[1:], strict=True):
+            rows, values = vectors.S.indices[first:last].tolist(), vectors.S.data[first:last].tolist()
+            self.moved.append([(*at[row], value) for row, value in zip(rows, values, strict=True) if row in at])
+        self.like: dict[Point, Point] = {}  #: points that rotate as another one
+        self.group = list(range(len(beams)))  #: of welded beams: the number of one of them
+        self.weld()
+
+    def weld(self) -> None:
+        """Points that share two directors or more rotate alike, and their beams are one."""
+        shared: Counter[tuple[Point, Point]] = Counter()
+        for moved in self.moved:
+            shared.update(combinations(sorted({point for point, field, _ in moved if field > 0}), 2))
+        for (one, other), count in sorted(shared.items()):
+            if count > 1:
+                self.like[other] = self.like.get(one, one)
+                old, new = self.group[other[0]], self.group[one[0]]
+                self.group = [new if number == old else number for number in self.group]
+
+    def points(self, vector: int) -> list[Point]:
+        """The points that an unknown vector moves, without those that rotate as another one of them."""
+        return sorted({self.like.get(point, point) for point, _, _ in self.moved[vector]})
+
+    def held(self) -> set[int]:
+        """Groups of beams with held vectors, and those that share positions with them, and so on."""
+        held = set()
+        for number, beam in enumerate(self.beams):
+            rows = slice(beam.first, beam.first + len(beam.near) * beam.fields)
+            if (np.diff(self.S.indptr)[rows] == 0).any():
+                held.add(self.group[number])
+            columns = self.S[rows].indices
+            if not self.whole[columns].all():
+                held.add(self.group[number])
+        known = -1
+        while known < len(held):
+            known = len(held)
+            for vector in range(len(self.moved)):
+                joined = {self.group[number] for number, _ in self.points(vector)}
+                held |= joined if held & joined else set()
+        return held
+
+    def is_alone(self, point: Point) -> bool:
+        """Whether the share of a beam in the tangent of a position follows from the positions near it, which have to be whole."""
+        beam = self.beams[point[0]]
+        rows = beam.first + beam.fields * np.flatnonzero(beam.near[point[1]])
+        near = self.S[rows]
+        return bool((np.diff(near.indptr) == 1).all() and (near.data == 1.0).all() and self.whole[near.indices].all())
+
+    def sides(self) -> dict[int, list[Point]] | None:
+        """Points by the position that several beams share there; None where these cannot be told apart."""
+        found = {vector: points for vector in range(len(self.moved)) if len(points := self.points(vector)) > 1}
+        for vector, points in found.items():
+            positions = all(field == 0 and value == 1.0 for _, field, value in self.moved[vector])
+            if not positions or not self.whole[vector] or not all(map(self.is_alone, points)):
+                return None
+        groups = [sorted(self.group[number] for number, _ in points) for points in found.values()]
+        pairs = [pair for one in groups for pair in combinations(one, 2)]
+        # of two positions that the same beams share, or one that a beam has twice, shares cannot be told apart
+        apart = len(pairs) == len(set(pairs)) and all(one != other for one, other in pairs)
+        return found if apart and len(found) <= SHARED else None
+
+    def tables(self, dim: int) -> dict[str, np.ndarray] | None:
+        """See `find_tables`."""
+        sides, held = self.sides(), self.held()
+        if sides is None:
+            return None
+        kept = {vector: points for vector, points in sides.items() if all(self.group[number] in held for number, _ in points)}
+        free = [v for v in range(len(self.moved)) if v not in sides and self.rotates(v) and self.owner(v) in held]
+        if not free:
+            return None
+        own = [v for v in range(len(self.moved)) if v not in sides and self.moved[v]]
+        groups = sorted(set(self.group))
+        members = [np.concatenate([np.zeros(0, int), *(self.unknowns[v] for v in own if self.owner(v) == one)]) for one in groups]
+        members = [one[one >= 0] for one in members]
+        first = dict(zip(groups, np.cumsum([0, *map(len, members)]), strict=False))
+        numbers: dict[Point, int] = {}
+        turned = [numbers.setdefault(self.points(v)[0], len(numbers)) for v in free]
+        table = []
+        for k, points in enumerate(kept.values()):
+            for point in points:
+                one = self.group[point[0]]
+                end = first[one] + len(members[groups.index(one)])
+                table.append((k, one, first[one], end, numbers.setdefault(point, len(numbers))))
+        return {
+            "groups": self.unknowns[free],
+            "turned": np.array(turned),
+            "owners": np.array([self.owner(v) if self.moves(v) else -1 for v in free]),
+            "shared": self.unknowns[list(kept)].reshape(-1, dim),
+            "sides": np.array(table, np.int64).reshape(-1, 5),
+            "members": np.concatenate(members),
+            "ends": np.array([self.ends(point, dim) for point in numbers]),
+        }
+
+    def owner(self, vector: int) -> int:
+        """The group of beams that a vector moves."""
+        return self.group[self.moved[vector][0][0][0]]
+
+    def moves(self, vector: int) -> bool:
+        """Whether an unknown vector is moved by a translation of its beam."""
+        return all(field == 0 and value == 1.0 for _, field, value in self.moved[vector])
+
+    def rotates(self, vector: int) -> bool:
+        """Whether an unknown vector rotates with a point; of directors that a hinge holds two components do, in its plane."""
+        directors = any(field > 0 for _, field, _ in self.moved[vector])
+        return bool(self.moved[vector]) and bool(self.whole[vector] or (directors and (self.unknowns[vector] >= 0).sum() == 2))
+
+    def ends(self, point: Point, dim: int) -> tuple[int, int, int]:
+        """First coordinates of its directors, or of the points after and before it, and -1."""
+        beam, at = self.beams[point[0]], point[1]
+        if beam.fields > 1:
+            first = dim * (beam.first + beam.fields * at)
+            return first + dim, first + 2 * dim, first + 3 * dim
+        after, before = (k if 0 <= k < len(beam.near) and beam.near[at, k] else at for k in (at + 1, at - 1))
+        return dim * (beam.first + after), dim * (beam.first + before), -1
 
 
-def ends(beam: Beam, point: int) -> tuple[np.ndarray, np.ndarray]:
-    """Unknowns (2 c,) of the points after and before one, and their distance (c,) where all unknowns are zero."""
-    after, before = (
-        other if 0 <= other < len(beam.near) and beam.near[point, other] else point for other in (point + 1, point - 1)
-    )
-    return np.concatenate([beam.unknowns[after], beam.unknowns[before]]), beam.held[after] - beam.held[before]
-
-
-def filled(beams: list[Beam], sides: dict[tuple[int, ...], list[tuple[int, int]]], dim: int) -> dict[str, np.ndarray] | None:
-    """Tables of beams with sides at the points that they share; None without points that rotate."""
-    shared = {unknown for key in sides for unknown in key}
-    held = held_ones(beams, sides)
-    sides = {key: places for key, places in sides.items() if held.issuperset(number for number, _ in places)}
-    free = [one for one in points(beams) if one[0] in held and (one[2] >= 0).all() and not shared.intersection(one[2])]
-    if not free:
-        return None
-    members = [np.setdiff1d(beam.unknowns, [-1, *shared]) for beam in beams]
-    first = np.cumsum([0, *(len(one) for one in members)])
-    places = [(number, *one) for number, key in enumerate(sides) for one in sides[key]]
-    directions = [ends(beams[body], point) for body, point in [one[:2] for one in free] + [one[1:] for one in places]]
-    return {
-        "groups": np.array([one[2] for one in free]),
-        "owners": np.array([one[0] for one in free]),
-        "shared": np.array(list(sides), np.int64).reshape(-1, dim),
-        "sides": np.array([(p, body, first[body], first[body + 1]) for p, body, _ in places], np.int64).reshape(-1, 4),
-        "members": np.concatenate(members),
-        "ends": np.array([one[0] for one in directions]),
-        "held": np.array([one[1] for one in directions]),
-    }
-
-
-def held_ones(beams: list[Beam], sides: dict[tuple[int, ...], list[tuple[int, int]]]) -> set[int]:
-    """Numbers of the beams with held points, and of those that share points with them, and so on."""
-    held, known = {number for number, beam in enumerate(beams) if (beam.unknowns < 0).any()}, -1
-    while known < len(held):
-        known = len(held)
-        for places in sides.values():
-            joined = {number for number, _ in places}
-            held |= joined if held & joined else set()
-    return held
-
-
-def room(tables: dict[str, np.ndarray], size: int) -> dict[str, np.ndarray]:
+def room(tables: dict[str, np.ndarray], dim: int, size: int) -> dict[str, np.ndarray]:
     """The other arrays of `Rotations`, for tables of `size` unknowns."""
-    (directed, dim), count, many = tables["held"].shape, tables["shared"].size, len(tables["sides"])
+    points, count, many = len(tables["ends"]), tables["shared"].size, len(tables["sides"])
     return {
-        "start": np.zeros((directed, dim)),
-        "turns": np.zeros((directed, dim * dim)),
+        "start": np.zeros((points, dim * dim)),
+        "turns": np.zeros((points, dim * dim)),
         "columns": np.zeros((count, size)),
         "reach": np.zeros((count, size)),
         "shares": np.zeros((dim * many, dim * many)),
@@ -175,19 +247,18 @@ def room(tables: dict[str, np.ndarray], size: int) -> dict[str, np.ndarray]:
 
 def nothing(dim: int, size: int) -> Rotations:
     """The tables of no point."""
-    tables = [np.zeros((0, width), np.int64) for width in (dim, dim, 4, 2 * dim)]
-    groups, shared, sides, directed = tables
-    none, rows, matrix = np.zeros(0, np.int64), np.zeros((0, size)), np.zeros((0, 0))
+    groups, shared, sides, ends = (np.zeros((0, width), np.int64) for width in (dim, dim, 5, 3))
+    none, rows, matrix, turns = np.zeros(0, np.int64), np.zeros((0, size)), np.zeros((0, 0)), np.zeros((0, dim * dim))
     return Rotations(
         groups=groups,
+        turned=none,
         owners=none,
         shared=shared,
         sides=sides,
         members=none,
-        ends=directed,
-        held=np.zeros((0, dim)),
-        start=np.zeros((0, dim)),
-        turns=np.zeros((0, dim * dim)),
+        ends=ends,
+        start=turns,
+        turns=turns,
         columns=rows,
         reach=rows,
         shares=matrix,

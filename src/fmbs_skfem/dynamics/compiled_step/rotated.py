@@ -1,6 +1,7 @@
 r"""Factors of full beams that rotate with the beams, point by point, between factorisations.
 
-    W' = R W R^T,    R = diag(R_i),    R_i the rotation of the direction x_(i+1) - x_(i-1) of a beam since W was factored
+    W' = R W R^T,    R = diag(R_i),    R_i the rotation since W was factored: of the directors of a beam, or of the direction
+                                       x_(i+1) - x_(i-1) of a cable
 
 The energy of a beam does not change with a rotation of all of its points, nor does M = m (x) 1: W' is the matrix of the beam that
 has moved as a rigid body, and nearly that of one that bends as well, as R varies along it. Between the rotations factors contract
@@ -27,6 +28,7 @@ from typing import Any
 import numpy as np
 
 from ...core.compiling import lapack
+from ...core.compiling.entries import view
 from ...core.compiling.jit import jit
 from ...core.compiling.structs import invoke, routine
 from ...systems import kernels
@@ -80,7 +82,7 @@ def factorise(table: Any, _: Any) -> int:
     w.kind[0] = w.kind[2] = factors.DENSE_CHOLESKY if S.arrays.dense else factors.BAND_CHOLESKY
     condense(table)
     for k in range(len(R.ends)):
-        place_direction(R, S.space.x, k, R.start[k])
+        place_axes(R, S.space.cell_x, k, R.start[k])
     return rotate(table)
 
 
@@ -119,10 +121,12 @@ def rotate(table: Any) -> int:
     """Rotations R_i and Q_a, factors of the shared points, and of the joints; 0, or 1 where there are none."""
     S = opened(table)
     w, R = S.work, S.rotations
-    dim, room = R.start.shape[1], np.empty(3)
+    dim, room = R.groups.shape[1], np.empty(9)
     for k in range(len(R.ends)):
-        place_direction(R, S.space.x, k, room)
-        if place_rotation(R.start[k], room, R.turns[k]) != 0:
+        place_axes(R, S.space.cell_x, k, room)
+        if R.ends[k, 2] >= 0:
+            turn_axes(R.start[k], room, R.turns[k])
+        elif place_rotation(R.start[k, :dim], room, R.turns[k]) != 0:
             return 1
     for i in range(len(R.rest)):
         for j in range(len(R.rest)):
@@ -147,7 +151,7 @@ def rotate(table: Any) -> int:
 @jit
 def add_share(R: Rotations, a: int, b: int, dim: int) -> None:
     """border += Q_a T_ab Q_b^T, T the condensed tangent of a beam between its shared points."""
-    Q, P = R.turns[len(R.groups) + a], R.turns[len(R.groups) + b]
+    Q, P = R.turns[R.sides[a, 4]], R.turns[R.sides[b, 4]]
     first, second = dim * R.sides[a, 0], dim * R.sides[b, 0]
     for i in range(dim):
         for j in range(dim):
@@ -159,13 +163,39 @@ def add_share(R: Rotations, a: int, b: int, dim: int) -> None:
 
 
 @jit
-def place_direction(R: Rotations, x: np.ndarray, k: int, direction: np.ndarray) -> None:
-    """Direction of a beam at a point of it, number k."""
-    dim = R.start.shape[1]
-    for c in range(dim):
-        after, before = R.ends[k, c], R.ends[k, dim + c]
-        # points that are held are numbers and no unknowns
-        direction[c] = R.held[k, c] + (x[after] if after >= 0 else 0.0) - (x[before] if before >= 0 else 0.0)
+def place_axes(R: Rotations, q: np.ndarray, k: int, axes: np.ndarray) -> None:
+    """Directors of a beam at its point number k, made orthonormal, or the direction of a cable there, at body coordinates q."""
+    dim, (first, second, third) = R.groups.shape[1], R.ends[k]
+    if third < 0:
+        for c in range(dim):
+            axes[c] = q[first + c] - q[second + c]
+        return
+    # Gram and Schmidt: directors of functions are as orthonormal as the beam is little bent within some cells
+    a, b, c = view(axes, 0, (3,)), view(axes, 3, (3,)), view(axes, 6, (3,))
+    kernels.copy(q[first : first + 3], a)
+    kernels.copy(q[second : second + 3], b)
+    normalise(a)
+    along = kernels.dot(a, b)
+    for i in range(3):
+        b[i] -= along * a[i]
+    normalise(b)
+    c[0], c[1], c[2] = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@jit
+def normalise(a: np.ndarray) -> None:
+    """a <- a / |a|."""
+    length = np.sqrt(kernels.dot(a, a))
+    for i in range(len(a)):
+        a[i] /= length
+
+
+@jit
+def turn_axes(a: np.ndarray, b: np.ndarray, Q: np.ndarray) -> None:
+    """Q, row by row, the rotation of three axes a (9,), one after the other, into b."""
+    for i in range(3):
+        for j in range(3):
+            Q[3 * i + j] = b[i] * a[j] + b[3 + i] * a[3 + j] + b[6 + i] * a[6 + j]
 
 
 @jit
@@ -219,7 +249,7 @@ def find_shares(table: Any) -> None:
     """The share of every beam in the tangent at the points that it shares, in `shares`, before joints are added to W."""
     S = opened(table)
     R = S.rotations
-    dim, wide = R.start.shape[1], S.space.W.shape[1]
+    dim, wide = R.groups.shape[1], S.space.W.shape[1]
     kernels.clear_rows(R.shares)
     for a in range(len(R.sides)):
         point, body = R.sides[a, 0], R.sides[a, 1]
@@ -244,7 +274,7 @@ def isolate(table: Any) -> None:
     """Take the rows of the shared points out of W: into `rest`, less the shares of beams, and `columns`; ones in their place."""
     S = opened(table)
     W, R, dense, n = S.space.W, S.rotations, S.arrays.dense, len(S.space.x)
-    dim = R.start.shape[1]
+    dim = R.groups.shape[1]
     count = dim * len(R.shared)
     for p in range(count):
         row = R.shared[p // dim, p % dim]
@@ -302,7 +332,7 @@ def solve_inside(table: Any, x: np.ndarray) -> None:
 def condense(table: Any) -> None:
     """`reach` = W^-1 V, and the shares of beams condensed to their shared points: K_a - V_a^T W^-1 V_a."""
     R = opened(table).rotations
-    dim = R.start.shape[1]
+    dim = R.groups.shape[1]
     for p in range(len(R.columns)):
         kernels.copy(R.columns[p], R.reach[p])
         solve_inside(table, R.reach[p])
@@ -335,13 +365,13 @@ def apply_row(table: Any, x: np.ndarray) -> None:
     """x <- W'^-1 x: into the directions in which W was factored, the shared points, all others, and back."""
     S = opened(table)
     R = S.rotations
-    dim = R.start.shape[1]
+    dim = R.groups.shape[1]
     turn_groups(R, x, True)
     for p in range(len(R.columns)):
         row = R.shared[p // dim, p % dim]
         R.pull[p], x[row] = x[row], 0.0
     for a in range(len(R.sides)):
-        first, Q = dim * R.sides[a, 0], R.turns[len(R.groups) + a]
+        first, Q = dim * R.sides[a, 0], R.turns[R.sides[a, 4]]
         for j in range(dim):
             Z, total = R.reach[first + j], 0.0
             for k in range(R.sides[a, 2], R.sides[a, 3]):
@@ -351,7 +381,7 @@ def apply_row(table: Any, x: np.ndarray) -> None:
     factors.substitute_dense(R.border, R.pivots, R.pull)
     solve_inside(table, x)
     for a in range(len(R.sides)):
-        first, Q = dim * R.sides[a, 0], R.turns[len(R.groups) + a]
+        first, Q = dim * R.sides[a, 0], R.turns[R.sides[a, 4]]
         for j in range(dim):
             Z, total = R.reach[first + j], 0.0
             for i in range(dim):
@@ -366,16 +396,23 @@ def apply_row(table: Any, x: np.ndarray) -> None:
 @jit
 def turn_groups(R: Rotations, x: np.ndarray, back: bool) -> None:
     """x <- R x, or R^T x, point by point."""
-    if R.start.shape[1] == 2:
+    if R.groups.shape[1] == 2:
         for g in range(len(R.groups)):
-            i, j, Q = R.groups[g, 0], R.groups[g, 1], R.turns[g]
+            i, j, Q = R.groups[g, 0], R.groups[g, 1], R.turns[R.turned[g]]
             sine = Q[1] if back else -Q[1]
             x[i], x[j] = Q[0] * x[i] - sine * x[j], sine * x[i] + Q[0] * x[j]
         return
     for g in range(len(R.groups)):
-        i, j, k, Q = R.groups[g, 0], R.groups[g, 1], R.groups[g, 2], R.turns[g]
-        a, b, c = x[i], x[j], x[k]
+        i, j, k, Q = R.groups[g, 0], R.groups[g, 1], R.groups[g, 2], R.turns[R.turned[g]]
+        # components that are no unknowns are held by a hinge, about whose axis the others rotate
+        a, b, c = x[i] if i >= 0 else 0.0, x[j] if j >= 0 else 0.0, x[k] if k >= 0 else 0.0
         if back:
-            x[i], x[j], x[k] = Q[0] * a + Q[3] * b + Q[6] * c, Q[1] * a + Q[4] * b + Q[7] * c, Q[2] * a + Q[5] * b + Q[8] * c
+            a, b, c = Q[0] * a + Q[3] * b + Q[6] * c, Q[1] * a + Q[4] * b + Q[7] * c, Q[2] * a + Q[5] * b + Q[8] * c
         else:
-            x[i], x[j], x[k] = Q[0] * a + Q[1] * b + Q[2] * c, Q[3] * a + Q[4] * b + Q[5] * c, Q[6] * a + Q[7] * b + Q[8] * c
+            a, b, c = Q[0] * a + Q[1] * b + Q[2] * c, Q[3] * a + Q[4] * b + Q[5] * c, Q[6] * a + Q[7] * b + Q[8] * c
+        if i >= 0:
+            x[i] = a
+        if j >= 0:
+            x[j] = b
+        if k >= 0:
+            x[k] = c

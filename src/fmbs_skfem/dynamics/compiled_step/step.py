@@ -58,17 +58,17 @@ class State(NamedTuple):
 
 # tables of `beam_points`, and what `rotated` writes
 class Rotations(NamedTuple):
-    """Points of beams whose factors rotate with them, g of them by themselves, and s that t sides of beams share; c components."""
+    """Vectors of beams that rotate with k of their points, g by themselves, and s that t sides of beams share; c components."""
 
-    groups: IntegerMatrix  #: (g, c) unknowns of points
-    owners: Integers  #: (g,) their beams
-    shared: IntegerMatrix  #: (s, c) unknowns of points of several beams
-    sides: IntegerMatrix  #: (t, 4) shared point, beam, and which of `members` are its unknowns
+    groups: IntegerMatrix  #: (g, c) unknowns of vectors, -1 for components that are none
+    turned: Integers  #: (g,) the points that they rotate with
+    owners: Integers  #: (g,) their beams, -1 for vectors that a translation leaves as they are
+    shared: IntegerMatrix  #: (s, c) unknowns of vectors of several beams
+    sides: IntegerMatrix  #: (t, 5) shared vector, beam, which of `members` are its unknowns, and the point it rotates with
     members: Integers  #: unknowns of beams that are not shared, beam by beam
-    ends: IntegerMatrix  #: (g + t, 2 c) unknowns of the points after and before one, -1 for none
-    held: Matrix  #: (g + t, c) distance of these where all unknowns are zero
-    start: Matrix  #: (g + t, c) directions when W was factored
-    turns: Matrix  #: (g + t, c c) rotations since, row by row
+    ends: IntegerMatrix  #: (k, 3) first coordinates of the three directors of a point, or of the points after and before it and -1
+    start: Matrix  #: (k, c c) directors made orthonormal, row by row, or a direction, when W was factored
+    turns: Matrix  #: (k, c c) rotations since, row by row
     columns: Matrix  #: (s c, n) of the shared points in W
     reach: Matrix  #: (s c, n) W^-1 of these
     shares: Matrix  #: (t c, t c) of beams in the tangent of the shared points

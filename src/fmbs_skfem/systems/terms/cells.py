@@ -35,6 +35,9 @@ FEW = 2  #: modes per function of a cell below which gradients are multiplied ou
 # 1024 cubic cells in space, force and tangent in us: 160 and 780; 180 and 900 at half, 150 and 750 at twice; 240 and 1250 with 16
 # cells, 174 and 864 all in one
 BLOCK = 64  #: cells that a kernel handles at once, so that their gradients stay in the cache
+# matrices of 4, 16, 32 and 64 beam cells of 12 components, in us: 73, 250, 490, 1760 one by one, 320, 600, 950, 1020 side by side;
+# of cubic cables in space 4.4, 9.4 and 16.7 one by one for 8.2, 9.6 and 11 side by side with 4, 8 and 16 cells
+SHORT = 3  #: cells per component up to which their matrices are made one by one, with long loops over components
 
 
 class CellsRecord(NamedTuple):
@@ -121,6 +124,9 @@ def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
     dim = len(D) // vectors
     size = basis * dim
     count = size * (size + 1) // 2
+    if cells <= SHORT * dim and vectors == 2:
+        single_matrices(table, D, work)
+        return
     # cells are the last axis everywhere: a loop over them runs as vectors, in matrices of any size
     matrices, DB = view(work, 0, (count, cells)), view(work, count * cells, (vectors, cells))
     # sums over points: one matrix a cell, no matter how many points
@@ -143,6 +149,40 @@ def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
                             N0, first = table[k, p, bi], DB[k]
                             for e in range(cells):
                                 target[e] += N0[e] * first[e]
+
+
+@jit
+def single_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
+    """The same of lines, cell by cell: functions b and c have the block sum_kl N_kb N_lc D_kl over all components at once."""
+    _, points, basis, cells = table.shape
+    dim = len(D) // 2
+    block, pairs, count = dim * dim, basis * (basis + 1) // 2, basis * dim * (basis * dim + 1) // 2
+    matrices, moduli = view(work, 0, (count, cells)), view(work, count * cells, (4, block))
+    blocks = view(work, count * cells + 4 * block, (pairs, block))
+    for e in range(cells):
+        clear_rows(blocks)
+        for p in range(points):
+            for k in range(4):
+                for i in range(dim):
+                    for j in range(dim):
+                        moduli[k, i * dim + j] = D[k // 2 * dim + i, k % 2 * dim + j, p, e]
+            first, second, third, fourth, pair = moduli[0], moduli[1], moduli[2], moduli[3], 0
+            for b in range(basis):
+                for c in range(b + 1):
+                    target, N, M = blocks[pair], table[:, p, b, e], table[:, p, c, e]
+                    f, g, h, k = N[0] * M[0], N[0] * M[1], N[1] * M[0], N[1] * M[1]
+                    for i in range(block):
+                        target[i] += f * first[i] + g * second[i] + h * third[i] + k * fourth[i]
+                    pair += 1
+        pair = 0
+        for b in range(basis):
+            for c in range(b + 1):
+                for i in range(dim):
+                    line = b * dim + i
+                    at = line * (line + 1) // 2 + c * dim
+                    for j in range(dim if c < b else i + 1):
+                        matrices[at + j, e] = blocks[pair, i * dim + j]
+                pair += 1
 
 
 @jit
@@ -269,7 +309,8 @@ def compile_term(cells: Cells, setting: Setting) -> Term:
     (basis, count), dim, vectors = cells.nodes.shape, cells.dim, cells.law.orders
     # the largest of what modulus, scatter and matrices need, one after the other
     size, gradients, points = basis * dim, vectors * dim, cells.section.shape[1]
-    work = max(gradients**2 * points * count, gradients * points * count + size * count, (size * (size + 1) // 2 + vectors) * count)
+    matrices = size * (size + 1) // 2 * count + max(vectors * count, (4 + basis * (basis + 1) // 2) * dim**2)
+    work = max(gradients**2 * points * count, gradients * points * count + size * count, matrices)
     calls = laws.addresses(cells.law, dim, setting.beta > 0.0)
     nodes, table, section = (np.ascontiguousarray(part) for part in (cells.nodes, cells.table, cells.section))
     targets, first = setting.targets(couplings(cells)), terms.first_kept(cells.law, setting)
