@@ -110,3 +110,27 @@ def test_tapered_beams_touch_others_with_their_largest_radius() -> None:
     one, two = (cable(name, segment(6, (0.0, y, 0.0), (1.0, y, 0.0)), cone, MADE) for name, y in (("a", 0.0), ("b", 1.0)))
     with pytest.warns(Notice, match="load 'c': 'a' tapers, and touches with its largest radius, 0.02 m, all along"):
         assemble([one, two], [], [ContactBeam("c", body="a", other="b")])
+
+
+@pytest.mark.parametrize("shape", [Circular(0.04), Tube(diameter=0.04, wall=4e-3)], ids=["solid", "tube"])
+@pytest.mark.parametrize("slope", [0.0, 0.2])
+def test_a_bar_rolls(shape: Section, slope: float) -> None:
+    """a = g sin(slope) / (1 + I / (m R^2)) from rest; one that slides on a level floor by v ends with v / (1 + I / (m R^2))."""
+    section, stiffness, g = shape.of_beam(MADE), 2e4, 9.81
+    inertia = (section.mass[1, 1] + section.mass[2, 2]) / (section.mass[0, 0] * section.radius**2)
+    height = section.radius - 0.5 * section.mass[0, 0] * g * np.cos(slope) / stiffness  # it has sunk in by its weight
+    part = beam("b", segment(4, (0.0, 0.0, height), (0.0, 0.5, height)), section)
+    floor = ContactPlane(
+        "floor", body="b", point=(0.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0), stiffness=stiffness, friction=0.4, shared=True
+    )
+    weight, start = loads.Gravity((g * np.sin(slope), 0.0, -g * np.cos(slope))), {"b": Motion((0.0 if slope else 1.0, 0.0, 0.0))}
+    middle = At("b", 0.25)
+    sensed = {"at": probes.Position(middle), "spin": probes.AngularVelocity(middle, axis=(0.0, 1.0, 0.0))}
+    system = eliminate(assemble([part], [], [weight, floor], initial=start, outputs=sensed))
+    found = outputs(integrate(system, GeneralizedAlpha(1e-3, 0.9), 0.4))
+    if slope:
+        assert found["at_x"][-1] == pytest.approx(0.5 * g * np.sin(slope) / (1.0 + inertia) * 0.4**2, rel=2e-4)
+    else:
+        assert (found["at_x"][-1] - found["at_x"][-101]) / 0.1 == pytest.approx(1.0 / (1.0 + inertia), rel=1e-3)
+    speed = (found["at_x"][-1] - found["at_x"][-3]) / 2e-3
+    assert found["spin"][-2] * section.radius == pytest.approx(speed, rel=2e-3)

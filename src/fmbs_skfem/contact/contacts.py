@@ -12,9 +12,10 @@ whose axes it turns. Forces are those of `contact_forces`; where nothing is said
 Points of beams and plates stand so close that the shape does not pass between them: what is round of a radius r is missed by 3 % of
 r and the radius of the body together; too few `points` are refused.
 
-In the plane a beam carries its thickness along: friction turns its sections. In space it acts on the centre line. Steps in which
-forces begin or end are divided, by up to 64, until the change of N in one changes no speed by more than resolution^2 times the
-largest so far: a mass that vibrates on the contact moves on by about `resolution` radians a step.
+A line carries its thickness along in the plane, and a beam with directors in space: friction turns its sections. On a cable in
+space it acts on the centre line. Steps in which forces begin or end are divided, by up to 64, until the change of N in one changes
+no speed by more than resolution^2 times the largest so far: a mass that vibrates on the contact moves on by about `resolution`
+radians a step.
 """
 
 from __future__ import annotations
@@ -174,7 +175,7 @@ class Contact(Touch, ABC):
         name, dim = where(self), draft.layout.dim
         shape = self.shape(name, dim)
         round_as = contact_shapes.roundness(shape.kind, shape.sizes, shape.heights, dim)
-        touching = find_points(name, draft, self.at, self.body, self.points, self.radius, round_as)
+        touching = find_points(name, draft, self.at, self.body, self.points, self.radius, round_as, self.friction > 0.0)
         placed = np.vstack([self.center_of(draft, shape) - draft.layout.origin, shape.axes])
         carriers = {self.on.body} if isinstance(self.on, At) else set[str]()
         size = size_of(draft.layout, {touching.body, *carriers})

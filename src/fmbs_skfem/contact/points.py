@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array, kron, vstack
 
-from ..bodies.body import Body, arc_lengths, locate, own
+from ..bodies.body import Body, arc_lengths, director, locate, own
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from ..shapes import line, surface
@@ -43,11 +43,12 @@ def find_points(
     count: int | None,
     radius: float | None,
     round_as: tuple[float, float] = (np.inf, np.inf),
+    rubs: bool = False,
 ) -> Touching:
     """One place, or points all over a body; their radius is that of its section or half its thickness, 0 for rigid bodies.
 
     A planar plate touches with its edges, as it has no thickness in the plane. Points are so many that what meets them, `round_as`
-    radii of `contact_shapes.roundness` [m], does not pass between them.
+    radii of `contact_shapes.roundness` [m], does not pass between them. Friction (`rubs`) turns the sections of a beam.
     """
     layout = draft.layout
     part = layout.body(name, At(str(body)) if at is None else at)
@@ -72,7 +73,7 @@ def find_points(
             least = half if tapers is None else float(tapers.radius.min())
             met = min(round_as) + least  # edges come in between points of beams no deeper than what is round does
             along = line_points(name, part, count, (met, met or round_as[1]))
-            read, shares = line_rows(layout, part, along, half > 0.0), line_shares(part, along)
+            read, shares = line_rows(layout, part, along, half > 0.0, rubs), line_shares(part, along)
         found = len(shares)
     read = csr_array(read)
     rows = draft.probes.add(read) + np.arange(read.shape[0]).reshape(found, -1)
@@ -130,16 +131,22 @@ def line_shares(part: Body, xi: np.ndarray) -> np.ndarray:
     return (np.append(ways, 0.0) + np.append(0.0, ways)) / (2.0 * ways.sum())
 
 
-def line_rows(layout: Coordinates, part: Body, xi: np.ndarray, thick: bool) -> csr_array:
-    """Rows (x r, q) of points at xi along a line, in the plane with slope and normal where it is `thick`."""
+def line_rows(layout: Coordinates, part: Body, xi: np.ndarray, thick: bool, rubs: bool) -> csr_array:
+    """Rows (x r, q) of points at xi along a line: positions, and vectors that turn with its sections where it is `thick`.
+
+    In the plane these are slope and normal, in space the directors, which friction alone turns (`rubs`).
+    """
     assert isinstance(part.space, line.BSpline | line.Hermite)
-    positions, slopes = (own(part, line.sample(part.space, xi, k)) for k in range(2))
-    if not thick or part.dim == 3:
-        return layout.spread(part, positions)
-    J, n = np.linalg.norm(slopes @ part.reference, axis=1), len(xi)
-    slope = layout.spread(part, diags_array(1.0 / J) @ slopes)
-    found = csr_array(vstack([layout.spread(part, positions), slope, kron(eye_array(n), QUARTER) @ slope]))
-    return csr_array(found[np.arange(6 * n).reshape(3, n, 2).swapaxes(0, 1).ravel()])
+    at, n = line.sample(part.space, xi, 0), len(xi)
+    read = [layout.spread(part, own(part, at))]
+    if thick and part.dim == 2:
+        slopes = own(part, line.sample(part.space, xi, 1))
+        slope = layout.spread(part, diags_array(1.0 / np.linalg.norm(slopes @ part.reference, axis=1)) @ slopes)
+        read += [slope, kron(eye_array(n), QUARTER) @ slope]
+    elif thick and rubs and part.directors is not None:
+        read += [layout.spread(part, csr_array(at @ director(part, k))) for k in (1, 2, 3)]
+    shape = len(read), n, part.dim
+    return csr_array(csr_array(vstack(read))[np.arange(np.prod(shape)).reshape(shape).swapaxes(0, 1).ravel()])
 
 
 def edge_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, np.ndarray]:
