@@ -83,6 +83,7 @@ def test_round_numbers_stay_round(number: str, unit: str, value: float) -> None:
         ("3 m", units.NUMBER, r"expected a number, got '3 m' \(length\)"),
         ("3 kg s", units.LENGTH, r"got '3 kg s' \(kg s\)"),
         ("3 mmm", units.LENGTH, r"did you mean 'mm'\?"),
+        ("90°", units.ANGLE, r"known unit .* got '°'; did you mean 'deg'\?"),
         ("3 inch", units.LENGTH, r"known unit .* did you mean 'in'\?"),
         ("3000 1/min", units.ANGULAR_VELOCITY, "which counts turns in 1/min or hertz; .* 1 1/min is 1 rpm"),
         ("1 g", units.ACCELERATION, "g is a gram"),

@@ -100,8 +100,9 @@ def test_twist_of_many_turns_is_told() -> None:
     """90 degrees a cell: a notice with the cells that do; more is refused; with these cells there is none."""
     with pytest.warns(Notice, match=r"its axes turn so far in a cell that they are off by 1\.\d %, .* take 14 cells"):
         straight(SECTION, 1.0, 8, direction=(0.0, 1.0, 0.0), twist=4.0 * np.pi)
-    with pytest.raises(InputError, match=r"body 'beam': expected \d+ cells or more, got 8"):
-        straight(SECTION, 1.0, 8, direction=(0.0, 1.0, 0.0), twist=6.0 * np.pi)
+    for turns, cells in ((3, 25), (300, 1964)):
+        with pytest.raises(InputError, match=rf"body 'beam': expected {cells} cells or more, got 8"):
+            straight(SECTION, 1.0, 8, direction=(0.0, 1.0, 0.0), twist=turns * 2.0 * np.pi)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         straight(SECTION, 1.0, 14, direction=(0.0, 1.0, 0.0), twist=4.0 * np.pi)

@@ -41,7 +41,11 @@ FEWEST = 3  #: cells: fewer leave motions without energy
 # L/d = 10 is 1.3e-4 too low with 100, 1e-5 with 1000; Newton's iteration of equilibria takes half as many corrections more
 RIGID = 1000.0  #: stiffness R that holds the section, over the largest of EA and GA
 SQUARE = 1e-3  #: error of d_i . d_j: 55 degrees a cell have it, 90 degrees 1.8e-2, 120 degrees 0.12
-TWISTED = 0.1
+TWISTED = 0.1  #: error of d_i . d_j that is refused
+FAR = np.radians(55.0)  #: turn in a cell that has an error of SQUARE [rad]
+# a slender helical spring is 1.7 % too stiff where axes are off by 0.13 % (60 degrees a cell), 7.8 % by 0.4 %, 32 % by 1.6 % (90
+# degrees); 0.2 % at 45 degrees
+STIFFER = 20.0  #: error of stiffnesses of what is curved, over that of d_i . d_j, at most
 UPPER = np.triu_indices(6)
 
 
@@ -72,8 +76,9 @@ def beam(
     space = line.uniform(breaks, DEGREE, DEGREE - 1)
     centre = line.fit(space, curve)
     lengths = along_curve(curve, breaks)
-    axes = line.fit(space, partial(directors, name, curve, Orientation(direction, towards, twist), lengths)).reshape(-1, 3, 3)
-    check_axes(name, space, axes)
+    orientation = Orientation(direction, towards, twist)
+    axes = line.fit(space, partial(directors, name, curve, orientation, lengths)).reshape(-1, 3, 3)
+    check_axes(name, space, axes, orientation.turns)
     reference = np.concatenate([centre[:, None], axes], axis=1).reshape(-1, 3)
     fractions, sections, degree = along(section, material, offset)
     own = profile(name, np.interp(fractions, lengths[1], lengths[0]), sections, degree)
@@ -122,21 +127,22 @@ def directors(
     return orientation.axes(name, curve(xi, 0), tangent, np.interp(xi, *lengths))
 
 
-def check_axes(name: str, space: line.BSpline, axes: np.ndarray) -> None:
+def check_axes(name: str, space: line.BSpline, axes: np.ndarray, turns: float) -> None:
     """A notice where the axes (n, 3, 3) over the functions of a beam are not orthonormal in its cells, and InputError where by far.
 
-    Their error falls with the fifth power of the cells; stiffnesses err by as much.
+    Their error falls with the fifth power of the cells, unless cells are so long that a pre-twist of `turns` [rad] is not seen.
     """
     d = np.asarray(line.sample(space, line.gauss_table(space, locking.POINTS, 0).points.ravel()) @ axes.reshape(-1, 9))
     d = d.reshape(-1, 3, 3)
     error = float(np.abs(np.einsum("xic,xjc->xij", d, d) - np.eye(3)).max())
-    if error > SQUARE:
-        cells = len(line.breaks(space)) - 1
-        wanted = int(np.ceil(cells * (error / SQUARE) ** 0.2))
+    cells = len(line.breaks(space)) - 1
+    unseen = turns > 2.0 * FAR * cells  # whole turns between points where axes are taken would be none
+    if error > SQUARE or unseen:
+        wanted = max(int(np.ceil(cells * (error / SQUARE) ** 0.2)), int(np.ceil(turns / FAR)))
         text = f"its axes turn so far in a cell that they are off by {100.0 * error:.2g} %"
-        if error > TWISTED:
+        if error > TWISTED or unseen:
             raise InputError(say(f"body '{name}'", f"{wanted} cells or more", cells, text))
-        notify(f"body '{name}': {text}, as stiffnesses are; take {wanted} cells")
+        notify(f"body '{name}': {text}, and its stiffnesses by up to {STIFFER:.0f} times as much; take {wanted} cells")
 
 
 def beam_mass(space: line.BSpline, centre: np.ndarray, section: Profile, masses: Sequence[np.ndarray]) -> csr_array:

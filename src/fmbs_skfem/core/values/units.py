@@ -118,8 +118,8 @@ KNOWN = f"{', '.join(_SCALED)}, these also with {', '.join(filter(str.isascii, f
 KNOWN += ", ".join(name for name in _OTHERS if name != "1")  #: all units, for messages
 CYCLES = {prefix + "Hz": 1 for prefix in _PREFIXES} | {"min": -1, "h": -1}  #: units that count turns, by the sign of their power
 
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµμ]|1\s*/).*)?\s*", re.ASCII | re.DOTALL)
-_FACTOR = re.compile(r"\s*([*·/]?)\s*([A-Za-zµμ]+|1(?=\s*/))\s*(?:(?:\^|\*\*)\s*([-+]?\d))?\s*", re.ASCII)
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµμ°]|1\s*/).*)?\s*", re.ASCII | re.DOTALL)
+_FACTOR = re.compile(r"\s*([*·/]?)\s*([A-Za-zµμ]+|°|1(?=\s*/))\s*(?:(?:\^|\*\*)\s*([-+]?\d))?\s*", re.ASCII)
 LENGTH_LIMIT = 200  #: longest unit text [characters]
 EXPONENT = 12  #: largest power of a base unit
 

@@ -192,6 +192,7 @@ class Distance(Joint):
     def constrain(self, draft: Draft) -> None:
         layout, name = draft.layout, where(self)
         mark(self, draft, "distance", self.at, *([self.to] if isinstance(self.to, At) else []))
+        mark(self, draft, "line", self.at, self.to)
         apart = layout.reference(name, self.at) - layout.reference(name, self.to)
         length = float(np.linalg.norm(apart)) if self.length is None else self.length
         if not length > 0:
