@@ -139,6 +139,14 @@ def test_a_trolley_bends_its_girder() -> None:
     assert found.outputs["wheels_z"][0] == pytest.approx(P, rel=1e-6)
 
 
+def test_a_frame_with_a_motor_is_reduced() -> None:
+    """Points of beams are chosen by the energy of forces: chosen by forces the same number of them errs by half of a range."""
+    found = studies.reduce(EXAMPLES / "frame_with_motor.yaml", duration=0.4)
+    assert found.report["points"]["frame"] < 60
+    errors = found.report["output_errors"]
+    assert max(errors[f"{name}_{axis}"]["relative"] for name in ("tip", "corner") for axis in "xyz") < 5e-3
+
+
 def test_a_trapeze_is_let_go_and_caught(tmp_path: Path) -> None:
     """The report has its events, and outputs follow: the hand has no force in flight, and does not move after the catch."""
     found = studies.run(EXAMPLES / "trapeze.yaml", out=tmp_path / "out")

@@ -31,7 +31,9 @@ from .terms import elastic as terms
 # steps of a double pendulum, dense and as a band: 24 and 19 us at 42 unknowns, 42 and 28 us at 66, 189 and 44 us at 198
 DENSE = 48  #: systems of at most this size are dense where nothing speaks for blocks
 WIDE = 20_000  #: systems from this size on are sparse without looking for a band
-BAND = 96  #: widest band that is factored as a band
+BAND = 96  #: widest band that is factored as a band, whatever the size
+# a frame of five beams, three of them welded at a point: 537 unknowns of half width 107 take 1.6 ms a step as a band, 16 ms sparse
+SHORT = 10  #: numbers of a wider band, over BAND^2, up to which it is one, too: steps of sparse models call Python
 WORTH = 0.3  #: part of the numbers of dense or band factors below which blocks are faster: theirs come in shorter rows
 NO_TREE = Tree(*(np.zeros(0, kind) for kind in (np.int64, np.int64, np.int64, np.int32, np.int64)))
 
@@ -144,7 +146,8 @@ def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layo
 
     `pairs` (h, 2) of probe rows have second derivatives, `skew` ones or not; `parts` are its elastic storages. Reduced systems are
     dense. Full ones are dense up to `DENSE` unknowns, and up to some hundred where a band would be wide; sparse from `WIDE` on, or
-    where a band would be wider than `BAND`; else a band. Mechanisms of reduced parts take blocks where these have few numbers.
+    where a band would be wider than `BAND` and not short; else a band. Mechanisms of reduced parts take blocks where these have few
+    numbers.
     Where joints alone determine some unknowns (`loose`), there are neither bands nor blocks.
     """
     if not is_sparse(system.lift.matrix):
@@ -170,7 +173,7 @@ def chosen(system: System, parts: Pieces, pairs: np.ndarray, skew: bool) -> Layo
     if dense or (loose and system.size <= 8 * DENSE):
         found = Layout(Storage.DENSE, natural, width, loose=loose)
     else:
-        large = loose or width > BAND
+        large = loose or (width > BAND and width * system.size > SHORT * BAND**2)
         found = Layout(Storage.SPARSE, natural, width) if large else Layout(Storage.BAND, order, width)
     return found if loose or blocks is None or blocks.numbers > WORTH * found.numbers else blocks
 
