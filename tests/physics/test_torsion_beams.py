@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -11,7 +13,7 @@ from fmbs_skfem.bodies import rigid, sections
 from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.body import Body
 from fmbs_skfem.bodies.sections import BeamSection
-from fmbs_skfem.dynamics import buckling, outputs, solve_statics, vibration_modes
+from fmbs_skfem.dynamics import GeneralizedAlpha, buckling, integrate, outputs, solve_statics, vibration_modes
 from fmbs_skfem.shapes import curves
 from fmbs_skfem.systems import At, assemble, eliminate, joints, loads
 from fmbs_skfem.systems.measures import probes
@@ -181,3 +183,21 @@ def test_a_pinned_shaft_buckles_under_twist() -> None:
     pair = [loads.Moment("end", TIP, (1.0, 0.0, 0.0)), loads.Moment("start", ROOT, (-1.0, 0.0, 0.0))]
     found = buckling(eliminate(assemble([straight(8, section)], held_by, pair)), 1)
     assert abs(found.factors[0]) == pytest.approx(2.0 * np.pi, rel=1e-3)
+
+
+@pytest.mark.parametrize(("cells", "error"), [(6, 0.15), (8, 0.1), (18, 2e-3)])
+def test_beams_that_turn_far_in_a_cell_are_told(cells: int, error: float) -> None:
+    """Two turns of torsion: 120 and 90 degrees a cell with the cells that do, also in motions; 40 degrees are not told."""
+    section = BeamSection(np.diag([1e8, 4e7, 4e7, 1.0, 1.0, 1.0]), np.diag([1.0, 1e-4, 1e-4]))
+    sensed = {"turn": probes.Angle(TIP, axis=(1.0, 0.0, 0.0))}
+    moment = loads.Moment("M", TIP, (4.0 * np.pi, 0.0, 0.0))
+    system = eliminate(assemble([straight(cells, section)], [CLAMP], [moment], outputs=sensed))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        path = solve_statics(system, 8)
+        if cells == 6:  # the moment begins at once, and turns the cell at the end
+            integrate(system, GeneralizedAlpha(1e-3), 2e-3)
+    told = [str(one.message) for one in caught if "in a cell" in str(one.message)]
+    assert abs(outputs(path)["turn"][-1] / (4.0 * np.pi) - 1.0) < error
+    assert len(told) == {6: 2, 8: 1, 18: 0}[cells]
+    assert all("take " in one for one in told)

@@ -1,7 +1,7 @@
 """Time integration, statics, vibration modes, stability and buckling."""
 
 from ..core.beside import load, names_of
-from .diagnoses import fast_wheels, step_size  # which offer observers  # noqa: F401
+from .diagnoses import far_turns, fast_wheels, step_size  # which offer observers  # noqa: F401
 from .diagnoses.diagnosis import Diagnosis, explain
 from .diagnoses.stability import unstable
 from .equilibria.arclength import ArcLength, Branch, at_load_factor, follow_path, limit_points
