@@ -18,7 +18,7 @@ from threading import Lock
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import coo_array, csr_array, vstack
 
 from ..core.algebra.linalg import as_csr
 from ..core.declared import words_with
@@ -548,6 +548,20 @@ def director(body: Body, number: int) -> csr_array:
     assert body.directors is not None
     count = body.directors.shape[0] // 3
     return as_csr(body.directors[(number - 1) * count : number * count])
+
+
+def over_space(body: Body) -> csr_array | None:
+    """Functions of a body over those of its space (w, b), behind each other of r, d_1, d_2, d_3 of a beam; None where the same."""
+    return body.spread if body.directors is None else as_csr(vstack([body.spread, body.directors]))
+
+
+def read_by_cells(body: Body) -> csr_array | None:
+    """What the cells of a body read (w, b) over its functions; None where they read these."""
+    if body.directors is None or body.shapes is None:
+        return body.spread if body.directors is None else None
+    found, fields = over_space(body), 1 + body.dim
+    assert found is not None
+    return as_csr(found[np.arange(found.shape[0]).reshape(fields, -1).T.ravel()])
 
 
 def own(body: Body, rows: csr_array) -> csr_array:

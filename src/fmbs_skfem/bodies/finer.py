@@ -44,7 +44,7 @@ def finer(part: Body) -> Body:
     assert part.spread is not None
     missing = points.missing
     assert missing is not None
-    b, f = len(part.reference), missing.functions.shape[2]
+    b, f, n = len(part.reference), missing.functions.shape[2], part.spread.shape[0]
     none, total = np.zeros((f - b, part.dim)), part.total_mass
     beside, inertia = total * missing.mass[b:], total * missing.inertia
     mass = np.block([[part.mass.toarray(), beside.T], [beside, inertia]])
@@ -62,7 +62,8 @@ def finer(part: Body) -> Body:
         reference=np.vstack([part.reference, none]),
         constant=np.append(part.constant, none[:, 0]),
         mass=csr_array(mass),
-        spread=csr_array(hstack([part.spread, csr_array(missing.over_space)])),
+        spread=csr_array(hstack([part.spread, csr_array(missing.over_space[:n])])),
+        directors=None if part.directors is None else csr_array(hstack([part.directors, csr_array(missing.over_space[n:])])),
         axes=None if part.axes is None else csr_array(hstack([part.axes, csr_array(missing.axes)])),
         shapes=every,
     )

@@ -39,7 +39,7 @@ class MissingShapes:
     left_out: Annotated[float, Number(0.0)]  #: largest root mean square of what S leaves out of a state of the training [m]
     #: numbers of places with directions on which no moment acted in the training; none where its record does not say
     unbent: Annotated[np.ndarray, Indices("*")] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    over_space: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (w, t) T over the functions of the space
+    over_space: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (w, t) T as of `body.over_space`
     inertia: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (t, t) T^T M T over the mass of the body
     axes: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (i, t) T of the functions that frames count
 

@@ -220,6 +220,7 @@ CURVATURES = tuple(((TURN + j, DIRECTOR + k, 0.5), (TURN + k, DIRECTOR + j, -0.5
 HELD = tuple((((DIRECTOR + i, DIRECTOR + i, 1.0),), 0.25) for i in range(3))
 HELD += tuple((((DIRECTOR + j, DIRECTOR + k, 1.0),), 0.5) for j, k in CROSS)
 FREE = (*STRETCHES, *CURVATURES)
+FIRST = len(FREE) * (len(FREE) + 1) // 2 + 1  #: row of the section with the first strain of the reference
 FUNCTIONS = functions("beam", 8, FREE, HELD)
 
 

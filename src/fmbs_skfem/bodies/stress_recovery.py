@@ -16,9 +16,9 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
+from . import strain_law
 from .cable_law import curvatures as curvatures_of_lines
 from .laws import Law
-from .strain_law import SLOPE
 
 COMPONENTS = {Law.MEMBRANE: 2, Law.SHELL: 3}  #: c of the laws with fields
 NU = {Law.MEMBRANE: 1, Law.SHELL: 2}  #: row of the section that holds Poisson's ratio
@@ -90,7 +90,7 @@ def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> n
     These are all smaller ones and then all larger ones, of gradients u (k c, p) at points with the section (i, p), `dim` = c.
     """
     if law not in COMPONENTS:
-        first = 3 * SLOPE if law is Law.BEAM else 0
+        first = 3 * strain_law.SLOPE if law is Law.BEAM else 0
         stretch = np.asarray(0.5 * (np.sum(u[first : first + dim] ** 2, axis=0) - 1.0))
         return stretch[carrying(law, section).ravel()]
     largest, smallest = principal(strains(u, dim))
@@ -112,6 +112,7 @@ def fibre_strains(law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarra
     """Largest size of the strains along fibres (e, s) in the cells of a line or surface, of gradients u (k c, p, e, s).
 
         lines       max_p |(r'.r' - 1)/2| + h max_p |kappa - kappa0|,     kappa0 of the gradients `start` (k c, p, e, 1)
+        beams       max_p |Gamma_1| + h max_p |kappa|,                    torsion and curvatures
         surfaces    max_p of the principal values of E +- h k
 
     `depth` h [m] is the distance of the outer fibres, a number or one a cell (e,); section (i, p, e).
@@ -121,10 +122,20 @@ def fibre_strains(law: Law, u: np.ndarray, start: np.ndarray, section: np.ndarra
         E, k = strains(u, COMPONENTS[law]), curvatures(law, u, section[..., None])
         faces = [principal(E + side * h * k) for side in (-1.0, 1.0)]
         return np.asarray(np.abs(faces).max(axis=(0, 1, 2)))
+    if law is Law.BEAM:
+        e = beam_strains(u, section[..., None])
+        stretch = np.where(carrying(law, section)[..., None], np.abs(e[0]), 0.0)
+        return np.asarray(stretch.max(axis=0) + h * np.linalg.norm(e[3:], axis=0).max(axis=0))
     dim, option = len(u) // law.vectors, (law if law.bends else Law.EXACT).option
     axial = np.where(carrying(law, section)[..., None], 0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0), 0.0)
     bent, straight = (curvatures_of_lines(option, dim, np.moveaxis(one[: 2 * dim], 0, -1)) for one in (u, start))
     return np.asarray(np.abs(axial).max(axis=0) + h * np.abs(bent - straight).max(axis=0))
+
+
+def beam_strains(u: np.ndarray, section: np.ndarray) -> np.ndarray:
+    """Gamma [-] and kappa [1/m] (6, ...) of a beam, of gradients u (24, ...), less those in its `section` (i, ...)."""
+    first = strain_law.FIRST
+    return np.asarray(strain_law.strains(u.reshape(-1, 3, *u.shape[1:]))[:6] - section[first : first + 6])
 
 
 def normals(u: np.ndarray) -> np.ndarray:
@@ -142,6 +153,9 @@ def strain_errors(law: Law, u: np.ndarray, v: np.ndarray, section: np.ndarray) -
     def both(w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if law in COMPONENTS:
             return strains(w, COMPONENTS[law]), curvatures(law, w, section[..., None])
+        if law is Law.BEAM:
+            e = beam_strains(w, section[..., None])
+            return e[:3, carrying(law, section)], e[3:]
         dim, option = len(w) // law.vectors, (law if law.bends else Law.EXACT).option
         return 0.5 * (np.sum(w[:dim] ** 2, axis=0) - 1.0), curvatures_of_lines(option, dim, np.moveaxis(w[: 2 * dim], 0, -1))
 

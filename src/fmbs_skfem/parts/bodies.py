@@ -20,7 +20,7 @@ from scipy.linalg import eigh, qr
 from scipy.sparse import csr_array, vstack
 
 from ..bodies import stress_recovery as fields
-from ..bodies.body import Body, Cells, ShapePoints, locate, own, probe
+from ..bodies.body import Body, Cells, ShapePoints, extent, locate, own, positions, probe, read_by_cells
 from ..core.algebra import ranks
 from ..core.algebra.linalg import alike, as_dense
 from ..core.errors import InputError, say
@@ -47,8 +47,12 @@ MISSES = 1e-9  #: distance of the reference from the shape functions, over the s
 def metric(part: Body) -> csr_array:
     """W (b, b) over the mass of the body, alike for every component: coordinates of massless axes count by the body's size.
 
-    u^T W u of one component is a mean square displacement [m2].
+    u^T W u of one component is a mean square displacement [m2]. Directors of a beam hold its section and its shear, however thin it
+    is, so that their small mass says nothing of them: the n coefficients of each count together as a displacement by that size.
     """
+    if part.directors is not None:
+        d, size = part.directors, lengths.spread(positions(part))
+        return csr_array(part.mass / part.total_mass + size**2 * part.dim / d.shape[0] * (d.T @ d))
     W = lengths.metric([part], alike(part.mass, part.dim)) / lengths.weight([part])
     return csr_array(W[:: part.dim, :: part.dim])
 
@@ -80,13 +84,15 @@ def as_columns(states: np.ndarray) -> np.ndarray:
 
 
 def with_places(part: Body, S: np.ndarray) -> np.ndarray:
-    """The space of S (b, m), its first coordinates the positions of independent places, where the others vanish: (b, m).
+    """The space of S (b, m), its first coordinates positions, and directors of beams, at places, where the others vanish: (b, m).
 
     What has no mass, as the third axes of rims of a flat plate have none, is a coordinate of its own, the last ones.
     """
-    names = [*part.places, *part.frames]
+    names, last = [*part.places, *part.frames], 0 if part.directors is None else part.dim
     if names:
-        S = invariant.with_rows(S, csr_array(vstack([probe(part, locate(part, name)) for name in names])).toarray())
+        rows = vstack([probe(part, locate(part, name), k) for name in names for k in range(last + 1)])
+        sizes = np.tile([1.0, *[extent(part)] * last], len(names))
+        S = invariant.with_rows(S, csr_array(rows).toarray(), sizes)
     inertia, V = eigh(S.T @ (part.mass @ S), S.T @ (metric(part) @ S))
     empty = V[:, inertia <= lengths.LIGHT * inertia[-1]]
     if not empty.shape[1]:
@@ -118,8 +124,6 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
     """
     if part.cells is None:
         raise InputError(say(f"body '{part.name}'", "an elastic body", "one without cells"))
-    if part.directors is not None:
-        raise InputError(say(f"body '{part.name}'", "a cable, plate or shell", "a beam with torsion", "reduce the whole model"))
     if len(S) != len(part.reference):
         raise InputError(say(f"body '{part.name}'", f"shape functions over its {len(part.reference)} functions", f"over {len(S)}"))
     fields = np.column_stack([part.constant, part.reference])
@@ -128,7 +132,7 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
         raise InputError(say(f"body '{part.name}'", "shape functions that hold the reference and the field 1", "others"))
     spread = csr_array(S) if part.spread is None else csr_array(part.spread @ S)
     if part.shapes is None:
-        points = shape_points.of_cells(part.cells, spread.toarray())
+        points = shape_points.of_cells(part.cells, over_cells(part, S))
         points = replace(points, positions=cell_centres(part)[points.cell])
     else:
         table, columns = np.ascontiguousarray(part.shapes.table @ S), slice(0, S.shape[1] * part.dim)
@@ -143,10 +147,17 @@ def reduced_body(part: Body, S: np.ndarray) -> Body:
         stiffness=None if part.stiffness is None else symmetric(part.stiffness, S),
         cells=one_point(part.cells),
         spread=spread,
+        directors=None if part.directors is None else csr_array(part.directors @ S),
         frames={name: k * (1 + part.dim) for k, (name, _) in enumerate(first)},
         axes=csr_array(axes) if first else None,
         shapes=points,
     )
+
+
+def over_cells(part: Body, S: np.ndarray) -> np.ndarray:
+    """Functions S (b, m) of a full body over those that its cells read."""
+    read = read_by_cells(part)
+    return S if read is None else np.asarray(read @ S)
 
 
 def frame_functions(part: Body) -> list[int]:
@@ -260,7 +271,7 @@ def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
         if part.profile is not None:
             breaks = line.breaks(part.space)
             stiffness = part.profile.at(0.5 * (breaks[1:] + breaks[:-1]))[0]
-            h = 2.0 * np.sqrt(stiffness[:, 4, 4] / stiffness[:, 0, 0])
+            h = 2.0 * np.sqrt(stiffness[:, [4, 5], [4, 5]].max(axis=1) / stiffness[:, 0, 0])
     shape = (-1, *cells.section.shape[1:])
     start = (rows @ part.reference.ravel()).reshape(*shape, 1)
     for k in range(0, len(states), STATES):
@@ -273,8 +284,9 @@ def largest_strains(part: Body, states: np.ndarray) -> np.ndarray:
 def rows_of(part: Body) -> csr_array:
     """Rows (k c p e, b c) of the gradients at the quadrature points of a full body on its coordinates."""
     assert part.cells is not None
-    rows = gradient_rows(part.cells, part.shape_reference.size)
-    return rows if part.spread is None else csr_array(rows @ alike(part.spread, part.dim))
+    read = read_by_cells(part)
+    rows = gradient_rows(part.cells, part.dim * (len(part.reference) if read is None else read.shape[0]))
+    return rows if read is None else csr_array(rows @ alike(read, part.dim))
 
 
 def strain_errors(part: Body, S: np.ndarray, states: np.ndarray) -> np.ndarray:

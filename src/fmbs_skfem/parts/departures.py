@@ -2,9 +2,10 @@
 
     e(s, p) < low - r  or  e(s, p) > high + r,    r = BEYOND (high - low)
 
-Strains of lines are axial, (r'.r' - 1)/2, and the curvature [1/m]; of surfaces the smallest and the largest one of the middle
-surface. Their range is that of the training at the sampled points. Whether a part errs there is said by `finer_parts`; nothing else
-is known of parts that know no more shapes, and stored states of a run are looked at while it goes on.
+Strains of lines are axial, (r'.r' - 1)/2 or Gamma_1, and the curvature [1/m], of beams torsion [1/m], too; of surfaces the
+smallest and the largest one of the middle surface. Their range is that of the training at the sampled points. Whether a part errs
+there is said by `finer_parts`; nothing else is known of parts that know no more shapes, and stored states of a run are looked at
+while it goes on.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from ..bodies.body import ShapePoints
 from ..bodies.cable_law import curvatures
 from ..bodies.finer import knows_shapes
 from ..bodies.laws import Law
-from ..bodies.stress_recovery import COMPONENTS, extreme_strains
+from ..bodies.stress_recovery import COMPONENTS, beam_strains, extreme_strains
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..dynamics.observers import Observer, Setting, offered
@@ -31,6 +32,7 @@ BLOCK = 200  #: states whose strains are found at a time
 BEYOND = 0.1  #: part of the trained range that strains may leave it by
 LOOK = 50  #: stored states between two looks at a run: the clock decides nothing, so that every run shows the same warnings
 KINDS = ("axial strain", "curvature [1/m]"), ("smallest strain", "largest strain")  #: of lines, of surfaces
+OF_BEAMS = (*KINDS[0], "torsion [1/m]")
 SHOWN = 3  #: names that a message lists
 REMEDY = "its error is not known there: train it on such motions, or with other forces and moments (fmbs part train --alone)"
 
@@ -103,15 +105,16 @@ def gradients(table: np.ndarray, z: np.ndarray) -> np.ndarray:
     return np.asarray(z.transpose(2, 0, 1).reshape(dim * s, b) @ table.transpose(0, 2, 1)).reshape(K * dim, s, P)
 
 
-def kinds_of(points: ShapePoints) -> tuple[str, str]:
+def kinds_of(points: ShapePoints) -> tuple[str, ...]:
     """Names of the strains of a law."""
-    return KINDS[points.law in COMPONENTS]
+    return OF_BEAMS if points.law is Law.BEAM else KINDS[points.law in COMPONENTS]
 
 
 def strains(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     """Strains (s, p, j) at the points of a reduced body in the states (s, m, c).
 
-    Lines: axial Green strain [-] and curvature [1/m]. Surfaces: smallest and largest principal strain [-] of the middle surface.
+    Lines: axial strain [-] and curvature [1/m], of beams torsion [1/m], too. Surfaces: smallest and largest principal strain [-] of
+    the middle surface.
     """
     return np.concatenate([strains_of_block(points, states[k : k + BLOCK]) for k in range(0, len(states), BLOCK)])
 
@@ -122,6 +125,9 @@ def strains_of_block(points: ShapePoints, states: np.ndarray) -> np.ndarray:
     flat = gradients(points.table, states).reshape(-1, s * P)
     if points.law in COMPONENTS:
         return extreme_strains(points.law, points.section, flat, dim).reshape(2, -1).T.reshape(s, P, 2)
+    if points.law is Law.BEAM:
+        e = beam_strains(flat.reshape(-1, s, P), points.section)
+        return np.stack([e[0], np.linalg.norm(e[4:], axis=0), e[3]], axis=2)
     axial = 0.5 * (np.sum(flat[:dim] ** 2, axis=0) - 1.0)
     option = (points.law if points.law.bends else Law.EXACT).option
     kappa = curvatures(option, dim, flat.T[None])[0]
@@ -161,7 +167,8 @@ def find_in(system: System, times: np.ndarray, x: np.ndarray, parts: list[Elasti
     for members in copies(mine):
         points: ShapePoints = members[0].gather
         states = np.concatenate([q[:, one.gather.columns].reshape(len(q), -1, points.dim) for one in members])
-        values = strains(points, states).reshape(len(members), len(q), -1, 2)
+        each = strains(points, states)
+        values = each.reshape(len(members), len(q), *each.shape[1:])
         low, high = points.trained
         over = np.maximum(values - high, low - values) - BEYOND * (high - low)
         for i, j in np.argwhere(over.max(axis=(1, 2)) > 0.0):

@@ -1,13 +1,14 @@
 r"""Motions of a single body under what it can meet at its places, to train it alone: no mechanism is needed.
 
-    run k:   place k (in turn) pinned, weight m g in a random direction, forces at every other place, moments at all
+    run k:   place k (in turn) held, weight m g in a random direction, forces at every other place, moments at all
              F_i(t) = F sin(phi_i(t)) w(t),   phi_i' = 2 pi (f_0 + (f_1 - f_0) t/T),   along every axis i
              v = w x r at the start, w = spin in a random direction
 
 The frequencies f_0 and f_1 [Hz] of every sweep are those of the excitation times a random factor, and so is its phase; w rises
 smoothly from 0 to 1 over the first part of a run, so that nothing jumps, or is 1, for machines whose loads begin as steps.
 Directions of loads, of weights and of the motions that follow are all there, and a basis of vectors holds them turned in any way.
-Moments bend the ends, as welds and clamps do; points of surfaces take none.
+Moments bend the ends, as welds and clamps do; points of surfaces take none. Places are pinned; those of beams with torsion are
+clamped, and pinned without moments when they are in turn again.
 
 With a `strain` all loads are multiplied by a number s, for which the largest strain of a fibre in all states is that,
 
@@ -209,11 +210,12 @@ def move(part: Body, excitation: Excitation, progress: Progress | None = None) -
     scheme, newton, found = GeneralizedAlpha(told.step), THRIFTY if isinstance(part.space, Surface) else SHARP, []
     every = max(1, round(told.duration / told.step / told.samples))
     for run in range(told.runs):
-        held = names[run % len(names)]
-        pin, begin = joints.Pin(held, At(part.name, held)), {part.name: rotating_motion(part, told, held, run)}
+        turn, number = divmod(run, len(names))
+        held = names[number]
+        hold, begin = holding(part, held, turn), {part.name: rotating_motion(part, told, held, run)}
         with warnings.catch_warnings():  # a moment about a line acts as soon as the line has turned
             warnings.filterwarnings("ignore", ".* are about the line itself", Notice)
-            system = eliminate(assemble([part], [pin], pushes(part, told, held, random), initial=begin))
+            system = eliminate(assemble([part], [hold], pushes(part, told, hold, random), initial=begin))
         done = None if progress is None else partial(advance, progress, run, told.runs)
         try:
             motion = integrate(system, scheme, told.duration, newton, every, done)
@@ -224,6 +226,15 @@ def move(part: Body, excitation: Excitation, progress: Progress | None = None) -
             raise
         found.append(snapshots(motion).q.reshape(len(motion.times), -1, part.dim))
     return np.concatenate(found), told
+
+
+def holding(part: Body, held: str, turn: int) -> joints.Joint:
+    """The joint at the place that is held, when all places are in turn for the `turn`-th time.
+
+    Beams have little inertia about themselves, which moments would spin: they are clamped, and swing without moments every other
+    time.
+    """
+    return (joints.Pin if part.directors is None or turn % 2 else joints.Clamp)(held, At(part.name, held))
 
 
 def rotating_motion(part: Body, told: Excitation, held: str, run: int) -> Motion:
@@ -239,16 +250,17 @@ def advance(progress: Progress, run: int, runs: int, done: float) -> None:
     progress((run + done) / runs)
 
 
-def pushes(part: Body, told: Excitation, held: str, random: np.random.Generator) -> Iterator[loads.Load]:
+def pushes(part: Body, told: Excitation, hold: joints.Joint, random: np.random.Generator) -> Iterator[loads.Load]:
     """Weight in a random direction, sweeps of forces at all places but the one that is held, of moments at all that turn."""
+    still = part.directors is not None and isinstance(hold, joints.Pin)
     direction = random.normal(size=part.dim)
     yield loads.Gravity(tuple(told.gravity * direction / np.linalg.norm(direction)))
     for name in (*part.frames, *part.places):
         at = At(part.name, name)
-        if name != held and told.force:
+        if name != hold.name and told.force:
             for axis, unit in enumerate(np.eye(part.dim)):
                 yield loads.PointForce(f"force {name} {axis}", at, tuple(told.force * unit), sweep(told, random))
-        if told.moment and turns(part, name):
+        if told.moment and turns(part, name) and not still:
             for axis, moment in enumerate(told.moment * np.eye(3) if part.dim == 3 else [told.moment]):
                 yield loads.Moment(f"moment {name} {axis}", at, moment, sweep(told, random))
 

@@ -329,6 +329,9 @@ def check(body: Body) -> None:
     count = int(getattr(body.space, "count", -1))
     require(count == body.spread.shape[0], "body.spread", f"{count} rows, as its interpolation has functions", body.spread.shape)
     validation.fit(points, "body.shapes", {"q": body.reference.size})
-    validation.fit(body.cells, "body.cells", {"q": count * dim})
+    require((body.directors is None) == (points.law.fields == 1), "body.directors", f"those that {points.law} reads", "others")
+    if body.directors is not None:
+        Reals("j b").check(body.directors, "body.directors", sizes | {"j": dim * count})
+    validation.fit(body.cells, "body.cells", {"q": count * dim * points.law.fields})
     rows = 0 if body.axes is None else body.axes.shape[0]
     require(rows == len(body.frames) * (1 + dim), "body.axes", f"{len(body.frames) * (1 + dim)} rows of frames", rows)

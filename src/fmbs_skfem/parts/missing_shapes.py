@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..bodies.body import Body, extent, locate, probe
+from ..bodies.body import over_space as functions_over
 from ..bodies.spare_shapes import MissingShapes
 from ..core.algebra.linalg import as_dense, squares
 from ..core.errors import InputError
@@ -42,7 +43,7 @@ def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> 
     if not T.shape[1]:
         return None
     F = np.hstack([S, T])
-    points = shape_points.of_cells(part.cells, F if part.spread is None else part.spread @ F)
+    points = shape_points.of_cells(part.cells, parts.over_cells(part, F))
     mass = F.T @ (part.mass @ S) / part.total_mass
     positions = parts.cell_centres(part)[points.cell]
     return MissingShapes(
@@ -54,7 +55,7 @@ def find(part: Body, S: np.ndarray, states: np.ndarray, columns: np.ndarray) -> 
         rows @ F,
         place,
         left_out,
-        over_space=T if part.spread is None else np.asarray(part.spread @ T),
+        over_space=T if (read := functions_over(part)) is None else np.asarray(read @ T),
         inertia=T.T @ (part.mass @ T) / part.total_mass,
         axes=T[parts.frame_functions(part)],
     )
@@ -158,6 +159,7 @@ def over_space(part: Body, known: MissingShapes, B: np.ndarray) -> dict[str, np.
         return {}
     b = known.mass.shape[1]
     inertia = np.block([[known.mass[:b], known.mass[b:].T], [known.mass[b:], known.inertia]])
-    assert part.spread is not None
+    read = functions_over(part)
+    assert read is not None
     axes = known.axes if part.axes is None else np.hstack([as_dense(part.axes), known.axes]) @ B
-    return {"over_space": np.hstack([as_dense(part.spread), known.over_space]) @ B, "inertia": B.T @ inertia @ B, "axes": axes}
+    return {"over_space": np.hstack([as_dense(read), known.over_space]) @ B, "inertia": B.T @ inertia @ B, "axes": axes}

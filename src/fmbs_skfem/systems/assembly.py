@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
 from scipy.sparse.linalg import spsolve
 
-from ..bodies.body import Body, Cells, ShapePoints, own
+from ..bodies.body import Body, Cells, ShapePoints, own, read_by_cells
 from ..bodies.finer import finer, knows_more
 from ..bodies.laws import Law
 from ..bodies.plate import local_table
@@ -247,9 +247,8 @@ def energy(part: Body, layout: Coordinates) -> Cells | ShapePoints:
 
 def gather(part: Body, cells: Cells, layout: Coordinates) -> Cells:
     """Cells of a body that read all coordinates q, or the coordinates of its space where frames slave some of them."""
-    if part.spread is None or part.directors is not None:
-        return cells.moved(layout.first[part.name])
-    return cells.moved(0, layout.spread(part, part.spread))
+    read = read_by_cells(part)
+    return cells.moved(layout.first[part.name]) if read is None else cells.moved(0, layout.spread(part, read))
 
 
 def orthonormal(part: Body, draft: Draft) -> None:

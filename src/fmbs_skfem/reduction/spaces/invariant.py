@@ -113,15 +113,16 @@ def scalar_rows(system: System, rows: np.ndarray) -> np.ndarray:
     return np.unique(B[np.abs(B).max(axis=1, initial=0.0) > 0.0], axis=0)
 
 
-def with_rows(S: np.ndarray, B: np.ndarray) -> np.ndarray:
+def with_rows(S: np.ndarray, B: np.ndarray, sizes: np.ndarray | float = 1.0) -> np.ndarray:
     """The same space as S (b, m) with the values of independent rows B (i, b) as its first coordinates; the others vanish there.
 
-    S [B^+, Z] with the rows B S that are independent, and Z orthonormal with B S Z = 0. S as it is without rows.
+    S [B^+, Z] with the rows B S that are independent, and Z orthonormal with B S Z = 0. S as it is without rows. Rows are held
+    against one another times their `sizes` (i,).
     """
     if not len(B):
         return S
     B = np.asarray(B @ S)
-    triangle, order = qr(B.T, mode="r", pivoting=True)
+    triangle, order = qr(B.T * sizes, mode="r", pivoting=True)
     pivot = np.abs(np.diag(triangle))
     B = B[np.sort(order[: int((pivot > APART * pivot[0]).sum())])]
     return np.hstack([S @ np.linalg.pinv(B), S @ qr(B.T)[0][:, len(B) :]])

@@ -22,7 +22,7 @@ from ...bodies.beams.beam import FIELDS, UPPER
 from ...bodies.beams.profiles import Profile
 from ...bodies.body import Body, director, locate
 from ...bodies.laws import Law, number
-from ...bodies.strain_law import strains
+from ...bodies.strain_law import FIRST, strains
 from ...core.algebra.linalg import as_csr
 from ...core.errors import InputError, say
 from ...core.storage.container import storable
@@ -34,7 +34,6 @@ from .cable_sections import NOISE, between, steps_near
 
 FORCES = {"N": "N", "Vy": "N", "Vz": "N", "T": "N m", "My": "N m", "Mz": "N m"}  #: components of S and their units
 STRAINS = {"axial": "", "shear_y": "", "shear_z": "", "torsion": "1/m", "curvature_y": "1/m", "curvature_z": "1/m"}
-FIRST = Law.BEAM.section.index("gamma1")  #: row of the section with the first strain of the reference
 ROWS = 2 * FIELDS  #: vectors of a point: r, d_i and their slopes
 HEAD = 2 + 36 + 3  #: numbers of a place: law, how many functionals of S it has, C, kappa in the reference
 EACH = 18 + 6 + 1  #: and of every quadrature point: (A, B), Gamma and kappa in the reference, weight times psi' [-]

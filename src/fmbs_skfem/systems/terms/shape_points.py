@@ -215,18 +215,20 @@ def choose_points(points: ShapePoints, kept: np.ndarray, factors: np.ndarray) ->
 def of_cells(cells: Cells, functions: np.ndarray) -> ShapePoints:
     """All quadrature points of cells, p e of them, for shape functions (b, m) over the functions b that the cells read.
 
-        N[k, (p, e), m] = sum_b table[k, p, b, e] functions[node of b in e, m]
+        N[(k, f), (p, e), m] = sum_b table[k, p, b, e] functions[field f of node b in e, m]
 
     Points are in the order (p, e); they read the coordinates 0 ... m c - 1 of their body.
     """
-    K, P, _, E = cells.table.shape
+    (_, P, _, E), fields = cells.table.shape, cells.law.fields
+    dim = cells.dim // fields
+    read = cells.nodes // dim + np.arange(fields)[:, None, None]
     # tables multiplied out once: a step reads b functions of the body, and no cells
-    table = np.einsum("kpbe,bea->kpea", cells.table, functions[cells.nodes // cells.dim], optimize=True)
+    table = np.einsum("kpbe,fbea->kfpea", cells.table, functions[read], optimize=True)
     return ShapePoints(
         cells.law,
-        np.ascontiguousarray(table.reshape(K, P * E, -1)),
-        slice(0, functions.shape[1] * cells.dim),
-        cells.dim,
+        np.ascontiguousarray(table.reshape(cells.law.vectors, P * E, -1)),
+        slice(0, functions.shape[1] * dim),
+        dim,
         cells.section.reshape(len(cells.section), 1, P * E),
         np.tile(np.arange(E), P),
     )

@@ -1,0 +1,130 @@
+"""Parts of beams with torsion and shear: trained alone, in another frame, and as files."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from fmbs_skfem.bodies import Body, Circular, Material, Rectangular
+from fmbs_skfem.bodies.beams.beam import beam
+from fmbs_skfem.bodies.sections import Section
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.parts import bodies as parts
+from fmbs_skfem.parts import departures
+from fmbs_skfem.parts import files as part_files
+from fmbs_skfem.parts.excitation import Excitation, excite
+from fmbs_skfem.shapes import curves
+from fmbs_skfem.systems import At, assemble, eliminate, lengths
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
+
+LENGTH = 0.5
+UP = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  #: x becomes z
+STRIP = Rectangular(0.02, 0.004)
+
+
+def bar(name: str, section: Section = STRIP, origin: np.ndarray | None = None, rotation: np.ndarray | None = None) -> Body:
+    """A beam of six cells from `left` to `right`, along x in a frame of its own."""
+    start, R = np.zeros(3) if origin is None else origin, np.eye(3) if rotation is None else rotation
+    curve = curves.Straight(start, start + LENGTH * R[:, 0], LENGTH)
+    line = curves.Line(np.linspace(0.0, LENGTH, 7), curve, {"left": 0.0, "right": LENGTH}, None)
+    return beam(name, line, section, Material(70e9, 2700.0, 0.3), direction=R[:, 1])
+
+
+@cache
+def states() -> np.ndarray:
+    """States (s, b, c) of a bar that is moved alone."""
+    return excite(bar("bar"), Excitation(force=2.0, moment=0.1, duration=0.3, step=1e-3, slowest=2.0, fastest=15.0, samples=150))
+
+
+@cache
+def trained(tolerance: float) -> part_files.Part:
+    """The bar, trained alone."""
+    return part_files.train(bar("bar"), states(), tolerance)
+
+
+def elbow(first: Body, second: Body) -> Trajectory:
+    """Two bars at a right angle, clamped, under weight and a force out of their plane: the first is twisted."""
+    held = [joints.Clamp("root", At("one", "left")), joints.Weld("corner", At("one", "right"), At("two", "left"))]
+    push = loads.PointForce("F", At("two", "right"), (0.0, 0.5, 0.0), lambda t: np.sin(20.0 * t) * np.clip(t / 0.1, 0.0, 1.0))
+    read = {"tip": probes.Position(At("two", "right"))}
+    system = eliminate(assemble([first, second], held, [loads.Gravity((0.0, 3.0, -9.81)), push], outputs=read))
+    return integrate(system, GeneralizedAlpha(2e-3), 0.2, Newton(tolerance=1e-12))
+
+
+def of_part(body: Body) -> Trajectory:
+    """The elbow of one part, twice."""
+    return elbow(parts.placed(body, "one"), parts.placed(body, "two", np.array([LENGTH, 0.0, 0.0]), UP))
+
+
+@cache
+def full() -> Trajectory:
+    """The elbow of full bodies."""
+    return elbow(bar("one"), bar("two", origin=np.array([LENGTH, 0.0, 0.0]), rotation=UP))
+
+
+def error(found: Trajectory) -> float:
+    """Largest distance of tips over the largest way of the full one."""
+    a, b = (np.stack([outputs(motion)[f"tip_{axis}"] for axis in "xyz"]) for motion in (full(), found))
+    return float(np.linalg.norm(b - a, axis=0).max() / np.linalg.norm(a - a[:, :1], axis=0).max())
+
+
+def test_a_part_of_all_functions_is_the_body() -> None:
+    body = bar("bar")
+    S = parts.with_places(body, np.eye(len(body.reference)))
+    assert error(of_part(parts.reduced_body(body, S))) < 1e-7
+
+
+def test_parts_trained_alone_stand_in_another_frame() -> None:
+    with pytest.warns(Notice, match="do not stand for their bodies"):
+        rough = error(of_part(trained(1e-9).body))
+    few, fine = trained(1e-9).notes["functions"], error(of_part(trained(1e-13).body))
+    assert few < trained(1e-13).notes["functions"] < len(bar("bar").reference)
+    assert fine < 1e-2
+    assert fine < 0.2 * rough
+
+
+def test_directors_at_places_are_coordinates() -> None:
+    body = trained(1e-11).body
+    system = eliminate(assemble([parts.placed(body, "one")], [joints.Clamp("root", At("one", "left"))]))
+    assert not len(system.constraints.names)
+    assert system.size == body.reference.size - 12
+
+
+def test_files_keep_beams(tmp_path: Path) -> None:
+    path = part_files.save(trained(1e-11), tmp_path / "bar.part.h5")
+    body, same = part_files.load(path).body, trained(1e-11).body
+    assert body.directors is not None
+    assert_allclose(body.directors.toarray(), same.directors.toarray())  # type: ignore[union-attr]
+    small = part_files.coarsen(part_files.resume(path), 1e-8)
+    assert small.notes["functions"] < part_files.load(path).notes["functions"]
+    assert small.body.shapes is not None
+    assert small.body.shapes.missing is not None
+    more = part_files.train(bar("bar"), states()[::4], 1e-11, None, part_files.ETA, part_files.resume(path))
+    assert more.notes["states"] == len(states()) + len(states()[::4])
+
+
+def test_trained_strains_of_beams_have_torsion() -> None:
+    found = trained(1e-11)
+    assert list(found.notes["strains"]) == list(departures.OF_BEAMS)
+    low, high = found.notes["strains"]["torsion [1/m]"]
+    assert low < -1e-4
+    assert high > 1e-4
+    assert found.notes["missing_shapes"] == "known"
+
+
+@pytest.mark.parametrize("diameter", [1e-3, 1e-1])
+def test_directors_count_by_the_size_of_a_beam(diameter: float) -> None:
+    """The metric of a beam that is thin is that of one that is thick: n coefficients of each director count as the body does."""
+    body = bar("bar", Circular(diameter))
+    W = parts.metric(body).toarray()
+    turned = np.zeros(len(body.reference))
+    turned[2::4] = 1.0
+    inertia = diameter**2 / 16.0
+    assert_allclose(turned @ W @ turned, lengths.spread(body.reference[::4]) ** 2 + inertia, rtol=1e-12)
