@@ -100,6 +100,18 @@ def test_time_to_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert (tmp_path / "time_to_error.md").read_text(encoding="utf-8").count("| tip_mass |") == 1
 
 
+def test_beams_to_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Our own runs stand in place of Exudyn's."""
+    sizes = {"WANTED": (1e-2,), "CELLS": (4,), "ELEMENTS": (4,), "STEPS": (200, 400, 800), "OURS": (6, 800), "THEIRS": (8, 800)}
+    module = script("beams_to_error", tmp_path, monkeypatch, **sizes, NEWTON=(1e-8,), PROBE=400, EACH=4)
+    monkeypatch.setattr(module, "exudyn_run", lambda frame, cells, steps, way: module.our_run(frame, cells, steps, 1e-8))
+    monkeypatch.setattr(module, "exudyn_version", lambda: "0")
+    (row,) = module.main(1, ["driven_shaft"])
+    assert row.ours[3] <= 1e-2
+    assert row.theirs[3] <= 1e-2
+    assert (tmp_path / "beams_to_error.md").read_text(encoding="utf-8").count("| driven_shaft |") == 1
+
+
 def test_contacts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Landing takes place after 0.2 s on a floor that is near; the reduced model follows."""
     rows = script("contacts", tmp_path, monkeypatch, DURATION=0.3, REPEATS=1, NEAR=-0.2, CELLS=(10,)).main(10)
