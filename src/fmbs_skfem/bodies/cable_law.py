@@ -196,13 +196,14 @@ def put(D: np.ndarray, T: np.ndarray, dim: int, i: int, j: int, q: int, k: int, 
 def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
     """Functions of a law by how it bends; the modulus has the viscosity in it."""
     # constants of the compiled functions: branches on them are no code
-    whole, leans = name == "spatial", name != "quadratic"
+    leans = name != "quadratic"
+    whole = leans and dim == 3
 
     found: dict[str, Callable[[], int]] = {}
 
     def named(function: Callable[..., None]) -> None:
-        kind, function.__qualname__ = function.__name__, f"{name}_{dim}_{function.__name__}"
-        found[kind] = entry(function)
+        function.__qualname__ = f"{name}_{dim}_{function.__name__}"
+        found[function.__qualname__] = entry(function)
 
     @named
     def energy(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, n: int, beta: float) -> None:
@@ -300,10 +301,8 @@ def functions(name: str, dim: int, bend: Any) -> dict[str, Callable[[], int]]:
     return found
 
 
-FUNCTIONS = {
-    "curved": {2: functions("planar", 2, planar), 3: functions("spatial", 3, spatial)},
-    "quadratic": {dim: functions("quadratic", dim, quadratic) for dim in (2, 3)},
-}
+FUNCTIONS = functions("curved", 2, planar) | functions("curved", 3, spatial)
+FUNCTIONS |= functions("quadratic", 2, quadratic) | functions("quadratic", 3, quadratic)
 
 
 def curvatures(n: int, dim: int, gradients: np.ndarray) -> np.ndarray:

@@ -101,49 +101,30 @@ def find(name: str) -> Law:
     return KNOWN[name]
 
 
-def hand_written(module: str, prefix: str = "") -> Callable[[int, str], int]:
-    """Addresses of functions that are written by hand, one for both stresses, and one for the modulus with the viscosity in it."""
+def compiled(module: str, name: str = "") -> Callable[[int, str], int]:
+    """Addresses of the FUNCTIONS of a module, `name` and kind (one for both stresses); the modulus has the viscosity in it."""
 
     def entry(dim: int, kind: str) -> int:
-        name = f"{prefix}{kind.removeprefix('damped_')}_at"
-        return 0 if kind == "viscosity" else int(getattr(import_module(module, __package__), name)())
+        functions, name_of = import_module(module, __package__).FUNCTIONS, f"{name}{kind}".format(dim)
+        return 0 if kind == "viscosity" else int((functions.get(name_of) or functions[name_of.replace("damped_", "")])())
 
     return entry
-
-
-def of_cables(bends: str) -> Callable[[int, str], int]:
-    """Addresses of functions in `cable_law`, by how they bend; the modulus has the viscosity in it."""
-
-    def entry(dim: int, kind: str) -> int:
-        from . import cable_law
-
-        return 0 if kind == "viscosity" else int(cable_law.FUNCTIONS[bends][dim][kind]())
-
-    return entry
-
-
-def of_strains(dim: int, kind: str) -> int:
-    """Addresses of functions in `strain_law`; the modulus has the viscosity in it."""
-    from . import strain_law
-
-    return 0 if kind == "viscosity" else int(strain_law.FUNCTIONS[kind]())
 
 
 CABLE = ("EA", "EI", "kappa0", "weight")
 PRESSED = ("p", "v0", "weight")
-Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), of_cables("quadratic"), holds=True)
-Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), of_cables("curved"), option=2, holds=True)
-Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), of_cables("curved"), option=3, holds=True)
+Law.QUADRATIC = Law("QUADRATIC", 2, CABLE, (2, 3), compiled(".cable_law", "quadratic_{}_"), holds=True)
+Law.MATERIAL = Law("MATERIAL", 2, CABLE, (2, 3), compiled(".cable_law", "curved_{}_"), option=2, holds=True)
+Law.EXACT = Law("EXACT", 2, CABLE, (2, 3), compiled(".cable_law", "curved_{}_"), option=3, holds=True)
 CABLES = (Law.QUADRATIC, Law.MATERIAL, Law.EXACT)
-Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), hand_written(".membrane_law"), holds=True)
-Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), hand_written(".shell_law"), holds=True)
-Law.PRESSURE = Law("PRESSURE", 3, PRESSED, (3,), hand_written(".pressure_law"), follows=True)
-Law.EDGE_PRESSURE = Law("EDGE_PRESSURE", 2, PRESSED, (2,), hand_written(".pressure_law", "edge_"), follows=True)
+Law.MEMBRANE = Law("MEMBRANE", 2, ("A", "nu", "weight"), (2,), compiled(".membrane_law"), holds=True)
+Law.SHELL = Law("SHELL", 5, ("A", "B", "nu", "b0_11", "b0_22", "b0_12", "weight"), (3,), compiled(".shell_law"), holds=True)
+Law.PRESSURE = Law("PRESSURE", 3, PRESSED, (3,), compiled(".pressure_law"), follows=True)
+Law.EDGE_PRESSURE = Law("EDGE_PRESSURE", 2, PRESSED, (2,), compiled(".pressure_law", "edge_"), follows=True)
 STRAINS = ("gamma1", "gamma2", "gamma3", "kappa1", "kappa2", "kappa3")  #: of a beam
 STIFFNESS = tuple(f"C{i + 1}{j + 1}" for i in range(6) for j in range(i, 6))
-Law.BEAM = Law(
-    "BEAM", 8, (*STIFFNESS, "E", *STRAINS, *(f"E{k + 1}" for k in range(6)), "weight"), (3,), of_strains, holds=True, fields=4
-)
+BEAM = (*STIFFNESS, "E", *STRAINS, *(f"E{k + 1}" for k in range(6)), "weight")
+Law.BEAM = Law("BEAM", 8, BEAM, (3,), compiled(".strain_law", "beam_"), holds=True, fields=4)
 #: numbers of laws in outputs, and in earlier files of reduced models
 NUMBERS = {
     0: Law.QUADRATIC,

@@ -21,9 +21,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ..core.compiling.entries import entry
-from ..core.compiling.jit import carray, inlined, jit
-from .vectors import AXIAL, held_product
+from ..core.compiling.jit import carray, inlined
+from .vectors import AXIAL, Vector, combine, dot, held_product
 
 LINES = 3  #: rows of a section
 ROWS = 4  #: of gradients
@@ -51,10 +53,23 @@ def quadratic(A: float, nu: float, e11: float, e22: float, e12: float) -> float:
     return 0.5 * A * (e11 * e11 + e22 * e22 + 2.0 * nu * e11 * e22 + 2.0 * (1.0 - nu) * e12 * e12)
 
 
-@jit
-def strains(x1: float, y1: float, x2: float, y2: float) -> tuple[float, float, float]:
-    """E11, E22, E12 of r,1 = (x1, y1) and r,2 = (x2, y2)."""
-    return 0.5 * (x1 * x1 + y1 * y1 - 1.0), 0.5 * (x2 * x2 + y2 * y2 - 1.0), 0.5 * (x1 * x2 + y1 * y2)
+@inlined
+def stretches(way: int, a: Vector, b: Vector, c: Vector, d: Vector) -> Vector:
+    """E11, E22, E12 of tangents c and d that are held for a and b, see `held_product`, or of a and b where they are the same."""
+    e11, e22 = 0.5 * (held_product(way, a, a, c, c) - 1.0), 0.5 * (held_product(way, b, b, d, d) - 1.0)
+    return e11, e22, 0.5 * held_product(way, a, b, c, d)
+
+
+@inlined
+def strain_rates(a: Vector, b: Vector, v: Vector, w: Vector) -> Vector:
+    """dE11/dt, dE22/dt, dE12/dt of tangents a and b with the rates v and w."""
+    return dot(a, v), dot(b, w), 0.5 * (dot(a, w) + dot(b, v))
+
+
+@inlined
+def tangents(u: np.ndarray, q: int) -> tuple[Vector, Vector]:
+    """r,1 and r,2 or their rates at point q, whose third component is 0."""
+    return (u[0, q], u[1, q], 0.0), (u[2, q], u[3, q], 0.0)
 
 
 @entry
@@ -63,41 +78,27 @@ def energy_at(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells
     count, total = points * cells, 0.0
     u, section = carray(u, (ROWS, count)), carray(section, (LINES, count))
     for q in range(count):
-        E = strains(u[0, q], u[1, q], u[2, q], u[3, q])
+        a, b = tangents(u, q)
+        E = stretches(AXIAL, a, b, a, b)
         total += section[2, q] * quadratic(section[0, q], section[1, q], E[0], E[1], E[2])
     carray(W, 1)[0] = total
 
 
 @entry
 def stress_at(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, cells: int, law: int, beta: float) -> None:
-    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`, C : dE/dt : dE/du), shapes (4, p, e).
-
-    Damping has a loop of its own, which keeps the first one short enough for vector instructions.
-    """
+    """S = weight dW/du (+ damping with time `beta` [s] and gradient rates `rate`, C : dE/dt : dE/du), shapes (4, p, e)."""
     count = points * cells
-    u, rate, section, S = (
-        carray(u, (ROWS, count)),
-        carray(rate, (ROWS, count)),
-        carray(section, (LINES, count)),
-        carray(S, (ROWS, count)),
-    )
+    u, section, S = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(S, (ROWS, count))
+    rate = carray(rate, (ROWS, count))
     for q in range(count):
-        x1, y1, x2, y2 = u[0, q], u[1, q], u[2, q], u[3, q]
-        E = strains(x1, y1, x2, y2)
+        a, b = tangents(u, q)
+        E = stretches(AXIAL, a, b, a, b)
+        if beta > 0.0:
+            v, w = tangents(rate, q)
+            E = combine(1.0, E, beta, strain_rates(a, b, v, w))
         N11, N22, N12 = hooke(section[2, q] * section[0, q], section[1, q], E[0], E[1], E[2])
-        S[0, q] = N11 * x1 + N12 * x2
-        S[1, q] = N11 * y1 + N12 * y2
-        S[2, q] = N12 * x1 + N22 * x2
-        S[3, q] = N12 * y1 + N22 * y2
-    for q in range(count if beta > 0.0 else 0):
-        x1, y1, x2, y2 = u[0, q], u[1, q], u[2, q], u[3, q]
-        v1, w1, v2, w2 = rate[0, q], rate[1, q], rate[2, q], rate[3, q]
-        e11, e22, e12 = x1 * v1 + y1 * w1, x2 * v2 + y2 * w2, 0.5 * (x1 * v2 + y1 * w2 + x2 * v1 + y2 * w1)
-        N11, N22, N12 = hooke(beta * section[2, q] * section[0, q], section[1, q], e11, e22, e12)
-        S[0, q] += N11 * x1 + N12 * x2
-        S[1, q] += N11 * y1 + N12 * y2
-        S[2, q] += N12 * x1 + N22 * x2
-        S[3, q] += N12 * y1 + N22 * y2
+        S[0, q], S[1, q] = N11 * a[0] + N12 * b[0], N11 * a[1] + N12 * b[1]
+        S[2, q], S[3, q] = N12 * a[0] + N22 * b[0], N12 * a[1] + N22 * b[1]
 
 
 @entry
@@ -106,10 +107,9 @@ def dissipation_at(u: Any, rate: Any, section: Any, W: Any, way: int, points: in
     count = points * cells
     u, rate, section, W = carray(u, (ROWS, count)), carray(rate, (ROWS, count)), carray(section, (LINES, count)), carray(W, count)
     for q in range(count):
-        x1, y1, x2, y2 = u[0, q], u[1, q], u[2, q], u[3, q]
-        v1, w1, v2, w2 = rate[0, q], rate[1, q], rate[2, q], rate[3, q]
-        e11, e22, e12 = x1 * v1 + y1 * w1, x2 * v2 + y2 * w2, 0.5 * (x1 * v2 + y1 * w2 + x2 * v1 + y2 * w1)
-        W[q] = 2.0 * section[2, q] * quadratic(section[0, q], section[1, q], e11, e22, e12)
+        (a, b), (v, w) = tangents(u, q), tangents(rate, q)
+        E = strain_rates(a, b, v, w)
+        W[q] = 2.0 * section[2, q] * quadratic(section[0, q], section[1, q], E[0], E[1], E[2])
 
 
 @entry
@@ -120,23 +120,21 @@ def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, c
     """
     count = points * cells
     # steps in the plane gain nothing from stresses of the state before, and end with a larger rest
-    u, w, D = carray(u, (ROWS, count)), carray(u if way == AXIAL else held, (ROWS, count)), carray(D, (ROWS, ROWS, count))
+    u, before, D = carray(u, (ROWS, count)), carray(u if way == AXIAL else held, (ROWS, count)), carray(D, (ROWS, ROWS, count))
     section = carray(section, (LINES, count))
     for q in range(count):
-        x1, y1, x2, y2 = u[0, q], u[1, q], u[2, q], u[3, q]
         A, nu = section[2, q] * section[0, q], section[1, q]
-        a, b, c, d = (x1, y1, 0.0), (x2, y2, 0.0), (w[0, q], w[1, q], 0.0), (w[2, q], w[3, q], 0.0)
-        e11, e22 = 0.5 * (held_product(way, a, a, c, c) - 1.0), 0.5 * (held_product(way, b, b, d, d) - 1.0)
-        N11, N22, N12 = hooke(A, nu, e11, e22, 0.5 * held_product(way, a, b, c, d))
+        (a, b), (c, d) = tangents(u, q), tangents(before, q)
+        E = stretches(way, a, b, c, d)
+        N11, N22, N12 = hooke(A, nu, E[0], E[1], E[2])
         A *= 1.0 + beta
         G, C = 0.5 * A * (1.0 - nu), A * nu
-        D[0, 0, q] = N11 + A * x1 * x1 + G * x2 * x2
-        D[1, 1, q] = N11 + A * y1 * y1 + G * y2 * y2
-        D[2, 2, q] = N22 + A * x2 * x2 + G * x1 * x1
-        D[3, 3, q] = N22 + A * y2 * y2 + G * y1 * y1
-        D[0, 1, q] = D[1, 0, q] = A * x1 * y1 + G * x2 * y2
-        D[2, 3, q] = D[3, 2, q] = A * x2 * y2 + G * x1 * y1
-        D[0, 2, q] = D[2, 0, q] = N12 + C * x1 * x2 + G * x2 * x1
-        D[1, 3, q] = D[3, 1, q] = N12 + C * y1 * y2 + G * y2 * y1
-        D[0, 3, q] = D[3, 0, q] = C * x1 * y2 + G * x2 * y1
-        D[1, 2, q] = D[2, 1, q] = C * y1 * x2 + G * y2 * x1
+        for i in range(2):
+            for j in range(i + 1):
+                D[i, j, q] = D[j, i, q] = (N11 if i == j else 0.0) + A * a[i] * a[j] + G * b[i] * b[j]
+                D[2 + i, 2 + j, q] = D[2 + j, 2 + i, q] = (N22 if i == j else 0.0) + A * b[i] * b[j] + G * a[i] * a[j]
+            for j in range(2):
+                D[i, 2 + j, q] = D[2 + j, i, q] = (N12 if i == j else 0.0) + C * a[i] * b[j] + G * b[i] * a[j]
+
+
+FUNCTIONS = {"energy": energy_at, "stress": stress_at, "dissipation": dissipation_at, "modulus": modulus_at}

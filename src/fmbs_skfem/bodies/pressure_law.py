@@ -104,3 +104,7 @@ def edge_modulus_at(u: Any, _: Any, section: Any, D: Any, way: int, points: int,
         half = 0.5 * section[2, q] * section[0, q]
         D[0, 3, q] = D[3, 0, q] = -half
         D[1, 2, q] = D[2, 1, q] = half
+
+
+FUNCTIONS = {"energy": energy_at, "stress": stress_at, "modulus": modulus_at}
+FUNCTIONS |= {"edge_energy": edge_energy_at, "edge_stress": edge_stress_at, "edge_modulus": edge_modulus_at}

@@ -33,8 +33,8 @@ import numpy as np
 
 from ..core.compiling.entries import LANES, entry, unfold
 from ..core.compiling.jit import carray, inlined
-from .membrane_law import hooke, quadratic
-from .vectors import ALL, Vector, combine, cross, dot, held_product
+from .membrane_law import hooke, quadratic, strain_rates, stretches
+from .vectors import ALL, AXIAL, Vector, combine, cross, dot
 
 LINES = 7  #: rows of a section
 ROWS = 15  #: of gradients
@@ -62,8 +62,7 @@ def strains(u: np.ndarray, section: np.ndarray, q: int, frame: Frame) -> tuple[V
     """E11, E22, E12, and b_i - b0_i, i = 11, 22, 12: minus the curvatures [1/m]."""
     a1, a2, _, _, n = frame
     b1, b2, b3 = dot(n, vector(u, 2, q)), dot(n, vector(u, 3, q)), dot(n, vector(u, 4, q))
-    E = 0.5 * (dot(a1, a1) - 1.0), 0.5 * (dot(a2, a2) - 1.0), 0.5 * dot(a1, a2)
-    return E, (b1 - section[3, q], b2 - section[4, q], b3 - section[5, q])
+    return stretches(AXIAL, a1, a2, a1, a2), (b1 - section[3, q], b2 - section[4, q], b3 - section[5, q])
 
 
 @inlined
@@ -81,7 +80,7 @@ def rates(u: np.ndarray, v: np.ndarray, q: int, frame: Frame) -> tuple[Vector, V
     k1 = dot(n, vector(v, 2, q)) - G1[0] * w1 - G2[0] * w2
     k2 = dot(n, vector(v, 3, q)) - G1[1] * w1 - G2[1] * w2
     k3 = dot(n, vector(v, 4, q)) - G1[2] * w1 - G2[2] * w2
-    return (dot(a1, v1), dot(a2, v2), 0.5 * (dot(a1, v2) + dot(a2, v1))), (k1, k2, k3)
+    return strain_rates(a1, a2, v1, v2), (k1, k2, k3)
 
 
 @inlined
@@ -127,15 +126,13 @@ def stress_at(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, ce
     count = points * cells
     u, section, S = carray(u, (ROWS, count)), carray(section, (LINES, count)), carray(S, (ROWS, count))
     v = carray(rate, (ROWS, count))
-    for q in range(0 if beta > 0.0 else count):
+    for q in range(count):
         frame = frame_of(u, q)
         E, k = strains(u, section, q, frame)
+        if beta > 0.0:
+            dE, dk = rates(u, v, q, frame)
+            E, k = combine(1.0, E, beta, dE), combine(1.0, k, beta, dk)
         balance(u, section, q, frame, E, k, S)
-    for q in range(count if beta > 0.0 else 0):
-        frame = frame_of(u, q)
-        E, k = strains(u, section, q, frame)
-        dE, dk = rates(u, v, q, frame)
-        balance(u, section, q, frame, combine(1.0, E, beta, dE), combine(1.0, k, beta, dk), S)
 
 
 @inlined
@@ -178,11 +175,9 @@ def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, c
             a1, a2, c1, c2, n = frame
             _, k = strains(u, section, q, frame)
             _, bent = strains(w, section, q, frame_of(w, q)) if way == ALL else (k, k)
-            d1, d2 = vector(w, 0, q), vector(w, 1, q)
-            e11, e22 = 0.5 * (held_product(way, a1, a1, d1, d1) - 1.0), 0.5 * (held_product(way, a2, a2, d2, d2) - 1.0)
-            e12 = 0.5 * held_product(way, a1, a2, d1, d2)
+            E = stretches(way, a1, a2, vector(w, 0, q), vector(w, 1, q))
             A, B, nu = section[6, q] * section[0, q], section[6, q] * section[1, q], section[2, q]
-            N, m = hooke(A, nu, e11, e22, e12), moments(B, nu, bent)
+            N, m = hooke(A, nu, E[0], E[1], E[2]), moments(B, nu, bent)
             A, B = (1.0 + beta) * A, (1.0 + beta) * B
             half, G1, G2 = 0.5 * A * (1.0 - nu), projections(u, q, c1), projections(u, q, c2)
             h1, h2, g1, g2 = moments(B, nu, G1), moments(B, nu, G2), dot(m, G1), dot(m, G2)
@@ -206,3 +201,6 @@ def modulus_at(u: Any, held: Any, section: Any, D: Any, way: int, points: int, c
                     put(T, lane, 9 + i, 9 + j, B * n[i] * n[j])
                     put(T, lane, 12 + i, 12 + j, 2.0 * B * (1.0 - nu) * n[i] * n[j])
         unfold(T, start, D, False)
+
+
+FUNCTIONS = {"energy": energy_at, "stress": stress_at, "dissipation": dissipation_at, "modulus": modulus_at}

@@ -54,6 +54,19 @@ def add_products(of: np.ndarray, factors: np.ndarray, share: float, u: np.ndarra
             e[k, q] += f * (u[i, q] * v[j, q] + u[i + 1, q] * v[j + 1, q] + u[i + 2, q] * v[j + 2, q])
 
 
+@inlined
+def add_forces(of: np.ndarray, parts: np.ndarray, c: np.ndarray, e: np.ndarray, s: np.ndarray) -> None:
+    """s_k += weight C_kl e_l over all pairs (k, l, row of C in the sections c (i, q)), of which that row has a part."""
+    weight = c[len(c) - 1]
+    for t in range(len(of)):
+        k, l, row = of[t]
+        for q in range(e.shape[1]):
+            s[k, q] += weight[q] * parts[t] * c[row, q] * e[l, q]
+        if k != l:
+            for q in range(e.shape[1]):
+                s[l, q] += weight[q] * parts[t] * c[row, q] * e[k, q]
+
+
 def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tuple[Terms, float]]) -> dict[str, Callable[[], int]]:
     """Functions of the law of strains `free`, with any stiffness between them, and `held` ones, each with its part p of E."""
     strains = [*free, *(terms for terms, _ in held)]
@@ -61,7 +74,6 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
     # term by term: strain, vectors, factor
     of = np.array([(k, i, j) for k, terms in enumerate(strains) for i, j, _ in terms])
     factors = np.array([f for terms in strains for *_, f in terms])
-    parts = np.array([part for _, part in held])
     # A_k u by vectors: strain, vector that it belongs to, vector that it reads, factor; those of a strain behind each other
     slopes = sorted((k, a, b, f) for k, terms in enumerate(strains) for i, j, f in terms for a, b in ((i, j), (j, i)))
     merged: dict[tuple[int, int, int], float] = {}
@@ -69,34 +81,33 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         merged[k, a, b] = merged.get((k, a, b), 0.0) + f
     of_slope, slope_factors = np.array(list(merged)), np.array(list(merged.values()))
     starts = np.searchsorted(of_slope[:, 0], np.arange(many + 1))
-    pairs = np.array([(k, l) for k in range(coupled) for l in range(k, coupled)])
-    stiff, first = len(pairs), len(pairs) + 1  # rows of E and of the first e0
+    # pairs of strains with the row of their stiffness, and its part: any two free ones, and each that is held
+    free_pairs = [(k, l) for k in range(coupled) for l in range(k, coupled)]
+    stiff, first = len(free_pairs), len(free_pairs) + 1  # rows of E and of the first e0
+    pairs = np.array([(k, l, row) for row, (k, l) in enumerate(free_pairs)] + [(k, k, stiff) for k in range(coupled, many)])
+    parts = np.array([1.0] * stiff + [part for _, part in held])
     lines = first + many + 1
     found: dict[str, Callable[[], int]] = {}
 
     def named(function: Callable[..., None]) -> None:
-        kind, function.__qualname__ = function.__name__, f"{name}_{function.__name__}"
-        found[kind] = entry(function)
+        function.__qualname__ = f"{name}_{function.__name__}"
+        found[function.__qualname__] = entry(function)
 
     @named
     def energy(u: Any, _: Any, section: Any, W: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
         count = points * cells
         u, c = carray(u, (rows, count)), carray(section, (lines, count))
-        e, total = np.empty((many, count)), 0.0
+        e, s, total = np.empty((many, count)), np.zeros((many, count)), 0.0
         begin(first, c, e)
         add_products(of, factors, 1.0, u, u, e)
-        for p in range(stiff):
-            k, l = pairs[p]
-            half = 0.5 if k == l else 1.0
+        add_forces(pairs, parts, c, e, s)
+        for k in range(many):
             for q in range(count):
-                total += c[lines - 1, q] * half * c[p, q] * e[k, q] * e[l, q]
-        for m in range(many - coupled):
-            for q in range(count):
-                total += c[lines - 1, q] * 0.5 * parts[m] * c[stiff, q] * e[coupled + m, q] ** 2
+                total += 0.5 * e[k, q] * s[k, q]
         carray(W, 1)[0] = total
 
     @named
-    def damped_stress(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
+    def stress(u: Any, rate: Any, section: Any, S: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
         count = points * cells
         u, v, c, S = (
             carray(u, (rows, count)),
@@ -110,16 +121,7 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         if beta > 0.0:
             add_products(of, factors, beta, u, v, e)
             add_products(of, factors, beta, v, u, e)
-        for p in range(stiff):
-            k, l = pairs[p]
-            for q in range(count):
-                s[k, q] += c[lines - 1, q] * c[p, q] * e[l, q]
-            if k != l:
-                for q in range(count):
-                    s[l, q] += c[lines - 1, q] * c[p, q] * e[k, q]
-        for m in range(many - coupled):
-            for q in range(count):
-                s[coupled + m, q] = c[lines - 1, q] * parts[m] * c[stiff, q] * e[coupled + m, q]
+        add_forces(pairs, parts, c, e, s)
         S[:] = 0.0
         for t in range(len(of_slope)):
             k, i, j, f = of_slope[t, 0], 3 * of_slope[t, 1], 3 * of_slope[t, 2], slope_factors[t]
@@ -128,24 +130,18 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
                 S[i + 1, q] += f * s[k, q] * u[j + 1, q]
                 S[i + 2, q] += f * s[k, q] * u[j + 2, q]
 
-    found["stress"] = found["damped_stress"]
-
     @named
     def dissipation(u: Any, rate: Any, section: Any, W: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
         count = points * cells
         u, v, c, W = carray(u, (rows, count)), carray(rate, (rows, count)), carray(section, (lines, count)), carray(W, count)
-        e = np.zeros((many, count))
+        e, s = np.zeros((many, count)), np.zeros((many, count))
         add_products(of, factors, 1.0, u, v, e)
         add_products(of, factors, 1.0, v, u, e)
+        add_forces(pairs, parts, c, e, s)
         W[:] = 0.0
-        for p in range(stiff):
-            k, l = pairs[p]
-            twice = 1.0 if k == l else 2.0
+        for k in range(many):
             for q in range(count):
-                W[q] += c[lines - 1, q] * twice * c[p, q] * e[k, q] * e[l, q]
-        for m in range(many - coupled):
-            for q in range(count):
-                W[q] += c[lines - 1, q] * parts[m] * c[stiff, q] * e[coupled + m, q] ** 2
+                W[q] += e[k, q] * s[k, q]
 
     @named
     def modulus(u: Any, held: Any, section: Any, D: Any, way: int, points: int, cells: int, option: int, beta: float) -> None:
@@ -155,7 +151,6 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
         e, s, C = np.empty((many, cells)), np.empty((many, cells)), np.empty(cells)
         g = np.empty((len(of_slope), 3, cells))
         for p in range(points):
-            weight = c[lines - 1, p]
             s[:] = 0.0
             begin(first, c[:, p], e)
             if way == LINEAR:
@@ -164,6 +159,7 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
                 add_products(of, factors, -1.0, w[:, p], w[:, p], e)
             else:
                 add_products(of, factors, 1.0, w[:, p], w[:, p], e)
+            add_forces(pairs, parts, c[:, p], e, s)
             for a in range(rows):
                 for b in range(a + 1):
                     for q in range(cells):
@@ -174,21 +170,13 @@ def functions(name: str, vectors: int, free: Sequence[Terms], held: Sequence[tup
                     for q in range(cells):
                         g[t, d, q] = f * u[j + d, p, q]
             # sums over pairs of strains that are coupled here: at points of a reduced rule most of them are not
-            for pair in range(stiff + many - coupled):
-                k, l = (pairs[pair, 0], pairs[pair, 1]) if pair < stiff else (coupled + pair - stiff, coupled + pair - stiff)
-                row, part, largest = (pair, 1.0, 0.0) if pair < stiff else (stiff, parts[pair - stiff], 0.0)
+            for pair in range(len(pairs)):
+                (k, l, row), largest = pairs[pair], 0.0
                 for q in range(cells):
-                    C[q] = weight[q] * part * c[row, p, q]
+                    C[q] = (1.0 + beta) * c[lines - 1, p, q] * parts[pair] * c[row, p, q]
                     largest = max(largest, abs(C[q]))
                 if largest == 0.0:
                     continue
-                for q in range(cells):
-                    s[k, q] += C[q] * e[l, q]
-                if k != l:
-                    for q in range(cells):
-                        s[l, q] += C[q] * e[k, q]
-                for q in range(cells):
-                    C[q] *= 1.0 + beta
                 for x in range(starts[k], starts[k + 1]):
                     for y in range(starts[l], starts[l + 1]):
                         for d in range(3):
