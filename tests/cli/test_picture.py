@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 from matplotlib import image
+from numpy.testing import assert_allclose
 
 from fmbs_skfem import dynamics, scenes, systems
 from fmbs_skfem.core.errors import InputError
@@ -28,13 +30,21 @@ from .calls import EXAMPLES, ROOT, fmbs, scene
 SHORT = "{type: dynamic, duration: 10 ms, step: 1 ms}"
 
 
-def test_a_scene_of_mass_points_has_no_lines(tmp_path: Path) -> None:
+def test_a_scene_of_mass_points_shows_the_rod_between_them(tmp_path: Path) -> None:
     motion = dynamics.integrate(mass_pendulum((1.0, 0.0)), GeneralizedAlpha(1e-3), 2e-3)
     found = picture.frames(motion)
-    assert found.bodies == {}
+    (rod,) = found.bodies.values()
+    ends = rod.points
+    assert_allclose(np.linalg.norm(ends[:, -1] - ends[:, 0], axis=1), 1.0, rtol=1e-9)
     assert MarkKind.MASS in {kind for kind, _ in found.joints.values()}
+    assert series.write(found, tmp_path, "motion")
+
+
+def test_a_scene_without_anything_to_draw_has_no_series(tmp_path: Path) -> None:
+    motion = dynamics.integrate(mass_pendulum((1.0, 0.0)), GeneralizedAlpha(1e-3), 2e-3)
+    bare = replace(picture.frames(motion), bodies={})
     with pytest.raises(InputError, match="at least one cable, plate, shell or rigid body"):
-        series.write(found, tmp_path, "motion")
+        series.write(bare, tmp_path, "motion")
 
 
 RIGID = f"""\
