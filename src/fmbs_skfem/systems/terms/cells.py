@@ -36,7 +36,7 @@ FEW = 2  #: modes per function of a cell below which gradients are multiplied ou
 # cells, 174 and 864 all in one
 BLOCK = 64  #: cells that a kernel handles at once, so that their gradients stay in the cache
 # matrices of 4, 16, 32 and 64 beam cells of 12 components, in us: 73, 250, 490, 1760 one by one, 320, 600, 950, 1020 side by side;
-# of cubic cables in space 4.4, 9.4 and 16.7 one by one for 8.2, 9.6 and 11 side by side with 4, 8 and 16 cells: not worth a second way
+# of cubic cables in space 4.4, 9.4 and 16.7 one by one for 8.2, 9.6 and 11 side by side with 4, 8 and 16
 SHORT = 3  #: cells per component up to which matrices of beams are made one by one, with long loops over components
 
 
@@ -124,7 +124,7 @@ def cell_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
     dim = len(D) // vectors
     size = basis * dim
     count = size * (size + 1) // 2
-    if vectors == 2 and 3 < dim and cells <= SHORT * dim:
+    if vectors == 2 and dim > 3 and cells <= SHORT * dim:
         single_matrices(table, D, work)
         return
     # cells are the last axis everywhere: a loop over them runs as vectors, in matrices of any size
