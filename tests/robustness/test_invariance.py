@@ -329,10 +329,10 @@ def test_reduced_models_move_alike(change: str) -> None:
 @pytest.mark.parametrize("eliminated", [False, True])
 @pytest.mark.parametrize("unit", [1e-6, 1e8])
 def test_reduced_models_have_the_same_joints_in_every_unit(unit: float, eliminated: bool) -> None:
-    """Bodies of half a micrometre and of 50 000 km keep the rows of those of half a metre, and move as they do to 1e-11 of it."""
+    """Bodies of half a micrometre and of 50 000 km keep the rows of those of half a metre, and move as they do to 1e-12 of it."""
     one, other = known(FALLING, eliminated), trained(replace(FALLING, unit=unit), eliminated)
     assert one[::2] == other[::2]
-    assert np.abs(one[1] - other[1]).max() < 1e-11
+    assert np.abs(one[1] - other[1]).max() < 1e-12
 
 
 FALLING = Chain(("cable", "rigid", "cable"), 2, 0.4, True)

@@ -73,10 +73,15 @@ def find_tables(system: System, place: np.ndarray) -> dict[str, np.ndarray] | No
 def beams_of(system: System) -> list[Beam]:
     """All beams of a full system that consists of beams, rigid bodies and points; none where something else is in the way."""
     spans = {name: (first, last) for name, first, last in system.coordinates}
-    found = []
+    found, lift = [], csr_array(system.lift.matrix)
+    # a cable that is slaved to several unknowns, or to a multiple of one, has no points of its own; whether it is slaved to a rigid
+    # body or that to the cable is a matter of the unit
+    slaved = bool((np.diff(lift.indptr) > 1).any() or (lift.data != 1.0).any())
     for name in dict.fromkeys(elastic.name for elastic in system.elastic):
         gathers = [elastic.gather for elastic in system.elastic if elastic.name == name]
         if name not in spans or not all(isinstance(one, Cells) and one.law in LINES and one.spread is None for one in gathers):
+            return []
+        if slaved and gathers[0].law.fields == 1:
             return []
         (first, last), size = spans[name], gathers[0].dim
         near = np.zeros(((last - first) // size,) * 2, bool)
