@@ -17,18 +17,17 @@ from __future__ import annotations
 
 import importlib
 import itertools
-import json
 import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
-from time_to_error import INSTANTS, SAME, WANTED, apart, drive, exudyn_version
+from time_to_error import INSTANTS, SAME, WANTED, apart, drive, exudyn_version, keep
 
 from fmbs_skfem import dynamics, systems
 from fmbs_skfem.bodies.beams.beam import beam
@@ -357,10 +356,7 @@ def main(repetitions: int = 5, names: Sequence[str] = ()) -> list[Row]:
         for name, frame in FRAMES.items():
             if not names or name in names:
                 rows += measure(name, frame, repetitions)
-    RESULTS.mkdir(parents=True, exist_ok=True)
-    (RESULTS / "beams_to_error.md").write_text(page(rows), encoding="utf-8")
-    (RESULTS / "beams_to_error.json").write_text(json.dumps([asdict(row) for row in rows], indent=2) + "\n", encoding="utf-8")
-    print(page(rows).splitlines()[2])
+    keep(RESULTS / "beams_to_error", page(rows), rows)
     return rows
 
 

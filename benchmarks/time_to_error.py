@@ -416,6 +416,14 @@ def page(rows: Sequence[Row]) -> str:
     return "\n".join([*lines, f"| {' | '.join(HEADS)} |", "|" + "---|" * len(HEADS), *(row.words for row in rows), ""])
 
 
+def keep(path: Path, page: str, rows: Sequence[Any]) -> None:
+    """Write PATH.md and .json, and print the first sentence."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.with_suffix(".md").write_text(page, encoding="utf-8")
+    path.with_suffix(".json").write_text(json.dumps([asdict(row) for row in rows], indent=2) + "\n", encoding="utf-8")
+    print(page.splitlines()[2])
+
+
 def main(repetitions: int = 5, names: Sequence[str] = ()) -> list[Row]:
     """Measure mechanisms by name, all without, and write time_to_error.md and .json into benchmarks/results."""
     rows: list[Row] = []
@@ -423,10 +431,7 @@ def main(repetitions: int = 5, names: Sequence[str] = ()) -> list[Row]:
         warnings.simplefilter("ignore")
         for name, scene in written({key: text for key, text in SCENES.items() if not names or key in names}, Path(folder)):
             rows += measure(name, replace(scene, analysis=replace(scene.analysis, rho_inf=RHO)), repetitions)
-    RESULTS.mkdir(parents=True, exist_ok=True)
-    (RESULTS / "time_to_error.md").write_text(page(rows), encoding="utf-8")
-    (RESULTS / "time_to_error.json").write_text(json.dumps([asdict(row) for row in rows], indent=2) + "\n", encoding="utf-8")
-    print(page(rows).splitlines()[2])
+    keep(RESULTS / "time_to_error", page(rows), rows)
     return rows
 
 

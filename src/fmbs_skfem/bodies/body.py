@@ -557,8 +557,10 @@ def over_space(body: Body) -> csr_array | None:
 
 def read_by_cells(body: Body) -> csr_array | None:
     """What the cells of a body read (w, b) over its functions; None where they read these."""
-    if body.directors is None or body.shapes is None:
-        return body.spread if body.directors is None else None
+    if body.directors is None:
+        return body.spread
+    if body.shapes is None:
+        return None
     found, fields = over_space(body), 1 + body.dim
     assert found is not None
     return as_csr(found[np.arange(found.shape[0]).reshape(fields, -1).T.ravel()])

@@ -235,7 +235,7 @@ def compliance(part: Body) -> Measure:
 
     def measure(states: np.ndarray) -> np.ndarray:
         pairs = [modes(state) for state in states]
-        return np.stack([(V / np.sqrt(np.abs(l) + least)).T for l, V in pairs])
+        return np.stack([sampling.compliance_root(l, V, least) for l, V in pairs])
 
     return measure
 

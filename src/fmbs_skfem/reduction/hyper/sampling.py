@@ -141,8 +141,13 @@ def by_energy(members: list[Elastic], start: int, states: np.ndarray) -> np.ndar
             K[mine, mine] += stiffness(elastic, state[mine])
         values, vectors = np.linalg.eigh(K)
         sizes = np.abs(values)
-        root[:] = (vectors / np.sqrt(sizes + sizes[sizes > ROUND * sizes.max()].min())).T
+        root[:] = compliance_root(values, vectors, float(sizes[sizes > ROUND * sizes.max()].min()))
     return found
+
+
+def compliance_root(values: np.ndarray, vectors: np.ndarray, least: float) -> np.ndarray:
+    """C^(1/2) (r, r) of C = sum_i v_i v_i^T / (|l_i| + least), eigenvalues l (r,) and vectors v (r, r) of a tangent."""
+    return np.asarray((vectors / np.sqrt(np.abs(values) + least)).T)
 
 
 def stiffness(elastic: Elastic, state: np.ndarray) -> np.ndarray:

@@ -170,9 +170,9 @@ def single_matrices(table: np.ndarray, D: np.ndarray, work: np.ndarray) -> None:
             for b in range(basis):
                 for c in range(b + 1):
                     target, N, M = blocks[pair], table[:, p, b, e], table[:, p, c, e]
-                    f, g, h, k = N[0] * M[0], N[0] * M[1], N[1] * M[0], N[1] * M[1]
+                    f, g, h, s = N[0] * M[0], N[0] * M[1], N[1] * M[0], N[1] * M[1]
                     for i in range(block):
-                        target[i] += f * first[i] + g * second[i] + h * third[i] + k * fourth[i]
+                        target[i] += f * first[i] + g * second[i] + h * third[i] + s * fourth[i]
                     pair += 1
         pair = 0
         for b in range(basis):
