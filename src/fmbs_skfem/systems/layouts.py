@@ -33,7 +33,7 @@ DENSE = 48  #: systems of at most this size are dense where nothing speaks for b
 WIDE = 20_000  #: systems from this size on are sparse without looking for a band
 BAND = 96  #: widest band that is factored as a band, whatever the size
 # a frame of five beams, three of them welded at a point: 537 unknowns of half width 107 take 1.6 ms a step as a band, 16 ms sparse
-SHORT = 10  #: numbers of a wider band, over BAND^2, up to which it is one, too: steps of sparse models call Python
+SHORT = 7  #: numbers of a wider band, over BAND^2, up to which it is one, too: steps of sparse models call Python
 WORTH = 0.3  #: part of the numbers of dense or band factors below which blocks are faster: theirs come in shorter rows
 NO_TREE = Tree(*(np.zeros(0, kind) for kind in (np.int64, np.int64, np.int64, np.int32, np.int64)))
 
