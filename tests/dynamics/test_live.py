@@ -135,7 +135,7 @@ def test_scenes_and_files(tmp_path: Path) -> None:
     "old, new, message",
     [
         ("u - k", "v - k", r"force: expected one of .* got 'v'"),
-        ("unit: kN", "unit: kg", r"inputs.u: expected a mass .* got '10 N'"),
+        ("unit: kN", "unit: kg", r"inputs.u.start: expected a mass .* got '10 N'"),
         ("unit: kN, start: 10 N", "unit: m", r"loads.f.force: expected all parts of '-' of one dimension, got length and force"),
         ("w * 2", "u * 2", r"loads.p.history: expected a number as a function of t, got .*force"),
         ("w: {", "k: {", r"inputs.k: expected a name"),

@@ -28,7 +28,7 @@ from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from ..core.values import quantities, units
 from ..core.values.fields import ANY, Context, Takes, array_schema
-from ..core.values.inputs import Input
+from ..core.values.inputs import Input, no_range
 from ..core.values.problems import Problem, shown
 from ..core.values.responses import OfState, of_state
 from ..core.values.units import Quantity
@@ -365,7 +365,6 @@ class Program(Controller, word=None):
 storable(ProgramLaw)
 
 
-@storable
 @dataclass(frozen=True)
 class Controlled(Input):
     """An input that a controller sets.
@@ -376,6 +375,9 @@ class Controlled(Input):
     sample: float = 0.0  #: [s]
     law: Any = None
     reads: tuple[int, ...] = ()  #: numbers of the values that it reads, see `readings`
+
+
+storable(Controlled, range=no_range)
 
 
 @adds("controllers")

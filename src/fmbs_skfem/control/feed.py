@@ -78,6 +78,8 @@ class Feed(SingleSteps):
         own = [one.of for one in self.samplers] + held
         self.record = {one.name: [one.start] for one in own}  #: what controllers gave, and events
         self.free = [name for name in self.given if name not in self.record]
+        #: ranges of those that have not left them
+        self.ranges = {name: ends for name in self.free if (ends := self.inputs[name].range) is not None}
         reading = [k for k, signal in enumerate(plain.signals) if read_inputs(signal)]
         #: columns of inputs that are signals as they are; None where others read them, which are evaluated in every step
         self.columns: list[tuple[int, GivenInput]] | None = [
@@ -105,6 +107,8 @@ class Feed(SingleSteps):
         for name, value in values.items():
             if name not in self.free or not math.isfinite(value):
                 self.refuse(name, value)
+            if name in self.ranges and not self.ranges[name][0] <= value <= self.ranges[name][1]:
+                self.warn_outside(name, value)
         for name, one in self.given.items():
             kept = one.values
             kept.append(float(values[name]) if name in values else kept[-1])
@@ -118,6 +122,13 @@ class Feed(SingleSteps):
         got = f"'{name}', which its controller sets" if name in self.record else f"'{name}'"
         expected = f"one of the inputs {listed(self.free, name, 'of which there are none')}"
         raise InputError(say("run.step", expected, got) + closest(name, self.free))
+
+    def warn_outside(self, name: str, value: float) -> None:
+        """A warning, once, of a value outside of the range of its input."""
+        (low, high), unit = self.ranges.pop(name), self.inputs[name].unit
+        why = "a reduced model was not trained there" if self.plain.components else "no reduced model is trained there"
+        text = f"run.step: input '{name}' is set to {value:.6g}, outside of its range from {low:g} to {high:g} {unit}".rstrip()
+        notify(f"{text}: {why}; limit it, or train with a wider `range`")
 
     def set_input(self, one: Held, value: float) -> None:
         """Set an input from an event on."""

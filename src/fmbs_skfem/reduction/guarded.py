@@ -87,9 +87,8 @@ class Known:
     states: Annotated[np.ndarray, Reals("s r")]  #: of this motion
 
 
-def know(task: TrainingTask, model: ReducedModel, motion: Trajectory, distance: float, growth: float) -> Known:
-    """What is noted of a model in its file, from its motion over the training, which is `distance` [m] from the full one."""
-    case = task.family({})
+def know(task: TrainingTask, model: ReducedModel, motion: Trajectory, distance: float, growth: float, case: Case) -> Known:
+    """What is noted of a model in its file, from its motion over the training, which is `distance` [m] from that of `case`."""
     looks = LOOKS * max(round(case.duration / case.scheme.step) // WINDOW, FEWEST)
     few = evenly(0, len(motion.times) - 1, min(len(motion.times), looks))
     return Known(

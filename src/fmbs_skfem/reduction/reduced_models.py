@@ -177,7 +177,11 @@ def finish(task: TrainingTask, reduction: TrainedReduction, obstacle: str = "") 
         found = partial(reduced_case, task, replace(reduction, runs=()))
         found, obstacle = (found, obstacle) if obstacle else fit_polynomials(found, task.parameters)
     else:
-        only = with_system(task, task.family({}), near_rest(reduction.rest, reduction.rule.apply(reduction.runs[0].system)))
+        first, own = reduction.runs[0], task.family({})
+        if first.full is own.system:
+            only = with_system(task, own, near_rest(reduction.rest, reduction.rule.apply(first.system)))
+        else:  # inputs were excited in all of them
+            only = reduced_case(task, reduction, {})
         found = lambda values: only  # noqa: E731
     spent = reduction.training_s + clock.process_time() - begun
     known = reduction.bases, task.plan.components, obstacle, reduction.left_out
@@ -201,7 +205,8 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
     """
     plan, found = task.plan, {}
     if runs[0].q is not None:
-        data, start = Snapshots(runs[0].times, runs[0].q), raw.lift(raw.x0)
+        data = Snapshots(*(np.concatenate([getattr(run, part) for run in runs]) for part in ("times", "q")))
+        start = raw.lift(raw.x0)
         alone = galerkin.bases(raw, data, plan.components, plan.tolerance, plan.modes, plan.invariant)
         found = {name: replace(one, mean=one.mean - start[rows_of(raw, plan.components[name])]) for name, one in alone.items()}
         tell_truncated(found, raw, plan.components)

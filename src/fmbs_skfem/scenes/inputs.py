@@ -1,6 +1,6 @@
 """Inputs of a scene: names of numbers that a run from Python sets from step to step, and tables of time.
 
-    inputs: {u: {unit: N m, start: 0}}
+    inputs: {u: {unit: N m, start: 0, range: [-5 N m, 5 N m]}}
     tables: {goal: {file: goal.csv, value: angle, unit: rad, smooth: true}}          goal(t) in expressions
 
 They are known before all else of a scene is read: expressions of loads and joints use them.
@@ -22,10 +22,10 @@ from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values import expressions, quantities, units
 from ..core.values.expressions import Expression
-from ..core.values.fields import ANY, Context, Takes
+from ..core.values.fields import ANY, Context, Takes, array_schema
 from ..core.values.inputs import ROUND, Input
 from ..core.values.mappings import HIDDEN, inline
-from ..core.values.problems import Found, Problem, located, shown
+from ..core.values.problems import Found, Problem, Problems, located, read_all, shown
 from ..core.values.responses import OfState
 from ..core.values.tables import Table, read_columns
 from ..shapes import meshes
@@ -41,14 +41,30 @@ def read_written(value: object, context: Context) -> str:
 
 
 WRITTEN = Takes(read_written, UNIT.describe)
+AS_WRITTEN = Takes(lambda value, context: value, ANY.schema)  #: until its unit is known
+
+
+def read_ends(value: object, context: Context) -> tuple[Any, ...]:
+    """Both ends of a range as they are written."""
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise Problem("a list of two quantities, the lower one first", shown(value), "write for instance [-5 N m, 5 N m]")
+    return tuple(value)
+
+
+ENDS = Takes(read_ends, array_schema(ANY.schema, 2, 2))
 
 
 @dataclass(frozen=True)
 class InputModel:
-    """A number that a run from Python sets from step to step; a run from the command holds it at its start."""
+    """A number that a run from Python sets from step to step; a run from the command holds it at its start.
+
+    Trainings of reduced models excite it within its `range`, and runs that leave it end with a warning. Without `unit` the range
+    says it.
+    """
 
     unit: Annotated[str, WRITTEN] = ""
-    start: Annotated[Any, Takes(lambda value, context: value, ANY.schema)] = 0.0
+    start: Annotated[Any, AS_WRITTEN] = 0.0
+    range: Annotated[tuple[Any, ...], ENDS, "what it is set to, lowest and highest"] | None = None
 
 
 MODEL = inline(InputModel)
@@ -78,8 +94,29 @@ def inputs(raw: Any, context: Context) -> tuple[dict[str, Input], list[Found]]:
 def read_input(name: str, entry: object, context: Context) -> Input:
     """An input in SI units."""
     given: InputModel = MODEL.read(entry, context)
-    unit, dimension = unit_of(f"inputs.{name}", given.unit, context)
-    return Input(name, unit, quantities.convert(given.start, dimension, context.parameters))
+    if given.range is None or given.unit:
+        unit, dimension = unit_of(f"inputs.{name}", given.unit, context)
+    else:
+        found = read_all(("range", partial(quantities.read, one, context.parameters)) for one in given.range)
+        unit = next((units.unit(one.exponents) for one in found if any(one.exponents)), "")
+        dimension = units.find_dimension(unit) if unit else units.NUMBER
+    convert = partial(quantities.convert, dimension=dimension, parameters=context.parameters)
+    start, *ends = read_all((key, partial(convert, one)) for key, one in (("start", given.start), *ends_of(given)))
+    if not ends:
+        return Input(name, unit, start)
+    low, high = ends
+    if not low < high:
+        raise Problems([(("range",), Problem("the lower end before the higher one", f"{low:g} to {high:g} {unit}".rstrip()))])
+    if not low <= start <= high:
+        where, got = ("start", f"{start:g}") if given.start else ("range", f"a start of {start:g}")
+        remedy = "give the input a `start` in its range" if where == "range" else "give it another one, or a wider range"
+        raise Problems([((where,), Problem(f"a start from {low:g} to {high:g} {unit}".rstrip(), got, remedy))])
+    return Input(name, unit, start, range=(low, high))
+
+
+def ends_of(given: InputModel) -> list[tuple[str, Any]]:
+    """Both ends of a range with their key; none of an input without one."""
+    return [("range", one) for one in given.range or ()]
 
 
 def unit_of(where: str, written: object, context: Context) -> tuple[str, units.Dimension]:

@@ -24,6 +24,7 @@ from ..core.values.inputs import Input
 from ..core.values.mappings import HIDDEN, names
 from ..core.values.ranges import Parameter
 from ..reduction.hyper import hyper_reduction
+from ..reduction.training_signals import TrainingSignals
 from ..systems.assembly import Motion, Rayleigh
 from ..systems.connections.constraint_functions import Joint
 from ..systems.forces.loads import Load
@@ -105,6 +106,7 @@ class Reduction:
     modes: fields.Counts | None = None
     hyper_reduction: HyperReduction | None = field(default_factory=HyperReduction)
     constraints: Literal["keep", "eliminate"] = "keep"
+    signals: Annotated[TrainingSignals, "of inputs that have ranges"] = field(default_factory=TrainingSignals)
 
 
 @dataclass(frozen=True)

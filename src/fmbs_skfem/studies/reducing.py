@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import time as clock
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from ..core.errors import FmbsError
 from ..core.notices import Notice, notify
 from ..core.storage.records import dataclass
 from ..families import comparators
-from ..reduction import cases, files, full_runs, guarded, reduced_models
+from ..reduction import cases, files, full_runs, guarded, reduced_models, training_signals
 from ..reduction.accuracy import costs, error_budget, output_errors
 from ..reduction.accuracy.costs import Payoff
 from ..reduction.accuracy.runs import PATIENCE, kept_steps, run_fastest
@@ -31,8 +31,9 @@ from .running import compiling
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
+    from ..reduction.accuracy.output_errors import OutputError
     from ..reduction.cases import Case
-    from ..reduction.full_runs import TrainingTask
+    from ..reduction.full_runs import FullRun, TrainingTask
     from ..reduction.guarded import Known
     from ..reduction.plan import Plan
     from ..scenes import Scene
@@ -46,7 +47,7 @@ ROUGH = 0.01  #: error over the largest displacement, above which a warning is s
 
 @dataclass(frozen=True, repr=False, kw_only=True)
 class ReductionResult(Result):
-    """A reduced model, and the motions of both models over the training."""
+    """A reduced model, and the motions of both models over the training, or of a plant under signals that it was not trained on."""
 
     system: System
     full: Trajectory
@@ -68,11 +69,12 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Go
     facts = [
         (key, format_value(value))
         for key, value in report.items()
-        if key not in ("output_errors", "left_out", "budget", *found.payoff.report)
+        if key not in ("output_errors", "left_out", "budget", "training_signals", *found.payoff.report)
     ]
     view: list[ReportTable | str] = [found.payoff.words]
     view += [plans.budget_words(report["budget"])] if report["budget"] else []
     view += [ReportTable(f"Reduced model of {report['scene']}", ("", "value"), facts)]
+    view += tables.training_signals(report["training_signals"]) if "training_signals" in report else []
     view += tables.left_out(report["left_out"])
     view += tables.output_errors(report["output_errors"])
     if path is not None:
@@ -86,10 +88,16 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Go
 
 
 def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) -> ReductionResult:
-    """The reduced system of a full one, and its sizes, cost and errors against it over the training time."""
+    """The reduced system of a full one, and its sizes, cost and errors against it over the training time.
+
+    A plant, whose inputs have ranges, is trained on runs with signals within them, and its errors are those under other ones.
+    """
     task = plans.task(scene, raw, plan)
-    own = task.family({})
-    kept, own_form = kept_steps(own, task.interval), replace(own, system=task.form(raw))
+    excited = training_signals.excite(task, plans.sections(scene)[1].signals)
+    if excited:
+        task = excited.task
+    own = task.family(excited.check if excited else {})
+    kept, own_form = kept_steps(own, task.interval), replace(own, system=task.form(own.system))
     comparators.compile_training(task)
     finest = min(error_budget.LADDER_EPS) if goal and goal.eps else plan.tolerance
     sharp = replace(own_form, newton=newton_for(own.newton, finest))
@@ -97,12 +105,13 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
     # snapshots are sharper than the scene asks for, and their run takes longer than its own
     timed = full if full.statistics.cpu_s > PATIENCE else run_fastest(own_form, kept, REPEAT)
     begun = clock.process_time()
+    runs = excited.runs(job.progress("training signals")) if excited else [full_runs.run_of_motion(task, full)]
     if goal:
-        plan = plan_for(goal, task, full, kept)
+        plan = plan_for(goal, task, runs, None if excited else full, kept)
         task = replace(task, plan=plan)
-    model = reduction.train(task, motion=full).model
-    training_s = clock.process_time() - begun + full.statistics.cpu_s
-    case = model.cases({})
+    model = reduced_models.make_model(task, runs)
+    training_s = clock.process_time() - begun + (0.0 if excited else full.statistics.cpu_s)
+    case = excited.checked(model.cases({})) if excited else model.cases({})
     job.progress("reduced model")
     motion = cases.run(case, kept)
     growth, again_s = guarded.growth(case, motion.x, motion.v[0], kept)  # the second run, which is timed, serves guarded runs
@@ -110,7 +119,8 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
     errors = reduction.compare(full, motion)
     if errors.maximum > ROUGH:
         size = f"{errors.maximum:.1%} of the largest displacement"
-        notify(f"the reduced model errs by {size} over its own training: take a smaller eps or eta, or more modes")
+        where = "under signals that it was not trained on" if excited else "over its own training"
+        notify(f"the reduced model errs by {size} {where}: take a smaller eps or eta, or more modes")
     wrong = output_errors.compare(full, motion)
     output_errors.warn_of_wrong({name: one.relative for name, one in wrong.items()})
     judged = goal.accuracy.parts(wrong) if goal else {}
@@ -127,6 +137,7 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
         "left_out": dict(model.left_out),
         "hyper_tolerance": plan.hyper.tolerance,
         "hyper_reduction": plan.hyper.name,
+        **({"training_signals": excited.facts} if excited else {}),
         **errors.summary,
         "output_errors": {column: asdict(one) for column, one in wrong.items()},
         "accuracy": str(goal.accuracy) if goal else None,
@@ -143,15 +154,23 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
         "start": own.scheme.start,
         "duration": own.duration,
     }
-    known = guarded.know(task, model, motion, float(errors.distance.max()), growth)
+    known = guarded.know(task, model, motion, float(errors.distance.max()), growth, own)
     about = f"{report['scene']}: {model.system.size} coordinates for {raw.size}, largest relative error {errors.maximum:.1e}"
-    found = {"system": model.system, "full": full, "reduced": motion, "case": case, "payoff": payoff}
+    found: dict[str, Any] = {"system": model.system, "full": full, "reduced": motion, "case": case, "payoff": payoff}
     return ReductionResult(about=about, report=report, known=known, **found)
 
 
-def plan_for(goal: Goal, task: TrainingTask, full: Trajectory, kept: np.ndarray) -> Plan:
-    """The coarsest plan whose outputs err by at most a share of the accuracy over the full motion, stored after `kept` steps."""
-    data, known = full_runs.run_of_motion(task, full), output_errors.columns(full)
+def plan_for(goal: Goal, task: TrainingTask, runs: Sequence[FullRun], full: Trajectory | None, kept: np.ndarray) -> Plan:
+    """The coarsest plan whose outputs err by at most a share of the accuracy over the full motion, stored after `kept` steps.
+
+    Without it, of a plant, over all runs of the training, at their snapshots.
+    """
+    known = output_errors.columns(full) if full else {}
+
+    def errors(mine: TrainingTask, run: FullRun, case: Case) -> dict[str, OutputError]:
+        if full:
+            return output_errors.compare(full, cases.run(case, kept), known)
+        return full_runs.errors_of_outputs(task.family(run.values).system, run, reduced_models.run_reduced(mine, case))
 
     def error(plan: Plan) -> float:
         """The largest error over what is wanted; what is told of a trial would be of a model that nobody gets."""
@@ -159,11 +178,11 @@ def plan_for(goal: Goal, task: TrainingTask, full: Trajectory, kept: np.ndarray)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Notice)
             try:
-                case = reduced_models.reduced_case(mine, reduced_models.train_reduction(mine, [data]), {})
-                found = output_errors.compare(full, cases.run(case, kept), known)
+                trained = reduced_models.train_reduction(mine, runs)
+                found = [errors(mine, run, reduced_models.reduced_case(mine, trained, run.values)) for run in runs]
             except FmbsError:
                 return math.inf
-        return max(goal.accuracy.parts(found).values(), default=0.0)
+        return max((part for one in found for part in goal.accuracy.parts(one).values()), default=0.0)
 
     return error_budget.coarsest(task.plan, error, plans.SHARE, goal.eps, goal.eta)
 

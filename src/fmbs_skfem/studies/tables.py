@@ -142,6 +142,14 @@ def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[ReportTable]:
     return [ReportTable("Errors of the outputs", heads, rows, names=True)] if rows else []
 
 
+def training_signals(facts: Mapping[str, Any]) -> list[ReportTable | str]:
+    """How the inputs of a plant were excited in its training, and that its errors are those under other signals."""
+    ranges = [f"{name} from {low:g} to {high:g}" for name, (low, high) in facts["ranges"].items()]
+    band = f"from {facts['slowest']:.3g} to {facts['fastest']:.3g} Hz (seed {facts['seed']})"
+    text = f"trained on {facts['runs']} runs with chirps, steps and noise in {', '.join(ranges)} [SI], {band}"
+    return [f"{text}; errors are those under a random signal that it was not trained on"]
+
+
 def left_out(found: Mapping[str, str]) -> list[ReportTable]:
     """Constraint equations that a reduced model leaves out, and what that does; nothing where there are none."""
     rows = [(name, why) for name, why in found.items()]

@@ -17,6 +17,7 @@ from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from ..core.values.expressions import Expression
 from ..core.values.inputs import Held, Input
+from . import finer_systems
 from .system import Signal, System, driving
 
 
@@ -117,7 +118,7 @@ def driving_inputs(system: System) -> set[str]:
 
 
 def with_inputs(system: System, told: Mapping[str, Signal]) -> System:
-    """The system with functions of time in place of inputs, by name, in `full` as well; other inputs stay.
+    """The system with functions of time in place of inputs, by name, in `full` and in its finer one as well; other inputs stay.
 
     A function takes times (s,) [s] and gives values (s,). InputError for an input that the system does not have, with the nearest
     one.
@@ -127,11 +128,17 @@ def with_inputs(system: System, told: Mapping[str, Signal]) -> System:
         if name not in known:
             expected = f"one of the inputs {listed(known, name, 'of which there are none')}"
             raise InputError(say("inputs", expected, f"'{name}'") + closest(name, known))
-    return replace(system, signals=tuple(bound(signal, told) for signal in system.signals), full=full_with(system, told))
+    return with_signals(system, told, full_with(system, told))
+
+
+def with_signals(system: System, told: Mapping[str, Signal], full: System | None) -> System:
+    """The same with a form `full`, and in the finer system of one with parts."""
+    found = replace(system, signals=tuple(bound(signal, told) for signal in system.signals), full=full)
+    return finer_systems.carry(system, found, lambda finer: with_inputs(finer, told))
 
 
 def full_with(system: System, told: Mapping[str, Signal]) -> System | None:
     """The same of the form with all multipliers."""
     if system.full is None or system.full is system:
         return system.full
-    return replace(system.full, signals=tuple(bound(signal, told) for signal in system.full.signals))
+    return with_signals(system.full, told, system.full.full)

@@ -6,7 +6,9 @@ torque: "u - 0.1 N m s * hinge.rate"            u(t) = u_n+1 in the step from t_
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import field
+from typing import Any
 
 import numpy as np
 
@@ -48,21 +50,31 @@ def timed(sources: Iterable[Source]) -> dict[str, str]:
     return {one.name: one.unit for one in sources if one.units_of_call[0] == "s"}
 
 
-@storable
+def no_range(values: Mapping[str, Any]) -> None:
+    """The range of an input in a file of an earlier release, by its other fields."""
+
+
 @dataclass(frozen=True)
 class Input(Source):
     """A number that a run is given; as a function of time it is its start."""
 
     start: float = 0.0
+    #: low and high, within which trainings of reduced models excite it; None where nothing is said
+    range: tuple[float, float] | None = field(default=None, kw_only=True)
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
         return np.full(np.shape(t), self.start)
 
 
-@storable
+storable(Input, range=no_range)
+
+
 @dataclass(frozen=True)
 class Held(Input):
     """A number that is read of the state when an event happens, and holds from then on."""
+
+
+storable(Held, range=no_range)
 
 
 PAST = 4  #: values through which a smooth input goes

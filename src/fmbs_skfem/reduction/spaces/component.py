@@ -116,7 +116,7 @@ def refuse_rest(system: System, components: Mapping[str, Sequence[str]], displac
     resting = [name for name, size in displacements.items() if is_resting(system, size)]
     flexible = [name for name in resting if not is_rigid(system, components[name])]
     if flexible and len(resting) == len(displacements):
-        remedy = "give it loads or an initial motion, or a longer duration"
+        remedy = "give it loads, an initial motion or a longer duration; `fmbs reduce` excites inputs that have a `range`"
         raise InputError(say("training", "a motion", "none: nothing moves in the training run", remedy))
     if flexible:
         listed = " and ".join(f"'{name}' (moves by {displacements[name]:.1g} m)" for name in flexible)
