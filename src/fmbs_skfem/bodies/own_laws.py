@@ -16,11 +16,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import cache
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..core import extras
 from ..core.errors import InputError, say
-from .laws import Law
+from .laws import Law, find
+
+if TYPE_CHECKING:
+    from .symbolic import LawSymbols
+
+ENERGIES: dict[str, tuple[Any, Any]] = {}  #: energies and dissipations of the laws that were defined, by name
 
 
 def define(
@@ -60,4 +65,15 @@ def define(
     def entry(dim: int, kind: str) -> int:
         return int(getattr(loops(), f"own_{dim}_{kind}")())
 
+    ENERGIES[name] = energy, dissipation
     return Law(name, vectors, (*section, "weight"), tuple(dims), entry)
+
+
+def symbols_of(name: str) -> LawSymbols | None:
+    """The law of one's own of this name in symbols; None where none was defined."""
+    from .symbolic import LawSymbols
+
+    if name not in ENERGIES:
+        return None
+    law = find(name)
+    return LawSymbols(law.vectors, law.section[:-1], *ENERGIES[name])

@@ -49,9 +49,10 @@ def demo(out: Path | None, force: bool, copy: bool, **options: Any) -> studies.R
 
 def rom() -> click.Group:
     """The commands of saved reduced models."""
-    text = "Say what a saved reduced model is, or run it at other parameters, without meshes and full model."
+    text = "Say what a saved reduced model is, run it at other parameters without meshes and full model, or write it as C."
     made = [common.command("info", studies.info), common.command("run", studies.run_model, "fmbs-{}")]
-    return Choice("rom", made, help=text, epilog="Both take --json and, for what they write, --out DIR.")
+    made.append(common.command("export", studies.export_model))
+    return Choice("rom", made, help=text, epilog="All take --json and, for what they write, --out DIR.")
 
 
 def part() -> click.Group:

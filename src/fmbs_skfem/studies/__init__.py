@@ -33,7 +33,7 @@ from .commands import (
     warm,
 )
 from .job import Job, Listener
-from .model_commands import check_part, describe_part, info, run_model, train_part
+from .model_commands import check_part, describe_part, export_model, info, run_model, train_part
 from .options import Shared
 from .result import Figures, ReportTable, Result
 
@@ -78,6 +78,7 @@ __all__ = [
     "reduce",
     "info",
     "run_model",
+    "export_model",
     "PartResult",
     "train_part",
     "describe_part",

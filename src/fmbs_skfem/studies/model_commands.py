@@ -17,6 +17,7 @@ from .options import (
     Shared,
     Step,
     Units,
+    ValueOptions,
 )
 from .result import Result
 
@@ -70,6 +71,24 @@ def run_model(
             return guarding.run(job, Path(guard))
         models.require_own_accuracy(job)
         return models.run_saved(job, step, picture)
+
+
+def export_model(
+    path: ModelFile,
+    *,
+    c: Annotated[str | Path | None, Option("Folder for NAME.c and NAME.h.", "DIR")] = None,
+    name: Annotated[str, Option("Name of the model in C, by default that of its file.", "NAME")] = "",
+    **shared: Unpack[ValueOptions],
+) -> Result:
+    """Write a saved reduced model as C source, for controllers and other programs.
+
+    The model in FILE becomes one C99 file and one header: no library, no dynamic memory, the time step of this package. Of a model
+    of a whole range of parameters, values are set by --set.
+    """
+    from . import exporting
+
+    with jobs.begin(path, **shared) as job:
+        return exporting.export(job, name, None if c is None else Path(c))
 
 
 def train_part(

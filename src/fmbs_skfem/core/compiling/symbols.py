@@ -104,11 +104,16 @@ def statements(results: Sequence[Expression], places: Mapping[Any, str], factore
     `factored` looks for common factors of sums first, which takes most of the time: a quarter fewer operations in loops over many
     points, nothing in forces on a few rows.
     """
-    shared, reduced = sympy.cse(list(results), optimizations="basic" if factored else None)
-    needed = set().union(*(one.free_symbols for one in (*reduced, *(value for _, value in shared))))
+    parts, reduced, needed = shared(results, factored)
     read, write = [(str(symbol), place) for symbol, place in places.items() if symbol in needed], Printer().doprint
     lines = [f"{', '.join(symbol for symbol, _ in read)} = {', '.join(place for _, place in read)}"] if read else []
-    return lines + [f"{symbol} = {write(value)}" for symbol, value in shared], [write(value) for value in reduced]
+    return lines + [f"{symbol} = {write(value)}" for symbol, value in parts], [write(value) for value in reduced]
+
+
+def shared(results: Sequence[Expression], factored: bool) -> tuple[list[tuple[Any, Expression]], list[Expression], set[Any]]:
+    """Symbols of what results share with their values, the results in these, and all symbols that are needed."""
+    parts, reduced = sympy.cse(list(results), optimizations="basic" if factored else None)
+    return parts, reduced, set().union(*(one.free_symbols for one in (*reduced, *(value for _, value in parts))))
 
 
 def module(about: str, imports: Sequence[str], parts: Sequence[str]) -> str:

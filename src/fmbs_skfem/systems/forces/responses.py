@@ -36,6 +36,7 @@ from .force_laws import ForceLaw, LawForces
 
 if TYPE_CHECKING:
     from ..compiled import Compiled
+    from .force_symbols import ForceSymbols
 
 WORD = "response"  #: of the names of these laws
 NONE = "0.0"  #: the potential
@@ -244,6 +245,22 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
 
     InputError for an output whose class has not been declared.
     """
+    from ...core.compiling import symbols
+    from . import force_symbols as written
+
+    law, used = written_as(name)
+    found: ForceLaw = symbols.import_text(written.source({"own": law}, "A force by an expression of the state.")).LAWS["own"]
+    return found.named(name, law_of), used
+
+
+def symbols_of(name: str) -> ForceSymbols:
+    """The law of this name in symbols, of those rows alone that it reads or pushes."""
+    return written_as(name)[0]
+
+
+@cache
+def written_as(name: str) -> tuple[ForceSymbols, tuple[int, ...]]:
+    """The same, and which (i,) of the rows that it is given these are."""
     extras.need("symbols", "expression of the state")
     import sympy
 
@@ -282,9 +299,7 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     values, stored = [value(one) for one in text.split(";")], value(potential)
     F = [values[0] * sympy.diff(along, one) for one in y]
     read = tuple(values) if kind == READING else ()
-    law, used = written.pruned(written.ForceSymbols(F, ends[-1], clocked + len(inputs), stored, read, tables))
-    found: ForceLaw = symbols.import_text(written.source({"own": law}, "A force by an expression of the state.")).LAWS["own"]
-    return found.named(name, law_of), used
+    return written.pruned(written.ForceSymbols(F, ends[-1], clocked + len(inputs), stored, read, tables))
 
 
 def curve(x: Any, table: Any) -> Any:

@@ -1,0 +1,651 @@
+/* ---------------------------------------------------------------------------------------------------------------------------------
+ * One step of generalized-alpha for index-3 DAEs (Arnold and Bruels, Multibody Syst. Dyn. 18 (2007) 185-202):
+ *
+ *     (1 - am) a1 + am a0 = (1 - af) q1'' + af q0''
+ *     q1 = q0 + h q0' + h^2 (1/2 - beta) a0 + h^2 beta a1,     q1' = q0' + h (1 - gamma) a0 + h gamma a1
+ *     [ c W      J^T ] [ dq ]     [ c (M q'' + C q' + K q + f - Q) + J^T lambda ]
+ *     [ J        0   ] [ dl ] = - [ Phi                                          ],   W = bh M + gh C + K + df/dq,   c = h^2 beta
+ *
+ * lambda is c times the multipliers in newtons. Factors of the matrix serve as long as the iteration contracts well.
+ * ------------------------------------------------------------------------------------------------------------------------------ */
+
+#define NONE (-1)
+#define EACH(i, n) for (int i = 0; i < (n); i++)
+
+enum outcome { DONE, NOT_CONVERGED, DIVERGED, NOT_A_NUMBER, SINGULAR };
+
+/* Numbers of the method that depend on the step h [s]. */
+static void set_step(NAME_memory *m, double h)
+{
+    m->h = h;
+    m->c = h * h * BETA;
+    m->bh = (1.0 - ALPHA_M) / (m->c * (1.0 - ALPHA_F));
+    m->gh = GAMMA / (h * BETA);
+    m->sharp = SHARP * m->c;
+}
+
+/* a1 of q1'', q0'' and a0. */
+static double algorithmic(double now, double before, double a)
+{
+    return ((1.0 - ALPHA_F) * now + ALPHA_F * before - ALPHA_M * a) * (1.0 / (1.0 - ALPHA_M));
+}
+
+static double guess_of(const double *latest, const double *before, const double *first, int order, int i)
+{
+    if (order <= 0)
+        return latest[i];
+    return order == 1 ? 2.0 * latest[i] - before[i] : 3.0 * (latest[i] - before[i]) + first[i];
+}
+
+/* The trial state from extrapolated q'' and multipliers. */
+static void predict(NAME_memory *m)
+{
+    const int order = m->order < m->known - 1 ? m->order : m->known - 1;
+    const double h = m->h;
+    EACH (i, UNKNOWNS) {
+        const double acceleration = guess_of(m->history[0], m->history[1], m->history[2], order, i);
+        const double a1 = algorithmic(acceleration, m->acceleration[i], m->a[i]);
+        m->trial_acceleration[i] = acceleration;
+        m->trial_x[i] = m->x[i] + h * m->v[i] + h * h * ((0.5 - BETA) * m->a[i] + BETA * a1);
+        m->trial_v[i] = m->v[i] + h * ((1.0 - GAMMA) * m->a[i] + GAMMA * a1);
+    }
+    EACH (k, EQUATIONS)
+        m->trial_multipliers[k] = guess_of(m->past[0], m->past[1], m->past[2], order, k);
+    m->pull = HUGE_NUMBER;
+}
+
+/* y += A x of a symmetric A, block by block of unknowns that only joints couple. */
+static void add_blocks(const double *A, const double *x, double *y)
+{
+    EACH (b, BLOCKS) {
+        const int first = BLOCK[b], size = BLOCK[b + 1] - first;
+        add_rows(A, x + first, size, y + first, size);
+        A += size * size;
+    }
+}
+
+/* y = P x, or with the offset y0, of the rows that joints and loads read. */
+static void read_rows(const double *x, int with_offset, double *y)
+{
+    EACH (j, PROBES) {
+        const int first = PROBE_FIRST[j], size = PROBE_FIRST[j + 1] - first;
+        y[j] = (with_offset ? PROBE_OFFSET[j] : 0.0) + dot(PROBE_ROWS + first, x + PROBE_BEGIN[j], size);
+    }
+}
+
+/* x += factor P^T g. */
+static void add_transposed(double factor, const double *g, double *x)
+{
+    EACH (j, PROBES) {
+        const int first = PROBE_FIRST[j], size = PROBE_FIRST[j + 1] - first;
+        const double value = factor * g[j];
+        const double *row = PROBE_ROWS + first;
+        double *part = x + PROBE_BEGIN[j];
+        if (value != 0.0)
+            EACH (i, size)
+                part[i] += row[i] * value;
+    }
+}
+
+/* Phi and dPhi/dy of the joints, sums of terms coefficient s(t) y_i y_j. */
+static void constrain(NAME_memory *m, double *phi)
+{
+    EACH (k, EQUATIONS) {
+        phi[k] = 0.0;
+        EACH (j, PROBES)
+            m->Jy[k][j] = 0.0;
+    }
+    EACH (t, TERMS) {
+        const int k = TERM[t][0], s = TERM[t][1], i = TERM[t][2], j = TERM[t][3];
+        const double value = TERM_VALUE[t] * (s < 0 ? 1.0 : m->signals[s]);
+        if (i < 0) {
+            phi[k] += value;
+        } else if (j < 0) {
+            phi[k] += value * m->y[i];
+            m->Jy[k][i] += value;
+        } else {
+            phi[k] += value * m->y[i] * m->y[j];
+            m->Jy[k][i] += value * m->y[j];
+            m->Jy[k][j] += value * m->y[i];
+        }
+    }
+}
+
+/* rhs = (R, Phi) of the equations above at the trial state. */
+static void find_residual(NAME_memory *m)
+{
+    double *f = m->rhs;
+    EACH (i, UNKNOWNS)
+        f[i] = 0.0;
+    elastic_forces(m);
+    add_blocks(MASS, m->trial_acceleration, f);
+    if (HAS_DAMPING)
+        add_blocks(DAMPING, m->trial_v, f);
+    if (HAS_SPRINGS)
+        add_blocks(SPRINGS, m->trial_x, f);
+    EACH (i, UNKNOWNS)
+        f[i] = m->c * (f[i] - LOAD[i]);
+    if (PROBES == 0)
+        return;
+    read_rows(m->trial_x, 1, m->y);
+    if (READS_RATES)
+        read_rows(m->trial_v, 0, m->rates);
+    EACH (j, PROBES)
+        m->g[j] = 0.0;
+    push_rows(m);
+    constrain(m, m->rhs + UNKNOWNS);
+    EACH (j, PROBES) {
+        double total = -m->c * m->g[j];
+        EACH (k, EQUATIONS)
+            total += m->Jy[k][j] * m->trial_multipliers[k];
+        m->g[j] = total;
+    }
+    add_transposed(1.0, m->g, f);
+}
+
+/* P A = L U of a matrix by columns, A[j][i] at A + j n, the diagonal of U inverted; 0, or 1 where it is singular. */
+static int factorise_dense(int n, double *A, int *pivots)
+{
+    EACH (k, n) {
+        double *column = A + k * n;
+        int best = k;
+        for (int i = k + 1; i < n; i++)
+            if (size_of(column[i]) > size_of(column[best]))
+                best = i;
+        pivots[k] = best;
+        if (!(size_of(column[best]) > 0.0))
+            return 1;
+        if (best != k)
+            EACH (j, n) {
+                const double kept = A[j * n + k];
+                A[j * n + k] = A[j * n + best];
+                A[j * n + best] = kept;
+            }
+        const double inverse = 1.0 / column[k];
+        column[k] = inverse;
+        for (int i = k + 1; i < n; i++)
+            column[i] *= inverse;
+        for (int j = k + 1; j < n; j++) {
+            double *other = A + j * n;
+            const double factor = other[k];
+            if (factor != 0.0)
+                for (int i = k + 1; i < n; i++)
+                    other[i] -= column[i] * factor;
+        }
+    }
+    return 0;
+}
+
+/* x <- A^-1 x with these factors. */
+static void substitute(int n, const double *A, const int *pivots, double *x)
+{
+    EACH (k, n) {
+        const double kept = x[k];
+        x[k] = x[pivots[k]];
+        x[pivots[k]] = kept;
+    }
+    EACH (k, n) {
+        const double *column = A + k * n;
+        const double value = x[k];
+        for (int i = k + 1; i < n; i++)
+            x[i] -= column[i] * value;
+    }
+    for (int k = n - 1; k >= 0; k--) {
+        const double *column = A + k * n;
+        const double value = x[k] * column[k];
+        x[k] = value;
+        EACH (i, k)
+            x[i] -= column[i] * value;
+    }
+}
+
+/* x <- W^-1 x, block by block. */
+static void apply_factors(const NAME_memory *m, double *x)
+{
+    int at = 0;
+    EACH (b, BLOCKS) {
+        const int first = BLOCK[b], size = BLOCK[b + 1] - first;
+        substitute(size, m->W + at, m->pivots + first, x + first);
+        at += size * size;
+    }
+}
+
+/* W += P^T H P of one pair of rows, where both are in the same block. */
+static void add_pair(NAME_memory *m, int row, int column, double value)
+{
+    const double *p = PROBE_ROWS + PROBE_FIRST[row], *q = PROBE_ROWS + PROBE_FIRST[column];
+    const int many = PROBE_FIRST[row + 1] - PROBE_FIRST[row], others = PROBE_FIRST[column + 1] - PROBE_FIRST[column];
+    if (value == 0.0)
+        return;
+    EACH (b, BLOCKS) {
+        const int first = BLOCK[b], last = BLOCK[b + 1], size = last - first;
+        EACH (j, others) {
+            const int l = PROBE_BEGIN[column] + j;
+            double *target = m->W + BLOCK_AT[b] + (l - first) * size;
+            const double factor = value * q[j];
+            if (l < first || l >= last || factor == 0.0)
+                continue;
+            EACH (i, many) {
+                const int k = PROBE_BEGIN[row] + i;
+                if (k >= first && k < last)
+                    target[k - first] += p[i] * factor;
+            }
+        }
+    }
+}
+
+/* W += (1 + gh beta) (c^2 K_a + s^2 K_b + c s K_c): tangents of planar bodies that turn by an angle of c and s, without assembly. */
+static void add_turned_tangents(NAME_memory *m)
+{
+    const double *K = TURNED_TANGENTS;
+    EACH (t, TURNING) {
+        const int count = TURN[t][0], place = TURN[t][1], size = TURN[t][2];
+        const double c = TURN_OFFSET[2 * t] + dot(TURN_ROWS + 2 * t * UNKNOWNS, m->trial_x, UNKNOWNS);
+        const double s = TURN_OFFSET[2 * t + 1] + dot(TURN_ROWS + (2 * t + 1) * UNKNOWNS, m->trial_x, UNKNOWNS);
+        const double factor = (1.0 + m->gh * TURN_BETA[t]) / (c * c + s * s), a = factor * c * c, b = factor * s * s;
+        const double d = factor * c * s, *Kb = K + count * count, *Kc = Kb + count * count;
+        EACH (i, count)
+            EACH (j, count)
+                m->W[place + i * size + j] += a * K[i * count + j] + b * Kb[i * count + j] + d * Kc[i * count + j];
+        K += 3 * count * count;
+    }
+}
+
+/* Factors of W at the trial state, J, W^-1 J^T and the factors of J W^-1 J^T; 0, or 1 where one of them is singular. */
+static int factorise(NAME_memory *m, int held)
+{
+    EACH (i, ENTRIES)
+        m->W[i] = m->bh * MASS[i] + (HAS_DAMPING ? m->gh * DAMPING[i] : 0.0) + (HAS_SPRINGS ? SPRINGS[i] : 0.0);
+    if (TURNING > 0 && m->turning)
+        add_turned_tangents(m);
+    else
+        elastic_tangents(m, held);
+    EACH (i, ENTRIES)
+        m->W[i] *= m->c;
+    EACH (t, TERMS) {
+        const int k = TERM[t][0], s = TERM[t][1], i = TERM[t][2], j = TERM[t][3];
+        if (j >= 0) {
+            const double value = TERM_VALUE[t] * (s < 0 ? 1.0 : m->signals[s]) * m->trial_multipliers[k];
+            add_pair(m, i, j, value);
+            add_pair(m, j, i, value);
+        }
+    }
+    push_slopes(m);
+    m->secants = 0;
+    m->factored = 0;
+    m->factorisations++;
+    EACH (b, BLOCKS)
+        if (factorise_dense(BLOCK[b + 1] - BLOCK[b], m->W + BLOCK_AT[b], m->pivots + BLOCK[b]))
+            return 1;
+    EACH (k, EQUATIONS) {
+        EACH (i, UNKNOWNS)
+            m->J[k][i] = 0.0;
+        add_transposed(1.0, m->Jy[k], m->J[k]);
+        EACH (i, UNKNOWNS)
+            m->spread[k][i] = m->J[k][i];
+        apply_factors(m, m->spread[k]);
+    }
+    EACH (k, EQUATIONS)
+        EACH (l, EQUATIONS)
+            m->schur[l * EQUATIONS + k] = dot(m->J[k], m->spread[l], UNKNOWNS);
+    if (EQUATIONS > 0 && factorise_dense(EQUATIONS, m->schur, m->schur_pivots))
+        return 1;
+    m->factored = 1;
+    return 0;
+}
+
+/* rhs <- [W, J^T; J, 0]^-1 rhs. */
+static void solve(NAME_memory *m)
+{
+    double *front = m->rhs, *multipliers = m->rhs + UNKNOWNS;
+    apply_factors(m, front);
+    EACH (k, EQUATIONS)
+        multipliers[k] = dot(m->J[k], front, UNKNOWNS) - multipliers[k];
+    substitute(EQUATIONS, m->schur, m->schur_pivots, multipliers);
+    EACH (k, EQUATIONS)
+        EACH (i, UNKNOWNS)
+            front[i] -= m->spread[k][i] * multipliers[k];
+}
+
+/* rhs, a solution with the factors, becomes one with the secants of the corrections made with them (Broyden's updates). */
+static void add_secants(NAME_memory *m, int repeated)
+{
+    double *d = m->rhs;
+    if (SECANTS == 0)
+        return;
+    for (int k = m->secants > SECANTS ? m->secants - SECANTS : 0; k < m->secants; k++) {
+        const double factor = dot(m->shares[k % ROOM(SECANTS)], d, UNKNOWNS);
+        EACH (i, UNKNOWNS + EQUATIONS)
+            d[i] += factor * m->updates[k % ROOM(SECANTS)][i];
+    }
+    if (repeated) {
+        double square = 0.0, part = 0.0;
+        EACH (i, UNKNOWNS) {
+            square += m->norm[i] * m->moved[i] * m->moved[i];
+            part += m->norm[i] * m->moved[i] * d[i];
+        }
+        if (size_of(part) < CLEAR * square) {
+            const int place = m->secants % ROOM(SECANTS);
+            EACH (i, UNKNOWNS + EQUATIONS) {
+                d[i] *= square / (square - part);
+                m->updates[place][i] = d[i];
+            }
+            EACH (i, UNKNOWNS)
+                m->shares[place][i] = m->norm[i] * m->moved[i] / square;
+            m->secants++;
+        }
+    }
+    EACH (i, UNKNOWNS)
+        m->moved[i] = d[i];
+}
+
+/* Add the correction in rhs to the trial state; its size [m]. */
+static double apply(NAME_memory *m)
+{
+    double square = 0.0, pull = 0.0;
+    EACH (i, UNKNOWNS) {
+        const double d = m->rhs[i];
+        square += m->norm[i] * d * d;
+        m->trial_x[i] -= d;
+        m->trial_v[i] -= m->gh * d;
+        m->trial_acceleration[i] -= m->bh * d;
+    }
+    EACH (k, EQUATIONS) {
+        const double d = m->rhs[UNKNOWNS + k];
+        pull += d * d;
+        m->trial_multipliers[k] -= d;
+    }
+    pull = math_sqrt(pull);
+    if (pull > m->pull && pull > TOLERANCE * LARGEST_MASS) /* these factors are too old for the joints */
+        m->factored = 0;
+    m->pull = pull;
+    return math_sqrt(square);
+}
+
+static double least(double a, double b) { return a < b ? a : b; }
+static double most(double a, double b) { return a > b ? a : b; }
+
+/* Remaining error of q [m] at which the iteration may stop: the tolerance, or less where q'' asks for it. */
+static double goal(const NAME_memory *m, int iteration, double begun)
+{
+    if (iteration >= PATIENT)
+        return TOLERANCE;
+    return most(least(least(TOLERANCE, most(SHARE * begun, UNSEEN)), m->sharp * m->change), ROUND_OFF);
+}
+
+/* Go on, accept or give up after a correction of this size. */
+static enum outcome judge(NAME_memory *m, int iteration, double norm, double last, int fresh, double exact, double begun)
+{
+    const double enough = goal(m, iteration, begun), rate = iteration > 0 && last > 0.0 ? norm / last : 1.0;
+    const double rest = norm * rate * (SECANTS > 0 ? SURELY : 1.0), slow = TURNING > 0 && m->turning ? CHEAP * SLOW : SLOW;
+    if (fresh > 1 && rate > SLOW) /* what turned tangents are worth */
+        m->turning = 0;
+    if (!is_finite(norm))
+        return NOT_A_NUMBER;
+    if (!m->factored && fresh == 0)
+        return NOT_CONVERGED;
+    if (((iteration > 0 || fresh > 0) && norm <= most(FLOOR * enough, ROUND_OFF)) || (rate < 1.0 && rest <= enough * (1.0 - rate))) {
+        if (rate > slow && iteration > 0)
+            m->factored = 0;
+        return DONE;
+    }
+    if (SMOOTH && fresh == 1 && exact > 0.0 && norm > exact)
+        return DIVERGED;
+    if (iteration > 3 && fresh > 0 && rate > 2.0)
+        return DIVERGED;
+    if (iteration > 0 && rate > 5.0 * slow)
+        m->factored = 0;
+    return NOT_CONVERGED;
+}
+
+/* Newton's iteration from the predicted state. */
+static enum outcome iterate(NAME_memory *m)
+{
+    double last = 0.0, exact = 0.0, begun = 0.0;
+    int fresh = 0, brief = 0, turned = 0;
+    EACH (iteration, ITERATIONS) {
+        find_residual(m);
+        if (!m->factored) {
+            brief = iteration > 0 && m->age < 2;
+            turned = TURNING > 0 && m->turning;
+            if (factorise(m, iteration < HELD))
+                return SINGULAR;
+            m->age = 0;
+            fresh = 1;
+        }
+        solve(m);
+        add_secants(m, iteration > 0 && fresh != 1);
+        const double norm = apply(m);
+        m->corrections++;
+        begun = iteration == 0 ? norm : begun;
+        const enum outcome found = judge(m, iteration, norm, last, fresh, turned ? 0.0 : exact, begun);
+        if (found == DONE) {
+            m->factored = m->factored && !brief;
+            m->age++;
+        }
+        if (found != NOT_CONVERGED)
+            return found;
+        exact = fresh == 1 && !turned ? norm : exact;
+        last = norm;
+        fresh = fresh > 0 && m->factored ? fresh + 1 : 0;
+    }
+    return NOT_CONVERGED;
+}
+
+/* The same number of operations in every step: new factors, then `many` corrections. */
+static enum outcome iterate_fixed(NAME_memory *m, int many)
+{
+    double norm = 0.0;
+    EACH (iteration, many) {
+        find_residual(m);
+        if (iteration == 0 && factorise(m, 0))
+            return SINGULAR;
+        solve(m);
+        norm = apply(m);
+        m->corrections++;
+    }
+    m->left = norm;
+    m->factored = 1;
+    return is_finite(norm) ? DONE : NOT_A_NUMBER;
+}
+
+/* Take over the converged trial state, and choose the predictor that came closest. */
+static void accept(NAME_memory *m)
+{
+    double constant = 0.0, linear = 0.0, quadratic = 0.0;
+    EACH (i, UNKNOWNS) {
+        const double now = m->trial_acceleration[i];
+        const double d = guess_of(m->history[0], m->history[1], m->history[2], 0, i) - now;
+        const double e = guess_of(m->history[0], m->history[1], m->history[2], 1, i) - now;
+        const double f = guess_of(m->history[0], m->history[1], m->history[2], 2, i) - now;
+        constant += m->norm[i] * d * d;
+        linear += m->norm[i] * e * e;
+        quadratic += m->norm[i] * f * f;
+        m->a[i] = algorithmic(now, m->acceleration[i], m->a[i]);
+        m->x[i] = m->trial_x[i];
+        m->v[i] = m->trial_v[i];
+        m->acceleration[i] = now;
+        m->history[2][i] = m->history[1][i];
+        m->history[1][i] = m->history[0][i];
+        m->history[0][i] = now;
+    }
+    m->order = m->known > 1 && linear < constant ? 1 : 0;
+    if (m->known > 2 && quadratic < least(constant, linear))
+        m->order = 2;
+    m->change = m->known > 1 ? math_sqrt(linear) : HUGE_NUMBER;
+    EACH (k, EQUATIONS) {
+        m->past[2][k] = m->past[1][k];
+        m->past[1][k] = m->past[0][k];
+        m->past[0][k] = m->multipliers[k] = m->trial_multipliers[k];
+    }
+    if (m->known < 3) {
+        m->known++;
+        m->order = m->order + 1 < m->known - 1 ? m->order + 1 : m->known - 1;
+    }
+    read_rows(m->x, 1, m->y);
+    if (READS_RATES)
+        read_rows(m->v, 0, m->rates);
+    keep_forces(m);
+}
+
+/* How far the accepted velocities are off the joints, into the trial multipliers and behind rhs = 0:
+ *     J (v + h (1/2 - beta) a) + D1 + h (1/2 - beta) D2 + h^2 (1/6 - beta (1 + am - af)) D3,   D_k = d^k Phi/dt^k - J d^k q/dt^k */
+static void find_drift(NAME_memory *m)
+{
+    const double lead = m->h * (0.5 - BETA), third = m->h * m->h * (1.0 / 6.0 - BETA * (1.0 + ALPHA_M - ALPHA_F));
+    double *out = m->rhs + UNKNOWNS;
+    EACH (i, UNKNOWNS) {
+        m->trial_v[i] = m->v[i] + lead * m->a[i];
+        m->rhs[i] = 0.0;
+    }
+    read_rows(m->x, 1, m->path_y);
+    read_rows(m->trial_v, 0, m->path_z);
+    read_rows(m->v, 0, m->path_v);
+    read_rows(m->acceleration, 0, m->path_a);
+    EACH (k, EQUATIONS)
+        out[k] = 0.0;
+    EACH (t, TERMS) {
+        const int k = TERM[t][0], number = TERM[t][1], i = TERM[t][2], j = TERM[t][3];
+        const double *y = m->path_y, *z = m->path_z, *v = m->path_v, *a = m->path_a;
+        double s = TERM_VALUE[t], s1 = 0.0, s2 = 0.0, s3 = 0.0;
+        double p = 1.0, pz = 0.0, p1 = 0.0, p2 = 0.0, twice = 0.0, mixed = 0.0;
+        if (number >= 0) {
+            s1 = s * m->signals[SIGNALS + number];
+            s2 = s * m->signals[2 * SIGNALS + number];
+            s3 = s * m->signals[3 * SIGNALS + number];
+            s *= m->signals[number];
+        }
+        if (j >= 0) {
+            p = y[i] * y[j];
+            pz = y[i] * z[j] + z[i] * y[j];
+            p1 = y[i] * v[j] + v[i] * y[j];
+            twice = 2.0 * v[i] * v[j];
+            mixed = 3.0 * (v[i] * a[j] + a[i] * v[j]);
+            p2 = y[i] * a[j] + a[i] * y[j] + twice;
+        } else if (i >= 0) {
+            p = y[i];
+            pz = z[i];
+            p1 = v[i];
+            p2 = a[i];
+        }
+        out[k] += s * (pz + lead * twice + third * mixed);
+        if (number >= 0)
+            out[k] += s1 * p + lead * (s2 * p + 2.0 * s1 * p1) + third * (s3 * p + 3.0 * (s2 * p1 + s1 * p2));
+    }
+    EACH (k, EQUATIONS)
+        m->trial_multipliers[k] = out[k];
+}
+
+/* Put the accepted velocities onto the joints, with the factors that are there or once more with new ones. */
+static void settle(NAME_memory *m)
+{
+    EACH (attempt, m->fixed > 0 ? 1 : 2) {
+        double *mu = m->rhs + UNKNOWNS, square = 0.0, change = 0.0, wanted = 0.0, missed = 0.0;
+        find_drift(m);
+        solve(m);
+        /* the joints have turned since the factors: rhs = (- J^T mu, 2 r - J d) with the directions of now */
+        EACH (j, PROBES) {
+            m->g[j] = 0.0;
+            EACH (k, EQUATIONS)
+                m->g[j] += m->Jy[k][j] * mu[k];
+        }
+        read_rows(m->rhs, 0, m->path_y);
+        EACH (k, EQUATIONS) {
+            mu[k] = 2.0 * m->trial_multipliers[k];
+            EACH (j, PROBES)
+                mu[k] -= m->Jy[k][j] * m->path_y[j];
+        }
+        EACH (i, UNKNOWNS)
+            m->rhs[i] = 0.0;
+        add_transposed(-1.0, m->g, m->rhs);
+        solve(m);
+        EACH (i, UNKNOWNS) {
+            square += m->norm[i] * m->v[i] * m->v[i];
+            change += m->norm[i] * m->rhs[i] * m->rhs[i];
+        }
+        read_rows(m->rhs, 0, m->g);
+        EACH (k, EQUATIONS) {
+            double rest = m->trial_multipliers[k];
+            wanted += rest * rest;
+            EACH (j, PROBES)
+                rest -= m->Jy[k][j] * m->g[j];
+            missed += rest * rest;
+        }
+        if (missed <= OLD * OLD * wanted || attempt == 1 || m->fixed > 0) {
+            if (missed <= OLD * OLD * wanted && change <= square)
+                EACH (i, UNKNOWNS)
+                    m->v[i] -= m->rhs[i];
+            return;
+        }
+        EACH (i, UNKNOWNS)
+            m->trial_v[i] = m->v[i];
+        EACH (k, EQUATIONS)
+            m->trial_multipliers[k] = m->multipliers[k];
+        if (factorise(m, 0)) {
+            m->factored = 0;
+            return;
+        }
+    }
+}
+
+/* One step of the method to the time t [s]. */
+static enum outcome take_step(NAME_memory *m, double t)
+{
+    enum outcome found;
+    read_signals(m, t);
+    predict(m);
+    found = m->fixed > 0 ? iterate_fixed(m, m->fixed) : iterate(m);
+    if (found != DONE) {
+        m->factored = m->turning = 0;
+        return found;
+    }
+    accept(m);
+    if (!STEADY)
+        settle(m);
+    m->time = t;
+    m->steps++;
+    count_turns(m);
+    return DONE;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------------
+ * What NAME.h declares.
+ * ------------------------------------------------------------------------------------------------------------------------------ */
+
+static void change_step(NAME_memory *m, double h)
+{
+    const double ratio = h * h * BETA / m->c;
+    EACH (k, EQUATIONS) /* multipliers are c times those in newtons */
+        m->multipliers[k] = m->past[0][k] *= ratio;
+    m->known = 1;
+    m->order = 0;
+    m->change = HUGE_NUMBER;
+    m->factored = 0;
+    set_step(m, h);
+}
+
+NAME_status NAME_step(NAME_memory *m, double span)
+{
+    const double begin = m->time;
+    double parts = math_floor(span / NAME_STEP + 0.5);
+    EACH (k, INPUTS)
+        if (!is_finite(m->inputs[k]))
+            return NAME_INPUT_NOT_FINITE;
+    if (!(span > 0.0) || !is_finite(span))
+        return NAME_SPAN_NOT_POSITIVE;
+    /* whole steps of the model where they fit, else as many equal ones as are not longer */
+    if (parts < 1.0 || size_of(span - parts * NAME_STEP) > 1e-9 * span)
+        parts = -math_floor(-span / NAME_STEP);
+    if (size_of(span / parts - m->h) > 1e-12 * m->h)
+        change_step(m, size_of(span - parts * NAME_STEP) <= 1e-9 * span ? NAME_STEP : span / parts);
+    for (double k = 1.0; k <= parts; k += 1.0) {
+        const enum outcome found = take_step(m, begin + span * (k / parts));
+        if (found == NOT_A_NUMBER)
+            return NAME_NOT_FINITE;
+        if (found == SINGULAR)
+            return NAME_SINGULAR;
+        if (found != DONE)
+            return NAME_NOT_CONVERGED;
+    }
+    return NAME_OK;
+}

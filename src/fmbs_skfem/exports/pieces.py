@@ -1,0 +1,53 @@
+"""What a part of a system is in C: arrays, functions, and the calls by which the step reaches it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import field
+from typing import Any
+
+import numpy as np
+
+from ..core.storage.records import dataclass
+
+#: what calls a part: elastic forces, their tangents and energies, forces on rows, their derivatives, what they keep of states
+HOOKS = "force", "tangent", "energy", "push", "slopes", "accept"
+
+
+@dataclass(frozen=True)
+class Array:
+    """A constant array of numbers; where they follow from a leaf of the case that parameters change, `make` gives them from it."""
+
+    values: np.ndarray
+    place: tuple[str | int, ...] = ()  #: of the leaf
+    make: Callable[[np.ndarray], np.ndarray] = np.asarray  #: linear
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Arrays and functions by their names, and calls, statements of C, by hook."""
+
+    arrays: Mapping[str, Array] = field(default_factory=dict)
+    functions: Mapping[str, str] = field(default_factory=dict)
+    calls: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    room: int = 0  #: numbers of each of the three rooms that it needs
+    moduli: int = 0  #: and of the one of moduli
+    kept: int = 0  #: numbers that it keeps of accepted states
+
+
+def joined(pieces: Iterable[Piece]) -> Piece:
+    """All of them as one; functions of one name are one."""
+    arrays: dict[str, Array] = {}
+    functions: dict[str, str] = {}
+    calls: dict[str, tuple[str, ...]] = dict.fromkeys(HOOKS, ())
+    room = moduli = kept = 0
+    for piece in pieces:
+        arrays |= piece.arrays
+        functions |= piece.functions
+        for hook, found in piece.calls.items():
+            calls[hook] += found
+        room, moduli, kept = max(room, piece.room), max(moduli, piece.moduli), kept + piece.kept
+    return Piece(arrays, functions, calls, room, moduli, kept)
+
+
+Context = Any
