@@ -131,10 +131,13 @@ def has_dear_factors(model: Compiled) -> bool:
 
     Velocities settle on the joints along directions that follow from the factors: full models take those of newer ones.
     """
-    elastic = model.system.elastic
-    full = is_sparse(model.system.lift.matrix) and any(terms.numbers_read(one.gather) > 0.0 for one in elastic)
-    reduced = not full and (model.arrays.dense or len(elastic) > 0)
-    return model.pattern is not None or (reduced and model.system.size > FEW)
+    return model.pattern is not None or are_factors_dear(model.system, model.arrays.dense)
+
+
+def are_factors_dear(system: System, dense: bool) -> bool:
+    """The same of a system that is no large one."""
+    full = is_sparse(system.lift.matrix) and any(terms.numbers_read(one.gather) > 0.0 for one in system.elastic)
+    return not full and (dense or len(system.elastic) > 0) and system.size > FEW
 
 
 def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compiled) -> Method:
@@ -143,12 +146,19 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compile
     Where factors cost as much as a few corrections, new ones at a contraction of BRISK pay: what two corrections leave is then far
     below the tolerance. Where they cost ten, those of reduced and of large models, LAZY is faster.
     """
-    system = model.system
-    slow = newton.slow if newton.slow is not None else LAZY if has_dear_factors(model) else BRISK
+    method = method_for(scheme, newton, h, model.system, model.arrays.dense)
+    if model.pattern is None:
+        return method
+    return method._replace(trusting=True, slow=LAZY if newton.slow is None else newton.slow)
+
+
+def method_for(scheme: GeneralizedAlpha, newton: Newton, h: float, system: System, dense: bool) -> Method:
+    """The same of a system that is no large one."""
+    slow = newton.slow if newton.slow is not None else LAZY if are_factors_dear(system, dense) else BRISK
     am, af, gamma, beta = scheme.coefficients
     control = newton.tolerance * system.scale, newton.iterations, slow, round_off(system)
     left = 0.0, largest_share(scheme), DYNAMIC * system.scale
-    whole = model.pattern is not None, scheme.local_error * system.scale
+    whole = False, scheme.local_error * system.scale
     return of_length(Method(0.0, am, af, gamma, beta, 0.0, 0.0, 0.0, *control, *left, True, True, *whole), h)
 
 

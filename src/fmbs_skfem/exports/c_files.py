@@ -9,9 +9,10 @@ Everything has a fixed size, no library is called, and all memory is in one stru
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
@@ -21,16 +22,18 @@ from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from ..dynamics import initial, scheme
 from ..dynamics.compiled_step import settling, stepping
-from ..dynamics.scheme import SHARP
+from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
 from ..systems import compiled
-from ..systems.compiled import Compiled
 from ..systems.layouts import Storage
 from ..systems.signals import inputs_of
 from ..systems.system import System
-from . import forces, outputs, signals, terms
+from ..systems.terms import turning
+from ..systems.terms.turning import Turning
+from . import forces, numbers, outputs, signals, terms
+from .numbers import Numbers
 from .outputs import Column
-from .pieces import Piece, joined
+from .pieces import Array, Piece, joined
 from .text import array, maths, number, replaced, template
 
 HUGE = 1e300
@@ -68,15 +71,15 @@ def check(system: System, where: str) -> None:
         raise InputError(say(where, "joints that are polynomials of positions", f"the joint law {', '.join(names)}"))
 
 
-def blocks_of(model: Compiled) -> np.ndarray:
-    """First unknowns (b + 1,) of blocks that nothing but joints couples."""
-    system, n = model.system, model.system.size
+def blocks_of(system: System, pairs: np.ndarray) -> np.ndarray:
+    """First unknowns (b + 1,) of blocks that nothing but joints couples; `pairs` (h, 2) are probe rows with second derivatives."""
+    n = system.size
     near = sum((np.asarray(abs(dense(A)) > 0.0) for A in (system.mass, system.damping, system.stiffness)), np.zeros((n, n), bool))
     for elastic in system.elastic:
         columns = getattr(elastic.gather, "columns", slice(0, n))
         near[columns, columns] = True
     P = abs(dense(system.probes.matrix)) > 0.0
-    for i, j in model.pairs:
+    for i, j in pairs:
         near |= np.outer(P[i], P[j]) | np.outer(P[j], P[i])
     count, of = connected_components(near, directed=False)
     last = np.array([np.flatnonzero(of == k)[-1] for k in range(count)])
@@ -93,77 +96,129 @@ def dense(A: Any) -> np.ndarray:
     return A if isinstance(A, np.ndarray) else A.toarray()
 
 
-def by_blocks(A: Any, blocks: np.ndarray) -> np.ndarray:
+def by_blocks(blocks: np.ndarray, A: Any) -> np.ndarray:
     """The blocks of a symmetric matrix (n, n), column by column, behind each other."""
     A = dense(A)
     return np.concatenate([np.zeros(0), *(A[a:b, a:b].T.ravel() for a, b in pairwise(blocks))])
 
 
-def write(case: Case, name: str, title: str, description: str = "") -> CModel:
-    """The C file and the header of a case, a reduced system with its step.
+class Frame(NamedTuple):
+    """What the parts of a C file have to know of its system."""
+
+    case: Case
+    blocks: np.ndarray  #: (b + 1,) first unknowns
+    places: np.ndarray  #: (b + 1,) first entries of the blocks in W
+    smooth: bool
+    damped: bool
+
+    def place(self, first: int) -> tuple[int, int]:
+        """Entry of the diagonal of an unknown in W, and the size of its block."""
+        b = int(np.searchsorted(self.blocks, first, side="right")) - 1
+        size = int(self.blocks[b + 1] - self.blocks[b])
+        return int(self.places[b] + (first - self.blocks[b]) * (size + 1)), size
+
+
+def frame_of(case: Case, where: str) -> Frame:
+    """Blocks of a system, and what its forces are like; InputError where W is not dense, or singular beside joints."""
+    system = case.system
+    _, _, pushing, pairs = compiled.attached(system)
+    layout = compiled.storage(system)
+    blocks = blocks_of(system, pairs)
+    if layout.storage is not Storage.DENSE or layout.loose:
+        raise InputError(say(where, "a reduced model of dense unknowns with mass", layout.storage.name.lower()))
+    places = np.concatenate([[0], np.cumsum(np.diff(blocks) ** 2)])
+    return Frame(case, blocks, places, all(one.smooth for one in pushing), any(one.damped for one in pushing))
+
+
+def write(case: Case | ParametricCase, name: str, title: str, description: str = "") -> CModel:
+    """The C file and the header of a reduced system with its step; of a whole range of parameters with these as variables.
 
     `name` is that of the model, `title` and `description` are comments. InputError for what has no C: functions of Python, events,
     contact, and joints by a law.
     """
+    given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
+    case, name = given.case, identifier(name)
     system = case.system
     check(system, title)
-    name = identifier(name)
-    model = compiled.compile_system(system)
-    method = scheme.method_of(case.scheme, case.newton, case.scheme.step, model)
-    blocks = blocks_of(model)
-    sizes = np.diff(blocks)
-    places = np.concatenate([[0], np.cumsum(sizes**2)])
-
-    def place(first: int) -> tuple[int, int]:
-        b = int(np.searchsorted(blocks, first, side="right")) - 1
-        return int(places[b] + (first - blocks[b]) * (sizes[b] + 1)), int(sizes[b])
-
-    found = [
-        terms.write_term(
-            one.gather, terms.Setting(k, one.name, system.dim, one.beta, system.lift, place, ("system", "elastic", k, "gather"))
-        )
-        for k, one in enumerate(system.elastic)
-    ]
-    kept = 0
+    frame, inputs = frame_of(case, title), inputs_of(system)
+    pieces = [write_elastic(frame, given, k) for k in range(len(system.elastic))]
     for k, force in enumerate(system.loads.forces):
-        found.append(forces.write_force(force, k, kept, title))
-        kept += found[-1].kept
-    whole, given = joined(found), inputs_of(system)
-    numbers = {one: k for k, one in enumerate(given)}
-    reading, columns, left_out, rows, offsets = outputs.write_outputs(system)
-    fixed = constants(model, case, method, blocks, places, place, whole, (rows, offsets), given, columns)
-    words = {"NAME": name}
-    parts = [
-        *(array(key, one.values) for key, one in whole.arrays.items()),
-        *whole.functions.values(),
-        hooks(whole),
-        signals.write_signals(system, numbers),
-    ]
+        pieces.append(forces.write_force(force, k, sum(one.kept for one in pieces), given, title))
+    reading, columns, left_out = outputs.write_outputs(system)
+    numbered = {one: k for k, one in enumerate(inputs)}
+    timed = signals.write_signals(system, numbered, given)
+    whole = joined([*pieces, timed])
+    turn = turning.turning_of(system)
+    turn = None if turn is None or given.varies(("system", "x0")) or given.varies(("system", "lift")) else turn
+    arrays = {**arrays_of(frame), **whole.arrays}
+    constants, fields, setting = numbers.write(given, arrays, title)
     before, after = split_template()
-    text = "\n".join([before, *parts, template("ports.c"), energies(whole), reading, after, template("start.c")])
-    helpers = maths(text)
-    head = f'/* {title}: the equations of NAME.h. */\n#include "NAME.h"\n'
-    source = replaced("\n".join([head, fixed, helpers, text]), words)
-    source = re.sub(r"\n{3,}", "\n\n", source)
-    ports = [f"#define NAME_INPUT_{identifier(one).upper()} {k} /* [{given[one].unit or '-'}] */" for one, k in numbers.items()]
-    ports += [f"#define NAME_OUTPUT_{identifier(one.name).upper()} {k} /* [{one.unit or '-'}] */" for k, one in enumerate(columns)]
-    lengths = {
-        "N_": system.size, "M_": model.constraints, "I_": len(given), "P_": 0, "K_": whole.kept, "S_": 4 * len(system.signals),
-        "R_": system.size + model.constraints, "J_": len(system.probes.offset), "O_": len(offsets), "ROOM_": whole.room,
-        "MODULI_": whole.moduli, "ENTRIES_": places[-1], "MM_": model.constraints**2, "Q_": secants_of(model),
-        "T_": sum(bool(one.turns) for one in columns),
-    }  # fmt: skip
-    header = re.sub(r"\[([A-Z]+_)\]", lambda one: f"[{max(1, lengths[one.group(1)])}]", template("header.h"))
-    header = replaced(
-        header,
-        {
-            "TITLE": clean(title), "DESCRIPTION": clean(description), "VERSION": __version__, "PORTS": "\n".join(ports) + "\n",
-            "N_PARAMETERS": 0, "N_INPUTS": len(given), "N_OUTPUTS": len(columns), " STEP ": f" {number(case.scheme.step)} ",
-        },
-    )  # fmt: skip
-    header = replaced(header, words)
-    ports_of = {one: (source_.unit, source_.start) for one, source_ in given.items()}
-    return CModel(name, header, source, case.scheme.step, {}, ports_of, tuple(columns), tuple(left_out))
+    parts = [*whole.functions.values(), hooks(whole, len(system.elastic))]
+    text = "\n".join([before, *parts, template("ports.c"), energies(whole), reading, after, setting, template("start.c")])
+    fixed = "\n".join([controls(frame, whole, columns, inputs, given, turn), tables_of(frame, inputs, given, turn), constants])
+    head = f'/* {clean(title)}: the equations of NAME.h. */\n#include "NAME.h"\n'
+    source = replaced("\n".join([head, fixed, maths(text), text]), {"NAME": name})
+    header = header_of(frame, whole, columns, inputs, given, turn, {"TITLE": title, "DESCRIPTION": description, "NUMBERS": fields})
+    ports = {key: (one.unit, one.start) for key, one in inputs.items()}
+    return CModel(
+        name,
+        replaced(header, {"NAME": name}),
+        re.sub(r"\n{3,}", "\n\n", source),
+        case.scheme.step,
+        numbers.parameters_of(given),
+        ports,
+        tuple(columns),
+        tuple(left_out),
+    )
+
+
+def write_elastic(frame: Frame, given: Numbers, k: int) -> Piece:
+    """An elastic term in C."""
+    system = frame.case.system
+    one, leaf = system.elastic[k], ("system", "elastic", k)
+    setting = terms.Setting(k, one.name, system.dim, one.beta, system.lift, frame.place, leaf, given.varies((*leaf, "beta")))
+    return terms.write_term(one.gather, setting)
+
+
+def arrays_of(frame: Frame) -> dict[str, Array]:
+    """Constant numbers of the system beside those of its parts."""
+    system = frame.case.system
+    P = dense(system.probes.matrix)
+    begins, ends = support(P)
+
+    def of(*place: str, make: Callable[[Any], np.ndarray] = dense) -> Array:
+        leaf: Any = system
+        for one in place:
+            leaf = getattr(leaf, one)
+        return Array(make(leaf), ("system", *place), make)
+
+    def rows(P: np.ndarray) -> np.ndarray:
+        return np.concatenate([np.zeros(0), *(row[a:b] for row, a, b in zip(dense(P), begins, ends, strict=True))])
+
+    square = partial(by_blocks, frame.blocks)
+    return {
+        "MASS": of("mass", make=square),
+        "DAMPING": of("damping", make=square) if dense(system.damping).any() else Array(np.zeros(0)),
+        "SPRINGS": of("stiffness", make=square) if dense(system.stiffness).any() else Array(np.zeros(0)),
+        "LOAD": of("loads", "constant"),
+        "PROBE_ROWS": of("probes", "matrix", make=rows),
+        "PROBE_OFFSET": of("probes", "offset"),
+        "TERM_VALUE": of("constraints", "coefficient"),
+        "SENSOR_ROWS": of("sensors", "matrix"),
+        "SENSOR_OFFSET": of("sensors", "offset"),
+        "START_X": of("x0"),
+        "START_V": start_velocities(frame),
+        "NORM": Array(dense(system.metric).diagonal() / system.weight),
+    }
+
+
+def start_velocities(frame: Frame) -> Array:
+    """v0, or where joints are against it what they leave of it."""
+    system = frame.case.system
+    _, gap = initial.velocity_gaps(system, frame.case.scheme)
+    if np.abs(gap).max(initial=0.0) <= initial.ROUND_OFF * initial.speed_of(system.v0):
+        return Array(system.v0, ("system", "v0"))
+    return Array(initial.admissible(system, frame.case.scheme)[1])
 
 
 def clean(text: str) -> str:
@@ -176,131 +231,141 @@ def split_template() -> tuple[str, str]:
     text = template("step.c")
     cut = text.index("/* Numbers of the method")
     pair = text.index("/* W += P^T H P of one pair")
-    end = text.index("/* Factors of W at the trial state")
+    end = text.index("/* W += (1 + gh beta)")
     return text[:cut] + text[pair:end], text[cut:pair] + text[end:]
 
 
-def hooks(whole: Piece) -> str:
+def hooks(whole: Piece, elastic: int) -> str:
     """The functions by which the step reaches all parts."""
 
-    def function(head: str, calls: tuple[str, ...], unread: str = "(void)m;") -> str:
-        return "\n".join([head, "{", *(f"    {one}" for one in calls or (unread,)), "}\n"])
+    def function(head: str, calls: Iterable[str], *arguments: str) -> str:
+        body = "\n".join(f"    {one}" for one in calls)
+        unread = [f"    (void){one};" for one in ("m", *arguments) if not re.search(rf"\b{one}\b", body)]
+        return "\n".join([f"static void {head}", "{", *unread, *([body] if body else []), "}\n"])
 
-    held = "held" in " ".join(whole.calls["tangent"])
+    one_by_one = [f"case {k}: {call} break;" for k, call in enumerate(whole.calls["tangent"][:elastic])]
     return "\n".join(
         [
-            function("static void elastic_forces(NAME_memory *m)", whole.calls["force"]),
-            function(
-                "static void elastic_tangents(NAME_memory *m, int held)",
-                (*whole.calls["tangent"], *(() if held else ("(void)held;",))),
-                "(void)m;\n    (void)held;",
-            )
-            if whole.calls["tangent"]
-            else function("static void elastic_tangents(NAME_memory *m, int held)", (), "(void)m;\n    (void)held;"),
-            function("static void push_rows(NAME_memory *m)", whole.calls["push"]),
-            function("static void push_slopes(NAME_memory *m)", whole.calls["slopes"]),
-            function("static void keep_forces(NAME_memory *m)", whole.calls["accept"]),
+            function("elastic_forces(NAME_memory *m)", whole.calls["force"]),
+            function("elastic_tangents(NAME_memory *m, int held)", whole.calls["tangent"], "held"),
+            function("elastic_tangent(NAME_memory *m, int part)", ["const int held = 0;", "switch (part) {", *one_by_one, "}"])
+            if one_by_one
+            else function("elastic_tangent(NAME_memory *m, int part)", [], "part"),
+            function("push_rows(NAME_memory *m)", whole.calls["push"]),
+            function("push_slopes(NAME_memory *m)", whole.calls["slopes"]),
+            function("keep_forces(NAME_memory *m)", whole.calls["accept"]),
+            function("read_signals(NAME_memory *m, double t)", whole.calls["signals"], "t"),
         ]
     )
 
 
 def energies(whole: Piece) -> str:
     """Kinetic energy, and that of strains and springs."""
-    lines = "\n".join(f"    {one}" for one in whole.calls["energy"])
-    return f"""static double quadratic(const double *A, const double *x)
-{{
-    double total = 0.0;
-    for (int b = 0; b < BLOCKS; b++) {{
-        const int first = BLOCK[b], size = BLOCK[b + 1] - first;
-        for (int j = 0; j < size; j++)
-            total += 0.5 * x[first + j] * dot(A + j * size, x + first, size);
-        A += size * size;
-    }}
-    return total;
-}}
-
-static double kinetic_energy(NAME_memory *m)
-{{
-    return quadratic(MASS, m->v);
-}}
-
-static double strain_energy(NAME_memory *m)
-{{
-    double energy = HAS_SPRINGS ? quadratic(SPRINGS, m->x) : 0.0;
-{lines}
-    return energy;
-}}
-"""
+    return template("energies.c").replace("    ENERGIES\n", "".join(f"    {one}\n" for one in whole.calls["energy"]))
 
 
-def secants_of(model: Compiled) -> int:
-    return initial.SECANTS if model.arrays.dense and scheme.has_dear_factors(model) else 0
-
-
-def constants(
-    model: Compiled,
-    case: Case,
-    method: Any,
-    blocks: np.ndarray,
-    places: np.ndarray,
-    place: Callable[[int], tuple[int, int]],
-    whole: Piece,
-    sensors: tuple[np.ndarray, np.ndarray],
-    given: Mapping[str, Any],
-    columns: list[Column],
+def controls(
+    frame: Frame, whole: Piece, columns: Sequence[Column], inputs: Mapping[str, Any], given: Numbers, turn: Turning | None
 ) -> str:
-    """Numbers of a model as constants of C."""
-    system, m = model.system, model.constraints
-    if model.layout.storage is not Storage.DENSE:
-        raise InputError(say("C file", "a reduced model of dense unknowns", str(model.layout.storage.name).lower()))
-    start = initial.consistent_start(model, case.scheme)
-    first = initial.first_state(model, start, method.c)
-    order = np.argsort(model.order)
-    P = dense(system.probes.matrix)
-    begins, ends = support(P)
-    numbers = {
-        "ALPHA_M": method.am, "ALPHA_F": method.af, "GAMMA": method.gamma, "BETA": method.beta, "TOLERANCE": method.tolerance,
-        "SLOW": method.slow, "ROUND_OFF": method.floor, "SHARP": SHARP, "SHARE": method.share, "UNSEEN": method.unseen,
-        "LARGEST_MASS": float(dense(system.mass).diagonal().max(initial=0.0)), "FLOOR": stepping.FLOOR, "SURELY": stepping.SURELY,
-        "CLEAR": stepping.CLEAR, "CHEAP": stepping.CHEAP, "OLD": settling.OLD, "HUGE_NUMBER": HUGE,
-    }  # fmt: skip
+    """Numbers of the method and of the iteration, and sizes."""
+    case, system = frame.case, frame.case.system
+    method = scheme.method_for(case.scheme, case.newton, case.scheme.step, system, dense=True)
     own = system.constraints
+    reals = {
+        "ALPHA_M": method.am, "ALPHA_F": method.af, "GAMMA": method.gamma, "BETA": method.beta, "TOLERANCE": method.tolerance,
+        "SLOW": method.slow, "ROUND_OFF": method.floor, "SHARP": scheme.SHARP, "SHARE": method.share, "UNSEEN": method.unseen,
+        "FLOOR": stepping.FLOOR, "SURELY": stepping.SURELY,
+        "CLEAR": stepping.CLEAR, "CHEAP": stepping.CHEAP, "OLD": settling.OLD, "HUGE_NUMBER": HUGE, "PROOF": turning.PROOF,
+        "ALIKE": turning.ALIKE,
+    }  # fmt: skip
     steady = not own.laws and not (own.j >= 0).any() and not (own.signal >= 0).any()
     counts = {
-        "UNKNOWNS": system.size, "EQUATIONS": m, "PROBES": len(P), "SENSORS": len(sensors[1]), "SIGNALS": len(system.signals),
-        "INPUTS": len(given), "PARAMETERS": 0, "KEPT": whole.kept, "TERMS": len(own.row),
-        "TURNED": sum(bool(one.turns) for one in columns),
-        "BLOCKS": len(blocks) - 1, "ENTRIES": places[-1], "SECANTS": secants_of(model), "ITERATIONS": method.iterations,
-        "PATIENT": stepping.PATIENT, "HELD": stepping.HELD, "SMOOTH": int(model.arrays.forces.smooth), "STEADY": int(steady),
-        "READS_RATES": int(model.arrays.forces.damped), "HAS_DAMPING": int(dense(system.damping).any()),
-        "HAS_SPRINGS": int(dense(system.stiffness).any()),
+        "UNKNOWNS": system.size, "EQUATIONS": len(own.names), "PROBES": len(system.probes.offset),
+        "SENSORS": len(system.sensors.offset), "SIGNALS": len(system.signals), "INPUTS": len(inputs),
+        "PARAMETERS": len(numbers.parameters_of(given)), "KEPT": whole.kept, "TERMS": len(own.row),
+        "TURNED": sum(bool(one.turns) for one in columns), "BLOCKS": len(frame.blocks) - 1, "ENTRIES": frame.places[-1],
+        "SECANTS": secants_of(system), "ITERATIONS": method.iterations, "PATIENT": stepping.PATIENT, "HELD": stepping.HELD,
+        "SMOOTH": int(frame.smooth), "STEADY": int(steady), "READS_RATES": int(frame.damped),
+        "HAS_DAMPING": int(dense(system.damping).any()), "HAS_SPRINGS": int(dense(system.stiffness).any()),
+        "FILTERED": int(initial.is_filtered(system)), "TURNING": 0 if turn is None else len(turn.table),
     }  # fmt: skip
-    norm = dense(system.metric).diagonal() / system.weight
-    arrays = [
-        array("BLOCK", blocks, "int"), array("BLOCK_AT", places, "int"), array("MASS", by_blocks(system.mass, blocks)),
-        array("DAMPING", by_blocks(system.damping, blocks) if counts["HAS_DAMPING"] else np.zeros(0)),
-        array("SPRINGS", by_blocks(system.stiffness, blocks) if counts["HAS_SPRINGS"] else np.zeros(0)),
-        array("LOAD", system.loads.constant), array("NORM", norm),
+    lines = [f"#define {key} {number(value)}" for key, value in reals.items()]
+    lines += [f"#define {key} {int(value)}" for key, value in counts.items()]
+    return "\n".join([*lines, "#define ROOM(n) ((n) > 0 ? (n) : 1)", ""])
+
+
+def secants_of(system: System) -> int:
+    return initial.SECANTS if scheme.are_factors_dear(system, dense=True) else 0
+
+
+def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Turning | None) -> str:
+    """Tables of a system whose numbers no parameter changes."""
+    own, P = frame.case.system.constraints, dense(frame.case.system.probes.matrix)
+    begins, ends = support(P)
+    lines = [
+        array("BLOCK", frame.blocks, "int"), array("BLOCK_AT", frame.places, "int"),
         array("PROBE_FIRST", np.concatenate([[0], np.cumsum(ends - begins)]), "int"), array("PROBE_BEGIN", begins, "int"),
-        array("PROBE_ROWS", np.concatenate([np.zeros(0), *(row[a:b] for row, a, b in zip(P, begins, ends, strict=True))])),
-        array("PROBE_OFFSET", system.probes.offset),
-        table("TERM", np.stack([own.row, own.signal, own.i, own.j], axis=1)), array("TERM_VALUE", own.coefficient),
-        array("SENSOR_ROWS", sensors[0]), array("SENSOR_OFFSET", sensors[1]),
-        "static const double PARAMETER[1][3] = {{0.0, 0.0, 0.0}};",
-        array("INPUT_START", np.array([one.start for one in given.values()])),
-        array("START_X", first.x[order]), array("START_V", first.v[order]), array("START_ALGORITHMIC", first.a[order]),
-        array("START_ACCELERATION", first.acceleration[order]), array("START_MULTIPLIERS", start.multipliers),
-        array("START_KEPT", first.memory),
+        table("TERM", np.stack([own.row, own.signal, own.i, own.j], axis=1)), numbers.table_of(given),
+        array("INPUT_START", np.array([one.start for one in inputs.values()])),
     ]  # fmt: skip
-    turn, counts["TURNING"] = model.arrays.corotation, len(model.arrays.corotation.table)
-    rows = np.array([[count, *place(first)] for first, count, _ in turn.table.tolist()], int).reshape(-1, 3)
-    arrays += [
-        table("TURN", rows), array("TURN_ROWS", turn.rows[:, :, order]), array("TURN_OFFSET", turn.offset),
-        array("TURN_BETA", turn.beta), array("TURNED_TANGENTS", turn.numbers),
-    ]  # fmt: skip
-    text = [*(f"#define {key} {number(value)}" for key, value in numbers.items())]
-    text += [f"#define {key} {int(value)}" for key, value in counts.items()]
-    return "\n".join([*text, "#define ROOM(n) ((n) > 0 ? (n) : 1)", "", *arrays, ""])
+    rows, at, places, beta = np.zeros((0, 3), int), np.zeros(0), np.zeros(0), np.zeros(0)
+    offset = np.zeros(0)
+    if turn is not None:
+        rows = np.array([[count, *frame.place(first)] for first, count, _ in turn.table.tolist()])
+        at, offset = turn.rows, turn.offset
+        places = np.array([turned_places(one) for one in turn.places])
+        beta = np.array([one.beta for one in frame.case.system.elastic])
+    return "\n".join(
+        [
+            *lines,
+            table("TURN", rows),
+            array("TURN_ROWS", at),
+            array("TURN_OFFSET", offset),
+            array("TURN_PLACES", places),
+            array("TURN_BETA", beta),
+        ]
+    )
+
+
+def turned_places(place: Callable[[float], np.ndarray]) -> np.ndarray:
+    """(n, 3) multiples of cos, sin and 1 of the unknowns in which a body is turned by an angle."""
+    ahead, back, across = place(0.0), place(np.pi), place(0.5 * np.pi)
+    middle = 0.5 * (ahead + back)
+    return np.stack([0.5 * (ahead - back), across - middle, middle], axis=1)
+
+
+def header_of(
+    frame: Frame,
+    whole: Piece,
+    columns: Sequence[Column],
+    inputs: Mapping[str, Any],
+    given: Numbers,
+    turn: Turning | None,
+    texts: Mapping[str, str],
+) -> str:
+    """The header, with the name still to be put in."""
+    system, m = frame.case.system, len(frame.case.system.constraints.names)
+    parameters = numbers.parameters_of(given)
+    lengths = {
+        "N_": system.size, "M_": m, "I_": len(inputs), "P_": len(parameters), "K_": whole.kept, "S_": 4 * len(system.signals),
+        "R_": system.size + m, "J_": len(system.probes.offset), "O_": len(system.sensors.offset), "ROOM_": whole.room,
+        "MODULI_": whole.moduli, "ENTRIES_": frame.places[-1], "MM_": m**2, "Q_": secants_of(system),
+        "T_": sum(bool(one.turns) for one in columns), "C_": 0 if turn is None else 3 * int((turn.table[:, 1] ** 2).sum()),
+    }  # fmt: skip
+    ports = [
+        f"#define NAME_PARAMETER_{identifier(key).upper()} {k} /* [{unit or '-'}] {low:g} to {high:g}, {middle:g} */"
+        for k, (key, (unit, low, high, middle)) in enumerate(parameters.items())
+    ]
+    ports += [
+        f"#define NAME_INPUT_{identifier(key).upper()} {k} /* [{one.unit or '-'}] */" for k, (key, one) in enumerate(inputs.items())
+    ]
+    ports += [f"#define NAME_OUTPUT_{identifier(one.name).upper()} {k} /* [{one.unit or '-'}] */" for k, one in enumerate(columns)]
+    text = re.sub(r"\[([A-Z]+_)\]", lambda one: f"[{max(1, lengths[one.group(1)])}]", template("header.h"))
+    words: dict[str, Any] = {key: clean(value) for key, value in texts.items()} | {
+        "VERSION": __version__, "PORTS": "\n".join(ports) + "\n", "N_PARAMETERS": len(parameters), "N_INPUTS": len(inputs),
+        "N_OUTPUTS": len(columns), " STEP ": f" {number(frame.case.scheme.step)} ",
+    }  # fmt: skip
+    return replaced(text, words | {"NUMBERS": texts["NUMBERS"]})
 
 
 def table(name: str, rows: np.ndarray) -> str:

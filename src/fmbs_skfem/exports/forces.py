@@ -13,7 +13,8 @@ from ..systems.forces import force_symbols as written
 from ..systems.forces import responses
 from ..systems.forces.force_laws import LawForces
 from ..systems.forces.force_symbols import ForceSymbols, norm, plain
-from .pieces import Piece
+from .numbers import Numbers
+from .pieces import Array, Piece
 from .text import block, statements
 
 #: coordinates of forces: how many rows, and c of these
@@ -77,24 +78,29 @@ def symbols_of(name: str) -> ForceSymbols | None:
 
 
 @singledispatch
-def write_force(force: Any, number: int, kept: int, where: str) -> Piece:
+def write_force(force: Any, number: int, kept: int, given: Numbers, where: str) -> Piece:
     """A force in C, whose numbers of accepted states begin at `kept`. Types of forces register here; InputError for another one."""
     raise InputError(say(where, "loads, springs and motors that a C file can hold", type(force).__name__, "leave it out"))
 
 
 @write_force.register
-def _(force: LawForces, place: int, kept: int, where: str) -> Piece:
+def _(force: LawForces, place: int, kept: int, given: Numbers, where: str) -> Piece:
     symbols = symbols_of(force.law.name)
     if symbols is None or force.law.judge is not None:
         expected = f"one of the forces {', '.join(BUILT_IN)} or an expression of the state"
         raise InputError(say(where, expected, f"'{force.law.name.partition('|')[0]}'", "leave it out"))
-    pieces = [group(symbols, force, k, kept + k * memory_of(symbols), f"{place}_{k}") for k in range(len(force))]
+    leaf, arrays = ("system", "loads", "forces", place, "numbers"), {}
+    varied = f"FORCE_{place}" if given.varies(leaf) else ""
+    if varied:
+        arrays[varied] = Array(force.numbers, leaf)
+    pieces = [group(symbols, force, k, kept + k * memory_of(symbols), f"{place}_{k}", varied) for k in range(len(force))]
     functions: dict[str, str] = {}
     calls: dict[str, tuple[str, ...]] = {}
     for piece in pieces:
+        arrays |= piece.arrays
         functions |= piece.functions
         calls |= {hook: calls.get(hook, ()) + found for hook, found in piece.calls.items()}
-    return Piece({}, functions, calls, kept=len(force) * memory_of(symbols))
+    return Piece(arrays, functions, calls, kept=len(force) * memory_of(symbols))
 
 
 def angles_of(symbols: ForceSymbols) -> list[Any]:
@@ -107,13 +113,14 @@ def memory_of(symbols: ForceSymbols) -> int:
     return len(angles_of(symbols))
 
 
-def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str) -> Piece:
-    """One group of rows of a law."""
+def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str, varied: str) -> Piece:
+    """One group of rows of a law; its numbers are those of the array `varied` where parameters change them."""
     y, v, p = written.rows(len(symbols.force)), written.rates(len(symbols.force)), written.numbers(symbols.numbers)
     F, rows, angles = [plain(value) for value in symbols.force], force.rows[k], angles_of(symbols)
     last = sympy.symbols(f"m0:{len(angles)}", real=True)
     known = {angle: written.continued(angle.args[0], m) for angle, m in zip(angles, last, strict=True)}
-    given = dict(zip(p, map(sympy.Float, force.numbers[k].tolist()), strict=False))
+    numbers = force.numbers[k].tolist()
+    given = {} if varied else dict(zip(p, map(sympy.Float, numbers), strict=False))
     signals = force.signals[k]
     places = {
         **{one: f"m->y[{row}]" for one, row in zip(y, rows, strict=True)},
@@ -121,11 +128,10 @@ def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str)
         **{written.history(n): "1.0" if signal < 0 else f"m->signals[{signal}]" for n, signal in enumerate(signals)},
         **{one: f"m->kept[{kept + n}]" for n, one in enumerate(last)},
         written.RATE: "m->gh",
+        **{one: f"{varied}[{k * len(numbers) + n}]" for n, one in enumerate(p) if varied},
     }
-    tables = {}
-    for n, (first, end) in enumerate(symbols.tables.values()):
-        tables[f"TABLE_{name}_{n}"] = force.numbers[k, first:end]
-        places[written.table(n)] = f"TABLE_{name}_{n}"
+    tables = {f"TABLE_{name}_{n}": Array(force.numbers[k, first:end]) for n, (first, end) in enumerate(symbols.tables.values())}
+    places |= {written.table(n): table for n, table in enumerate(tables)}
 
     def write(values: Sequence[Any], targets: Sequence[str]) -> str:
         lines, found = statements([one.xreplace(given).xreplace(known) for one in values], places)
@@ -150,4 +156,4 @@ def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str)
         body = write(angles, [f"m->kept[{kept + n}] = {{}};" for n in range(len(angles))])
         functions[f"keep_{name}"] = f"static void keep_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"
         calls["accept"] = (f"keep_{name}(m);",)
-    return Piece({}, functions, calls)
+    return Piece(tables, functions, calls)

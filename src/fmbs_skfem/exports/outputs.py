@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
 import sympy
 
 from ..systems.forces import force_symbols as written
@@ -67,8 +66,8 @@ def chosen(values: list[Any], output: Output) -> list[Any]:
     return values[: len(output.columns)]
 
 
-def write_outputs(system: System) -> tuple[str, list[Column], list[str], np.ndarray, np.ndarray]:
-    """Functions of C, all columns, names of outputs that are left out, and the sensor rows (s, n) with their offsets (s,)."""
+def write_outputs(system: System) -> tuple[str, list[Column], list[str]]:
+    """Functions of C, all columns, and names of those that are left out."""
     columns, left_out = [], []
     for name, output in system.outputs.items():
         found = columns_of(system, name, output)
@@ -86,7 +85,7 @@ def write_outputs(system: System) -> tuple[str, list[Column], list[str], np.ndar
     sense = "    sense(m);\n"
     text = f"static void count_turns(NAME_memory *m)\n{{\n{sense if counts else '    (void)m;' + chr(10)}" + "\n".join(counts)
     text += "\n}\n\nvoid NAME_outputs(NAME_memory *m, double out[])\n{\n" + sense + "\n".join(lines) + "\n}\n"
-    return text, columns, left_out, np.asarray(system.sensors.matrix), np.asarray(system.sensors.offset)
+    return text, columns, left_out
 
 
 def scoped(lines: tuple[str, ...], last: str) -> str:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import field
-from typing import Any
 
 import numpy as np
 
 from ..core.storage.records import dataclass
 
-#: what calls a part: elastic forces, their tangents and energies, forces on rows, their derivatives, what they keep of states
-HOOKS = "force", "tangent", "energy", "push", "slopes", "accept"
+#: what calls a part: elastic forces, tangents and energies, forces on rows, their derivatives, what they keep, functions of time
+HOOKS = "force", "tangent", "energy", "push", "slopes", "accept", "signals"
 
 
 @dataclass(frozen=True)
@@ -48,6 +47,3 @@ def joined(pieces: Iterable[Piece]) -> Piece:
             calls[hook] += found
         room, moduli, kept = max(room, piece.room), max(moduli, piece.moduli), kept + piece.kept
     return Piece(arrays, functions, calls, room, moduli, kept)
-
-
-Context = Any

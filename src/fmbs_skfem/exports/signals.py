@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import singledispatch
 from typing import Any
 
+import numpy as np
 import sympy
 
 from ..core.compiling import symbols
@@ -13,9 +15,13 @@ from ..core.values import expressions
 from ..core.values.expressions import Expression
 from ..core.values.inputs import Input
 from ..core.values.tables import Table
+from ..reduction import cases
+from ..reduction.cases import Place
 from ..systems.signals import Cosine, Sine
 from ..systems.system import System, driving
-from .text import block, statements
+from .numbers import Numbers
+from .pieces import Array, Piece
+from .text import statements
 
 ORDERS = 3  #: derivatives that velocities on driven joints need
 T = sympy.Symbol("t", real=True)
@@ -27,54 +33,65 @@ def input_symbol(name: str) -> Any:
 
 
 @singledispatch
-def in_symbols(signal: Any, where: str) -> Any:
-    """A function of time in symbols. Types register here; InputError for one that has not, as a function of Python."""
+def in_symbols(signal: Any, where: str, leaf: Place, found: dict[Any, Place]) -> Any:
+    """A function of time in symbols. Types register here; InputError for one that has not, as a function of Python.
+
+    Numbers at the places in `found`, which grows, are symbols where `leaf` is not empty: parameters may change them.
+    """
     raise InputError(say(where, "expressions of t and of inputs", type(signal).__name__))
 
 
 @in_symbols.register
-def _(signal: Input, where: str) -> Any:
+def _(signal: Input, where: str, leaf: Place, found: dict[Any, Place]) -> Any:
     return input_symbol(signal.name)
 
 
 @in_symbols.register
-def _(signal: Expression, where: str) -> Any:
+def _(signal: Expression, where: str, leaf: Place, found: dict[Any, Place]) -> Any:
     names: dict[str, Any] = {"t": T, "pi": sympy.pi}
     for one in signal.inputs:
         if isinstance(one, Table) or one.call:
             raise InputError(say(where, "expressions of t and of inputs", f"the table '{one.name}'", "write it as interp(...)"))
-        names[one.name] = in_symbols(one, where)
-    return expressions.evaluate(signal.program, names, symbols.ALGEBRA, symbols.number)
+        names[one.name] = in_symbols(one, where, leaf, found)
+    program: list[Any] = list(signal.program)
+    for k, step in enumerate(program):
+        if isinstance(step, float) and (*leaf, "program", k) in found.values():
+            symbol = next(one for one, place in found.items() if place == (*leaf, "program", k))
+            program[k], names[symbol.name] = symbol.name, symbol
+    return expressions.evaluate(tuple(program), names, symbols.ALGEBRA, symbols.number)
 
 
 @in_symbols.register
-def _(signal: Cosine, where: str) -> Any:
-    return sympy.cos(in_symbols(signal.angle, where))
+def _(signal: Cosine, where: str, leaf: Place, found: dict[Any, Place]) -> Any:
+    return sympy.cos(in_symbols(signal.angle, where, (*leaf, "angle"), found))
 
 
 @in_symbols.register
-def _(signal: Sine, where: str) -> Any:
-    return sympy.sin(in_symbols(signal.angle, where))
+def _(signal: Sine, where: str, leaf: Place, found: dict[Any, Place]) -> Any:
+    return sympy.sin(in_symbols(signal.angle, where, (*leaf, "angle"), found))
 
 
-def write_signals(system: System, inputs: dict[str, int]) -> str:
-    """`read_signals` in C, which sets all signals and their derivatives at a time."""
+def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> Piece:
+    """All functions of time at a time t, with the derivatives that joints need, and the numbers in them that parameters change."""
     driven, count = {k for _, k in driving(system.constraints)}, len(system.signals)
+    changed = [place for place in given.varying if place[:2] == ("system", "signals")]
+    found = {sympy.Symbol(f"varied{k}", real=True): place for k, place in enumerate(changed)}
+    arrays = {
+        f"VARIED_{k}": Array(np.atleast_1d(cases.leaf_at(given.case, place)), place, np.atleast_1d)
+        for k, place in enumerate(changed)
+    }
     values, targets = [], []
     for k, signal in enumerate(system.signals):
-        value = sympy.sympify(in_symbols(signal, f"function of time {k}"))
+        value = sympy.sympify(in_symbols(signal, f"function of time {k}", ("system", "signals", k), found))
         if k in driven and any(input_symbol(name) in value.free_symbols for name in inputs):
-            raise InputError(
-                say("inputs", "inputs that act as forces", "one that drives a joint", "drive it by a force or a torque")
-            )
+            remedy = "drive it by a force or a torque"
+            raise InputError(say("inputs", "inputs that act as forces", "one that drives a joint", remedy))
         for order in range(ORDERS + 1 if k in driven else 1):
             values.append(value)
             targets.append(f"m->signals[{order * count + k}] = {{}};")
             value = sympy.diff(value, T)
-    places = {input_symbol(name): f"m->inputs[{k}]" for name, k in inputs.items()}
-    lines, found = statements(values, places)
-    body = block([*lines, *(target.format(one) for target, one in zip(targets, found, strict=True))])
-    unread = "" if any("t" in str(value.free_symbols) and T in value.free_symbols for value in values) else "    (void)t;\n"
-    if not count:
-        unread += "    (void)m;\n"
-    return f"static void read_signals(NAME_memory *m, double t)\n{{\n{unread}{body}{chr(10) if body else ''}}}\n"
+    places: dict[Any, str] = {input_symbol(name): f"m->inputs[{k}]" for name, k in inputs.items()}
+    places |= {symbol: f"VARIED_{k}[0]" for k, symbol in enumerate(found)}
+    lines, texts = statements(values, places)
+    calls = (*lines, *(target.format(one) for target, one in zip(targets, texts, strict=True)))
+    return Piece(arrays, {}, {"signals": calls})

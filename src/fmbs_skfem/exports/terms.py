@@ -28,7 +28,8 @@ class Setting(NamedTuple):
     beta: float  #: stiffness-proportional damping time [s]
     lift: Affine
     place: Any  #: (first unknown) -> (first entry in W, size of its block)
-    leaf: tuple[str | int, ...]  #: of the term in the case
+    leaf: tuple[str | int, ...]  #: of the elastic part in the case; empty where its storage is none of it
+    varied: bool  #: whether parameters change the damping time
 
 
 @singledispatch
@@ -49,14 +50,17 @@ def _(points: Sampled, setting: Setting) -> Piece:
     first = points.columns.start
     at, size = setting.place(first)
     arrays = {
-        f"MODES_OF_{k}": array_of(points.rows, (*setting.leaf, "rows"), np.transpose, setting),
-        f"SECTION_{k}": array_of(points.section, (*setting.leaf, "section"), np.asarray, setting),
+        f"MODES_OF_{k}": array_of(points.rows, (*setting.leaf, "gather", "rows"), np.transpose, setting),
+        f"SECTION_{k}": array_of(points.section, (*setting.leaf, "gather", "section"), np.asarray, setting),
     }
+    if setting.varied:
+        arrays[f"DAMPING_TIME_{k}"] = Array(np.array([setting.beta]), (*setting.leaf, "beta"), np.atleast_1d)
     if points.offset.any():
-        arrays[f"OFFSET_{k}"] = array_of(points.offset, (*setting.leaf, "offset"), np.asarray, setting)
+        arrays[f"OFFSET_{k}"] = array_of(points.offset, (*setting.leaf, "gather", "offset"), np.asarray, setting)
     words = {
         "NUMBER": k, "@POINTS@": count, "@ROWS@": rows, "@MODES@": modes, "@FIRST@": first, "LAW": law,
-        "HOLDS_NUMBER": int(laws.holds(points.law)), "BETA_NUMBER": number(setting.beta),
+        "HOLDS_NUMBER": int(laws.holds(points.law)),
+        "BETA_NUMBER": f"DAMPING_TIME_{k}[0]" if setting.varied else number(setting.beta),
         "PLACE_NUMBER": at, "SIZE_NUMBER": size,
     }  # fmt: skip
     if not points.offset.any():
@@ -85,9 +89,11 @@ def _(polynomial: Quartic, setting: Setting) -> Piece:
         "@PAIRS@": n * (n + 1) // 2,
     }  # fmt: skip
     arrays = {
-        f"COEFFICIENTS_{k}": array_of(polynomial.coefficients, (*setting.leaf, "coefficients"), without_padding(modes), setting)
+        f"COEFFICIENTS_{k}": array_of(
+            polynomial.coefficients, (*setting.leaf, "gather", "coefficients"), without_padding(modes), setting
+        )
     }
-    calls = {"force": (f"force_{k}(m);",), "tangent": (f"tangent_{k}(m);",), "energy": (f"energy += energy_{k}(m);",)}
+    calls = {"force": (f"force_{k}(m);",), "tangent": (f"tangent_{k}(m, held);",), "energy": (f"energy += energy_{k}(m);",)}
     return Piece(arrays, {f"term_{k}": replaced(template("polynomial.c"), words)}, calls, n * (n + 1) // 2 + n)
 
 

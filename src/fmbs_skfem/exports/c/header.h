@@ -46,15 +46,16 @@ typedef struct {
     double left; /* size of the last of `fixed` corrections [m] */
     /* the accepted state: unknowns, rates, algorithmic accelerations, accelerations, c times multipliers, earlier ones */
     double x[N_], v[N_], a[N_], acceleration[N_], multipliers[M_], history[3][N_], past[3][M_];
-    double kept[K_], turned[T_], norm[N_], change;
+    double kept[K_], turned[T_], change;
     int known, order;
     /* the method */
-    double h, c, bh, gh, sharp;
+    double h, c, bh, gh, sharp, largest_mass;
     /* the trial state and what is evaluated there */
     double trial_x[N_], trial_v[N_], trial_acceleration[N_], trial_multipliers[M_];
     double signals[S_], rhs[R_], y[J_], rates[J_], g[J_], Jy[M_][J_], path_y[J_], path_z[J_], path_v[J_], path_a[J_];
     double sensed[O_], sensed_rates[O_];
-    double room[3][ROOM_], moduli[MODULI_];
+    double room[3][ROOM_], moduli[MODULI_], turned_tangents[C_];
+NUMBERS
     /* factors */
     double W[ENTRIES_], J[M_][N_], spread[M_][N_], schur[MM_], pull;
     double updates[Q_][R_], shares[Q_][N_], moved[N_], moved_twice[R_];

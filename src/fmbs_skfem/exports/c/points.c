@@ -4,8 +4,9 @@
 #define MODES_NUMBER @MODES@
 #define FIRST_NUMBER @FIRST@
 
-static void read_NUMBER(const double *x, const double *offset, double *u)
+static void read_NUMBER(const NAME_memory *m, const double *x, const double *offset, double *u)
 {
+    (void)m;
     for (int i = 0; i < ROWS_NUMBER * POINTS_NUMBER; i++)
         u[i] = offset ? offset[i] : 0.0;
     add_rows(MODES_OF_NUMBER, x + FIRST_NUMBER, MODES_NUMBER, u, ROWS_NUMBER * POINTS_NUMBER);
@@ -14,9 +15,9 @@ static void read_NUMBER(const double *x, const double *offset, double *u)
 static void force_NUMBER(NAME_memory *m)
 {
     double *u = m->room[0], *rates = m->room[1], *S = m->room[2];
-    read_NUMBER(m->trial_x, OFFSET_NUMBER, u);
+    read_NUMBER(m, m->trial_x, OFFSET_NUMBER, u);
     if (BETA_NUMBER > 0.0)
-        read_NUMBER(m->trial_v, 0, rates);
+        read_NUMBER(m, m->trial_v, 0, rates);
     LAW_stress(POINTS_NUMBER, u, rates, SECTION_NUMBER, BETA_NUMBER, S);
     add_sums(MODES_OF_NUMBER, S, MODES_NUMBER, m->rhs + FIRST_NUMBER, ROWS_NUMBER * POINTS_NUMBER);
 }
@@ -25,9 +26,9 @@ static void force_NUMBER(NAME_memory *m)
 static void tangent_NUMBER(NAME_memory *m, int held)
 {
     double *u = m->room[0], *before = m->room[1], *D = m->moduli, *T = m->room[2];
-    read_NUMBER(m->trial_x, OFFSET_NUMBER, u);
+    read_NUMBER(m, m->trial_x, OFFSET_NUMBER, u);
     if (held && HOLDS_NUMBER)
-        read_NUMBER(m->x, OFFSET_NUMBER, before);
+        read_NUMBER(m, m->x, OFFSET_NUMBER, before);
     LAW_modulus(POINTS_NUMBER, u, held && HOLDS_NUMBER ? before : u, SECTION_NUMBER, m->gh * BETA_NUMBER, D);
     for (int r = 0; r < MODES_NUMBER; r++) {
         const double *row = MODES_OF_NUMBER + r * (ROWS_NUMBER * POINTS_NUMBER);
@@ -54,6 +55,6 @@ static void tangent_NUMBER(NAME_memory *m, int held)
 
 static double energy_NUMBER(NAME_memory *m)
 {
-    read_NUMBER(m->x, OFFSET_NUMBER, m->room[0]);
+    read_NUMBER(m, m->x, OFFSET_NUMBER, m->room[0]);
     return LAW_energy(POINTS_NUMBER, m->room[0], SECTION_NUMBER);
 }

@@ -4,10 +4,11 @@
 #define MODES_NUMBER @MODES@
 #define FIRST_NUMBER @FIRST@
 
-static void pairs_NUMBER(const double *x, double *z, double *y, double *g)
+static void pairs_NUMBER(const NAME_memory *m, const double *x, double *z, double *y, double *g)
 {
     const double *row = COEFFICIENTS_NUMBER;
     int k = 0;
+    (void)m;
     z[0] = 1.0;
     for (int i = 0; i < MODES_NUMBER; i++)
         z[i + 1] = x[FIRST_NUMBER + i];
@@ -41,7 +42,7 @@ static void slope_NUMBER(const double *row, const double *z, int c, double *h)
 static void force_NUMBER(NAME_memory *m)
 {
     double *z = m->room[0], *h = m->room[0] + MODES_NUMBER + 1;
-    pairs_NUMBER(m->trial_x, z, m->room[1], m->room[2]);
+    pairs_NUMBER(m, m->trial_x, z, m->room[1], m->room[2]);
     slope_NUMBER(m->room[2], z, MODES_NUMBER, h);
     for (int i = 0; i < MODES_NUMBER; i++)
         m->rhs[FIRST_NUMBER + i] += h[i + 1];
@@ -57,11 +58,12 @@ static void row_NUMBER(NAME_memory *m, int i, const double *h, double factor, in
     }
 }
 
-static void tangent_NUMBER(NAME_memory *m)
+static void tangent_NUMBER(NAME_memory *m, int held)
 {
     double *z = m->room[0], *h = m->room[0] + MODES_NUMBER + 1, *g = m->room[2], *W = m->W + PLACE_NUMBER;
     const double *row = COEFFICIENTS_NUMBER;
-    pairs_NUMBER(m->trial_x, z, m->room[1], g);
+    (void)held;
+    pairs_NUMBER(m, m->trial_x, z, m->room[1], g);
     for (int c = 0; c <= MODES_NUMBER; c++)
         for (int d = c; d <= MODES_NUMBER; d++, row += (c + 1) * (c + 2) / 2) {
             slope_NUMBER(row, z, c, h);
@@ -80,6 +82,6 @@ static void tangent_NUMBER(NAME_memory *m)
 
 static double energy_NUMBER(NAME_memory *m)
 {
-    pairs_NUMBER(m->x, m->room[0], m->room[1], m->room[2]);
+    pairs_NUMBER(m, m->x, m->room[0], m->room[1], m->room[2]);
     return 0.5 * dot(m->room[1], m->room[2], PAIRS_NUMBER);
 }

@@ -1,3 +1,109 @@
+/* K_a, K_b and K_c of planar bodies that turn, from their tangents at 0, 90 and 45 degrees; 1 where a fourth angle agrees. */
+static int fill_turned_tangents(NAME_memory *m)
+{
+    static const double angles[4] = {0.0, 1.57079632679489655800e+00, 7.85398163397448278999e-01, PROOF};
+    double *K = m->turned_tangents;
+    int alike = 1;
+    m->gh = 0.0;
+    EACH (t, TURNING) {
+        const int count = TURN[t][0], place = TURN[t][1], size = TURN[t][2], many = count * count;
+        const double c = math_cos(PROOF), s = math_sin(PROOF);
+        double off = 0.0, whole = 0.0;
+        EACH (k, 4) {
+            const double cosine = math_cos(angles[k]), sine = math_sin(angles[k]);
+            EACH (i, UNKNOWNS) {
+                const double *of = TURN_PLACES + (t * UNKNOWNS + i) * 3;
+                m->trial_x[i] = of[0] * cosine + of[1] * sine + of[2];
+            }
+            EACH (i, ENTRIES)
+                m->W[i] = 0.0;
+            elastic_tangent(m, t);
+            EACH (i, count)
+                EACH (j, count) {
+                    const double value = m->W[place + i * size + j];
+                    double *of = K + i * count + j;
+                    if (k < 3) {
+                        of[k * many] = k == 2 ? 2.0 * value - of[0] - of[many] : value;
+                    } else {
+                        const double d = c * c * of[0] + s * s * of[many] + c * s * of[2 * many] - value;
+                        off += d * d;
+                        whole += value * value;
+                    }
+                }
+        }
+        alike = alike && off <= ALIKE * ALIKE * whole;
+        K += 3 * many;
+    }
+    set_step(m, m->h);
+    return alike;
+}
+
+/* Accelerations and multipliers of the start:
+ *     [ M J^T; J 0 ] (q'', lambda) = - (f, D2),   M + (K + gh C) / bh in place of M where a step resolves no waves,
+ * and what puts velocities and algorithmic accelerations onto the path of the joints. */
+static int find_accelerations(NAME_memory *m)
+{
+    const double late = ALPHA_M - ALPHA_F, h = m->h, scale = FILTERED ? m->bh : 1.0, step_c = m->c;
+    double *mu = m->rhs + UNKNOWNS;
+    EACH (i, UNKNOWNS) {
+        m->trial_x[i] = m->x[i];
+        m->trial_v[i] = m->v[i];
+        m->trial_acceleration[i] = 0.0;
+    }
+    EACH (k, EQUATIONS)
+        m->trial_multipliers[k] = 0.0;
+    read_signals(m, 0.0);
+    read_rows(m, m->x, 1, m->y);
+    if (READS_RATES)
+        read_rows(m, m->v, 0, m->rates);
+    keep_forces(m);
+    m->c = 1.0;
+    find_residual(m);
+    EACH (i, ENTRIES)
+        m->W[i] = MASS[i];
+    if (FILTERED)
+        assemble(m, 0);
+    m->c = step_c;
+    if (factorise(m))
+        return 1;
+    EACH (i, UNKNOWNS)
+        m->moved_twice[i] = m->rhs[i];
+    /* D2, and below D3, as differences of the sums that `find_drift` makes of rates alone */
+    find_drift(m, m->moved, 1.0, 0.0, mu);
+    EACH (k, EQUATIONS)
+        m->past[1][k] = mu[k];
+    find_drift(m, m->moved, 0.0, 0.0, mu);
+    EACH (k, EQUATIONS)
+        mu[k] -= m->past[1][k];
+    EACH (i, UNKNOWNS)
+        m->rhs[i] = -scale * m->moved_twice[i];
+    solve(m);
+    EACH (i, UNKNOWNS)
+        m->acceleration[i] = m->a[i] = m->rhs[i];
+    EACH (k, EQUATIONS)
+        m->multipliers[k] = m->past[0][k] = mu[k] / scale * m->c;
+    find_drift(m, m->moved, 0.0, 1.0, mu);
+    EACH (k, EQUATIONS)
+        m->past[1][k] = mu[k];
+    find_drift(m, m->moved, 0.0, 0.0, mu);
+    EACH (k, EQUATIONS)
+        mu[k] -= m->past[1][k];
+    EACH (i, UNKNOWNS)
+        m->rhs[i] = 0.0;
+    solve(m);
+    EACH (i, UNKNOWNS) {
+        m->history[0][i] = m->acceleration[i];
+        m->history[1][i] = m->history[2][i] = 0.0;
+        if (!STEADY) {
+            m->v[i] += h * h * (1.0 / 6.0 - BETA - 0.5 * late) * m->rhs[i];
+            m->a[i] += late * h * m->rhs[i];
+        }
+    }
+    EACH (k, EQUATIONS)
+        m->past[1][k] = m->past[2][k] = 0.0;
+    return 0;
+}
+
 void NAME_init(NAME_memory *m)
 {
     EACH (k, INPUTS)
@@ -15,33 +121,32 @@ NAME_status NAME_start(NAME_memory *m)
     EACH (k, INPUTS)
         if (!is_finite(m->inputs[k]))
             return NAME_INPUT_NOT_FINITE;
+    set_numbers(m);
+    m->largest_mass = 0.0;
+    EACH (b, BLOCKS)
+        EACH (i, BLOCK[b + 1] - BLOCK[b])
+            m->largest_mass = most(m->largest_mass, MASS[BLOCK_AT[b] + i * (BLOCK[b + 1] - BLOCK[b] + 1)]);
     set_step(m, NAME_STEP);
     m->time = 0.0;
     m->steps = m->corrections = m->factorisations = 0;
-    m->factored = m->age = m->secants = 0;
-    m->turning = TURNING > 0;
+    m->age = m->order = 0;
     m->known = 1;
-    m->order = 0;
     m->change = HUGE_NUMBER;
     m->left = 0.0;
     EACH (i, UNKNOWNS) {
-        m->norm[i] = NORM[i];
         m->x[i] = START_X[i];
         m->v[i] = START_V[i];
-        m->a[i] = START_ALGORITHMIC[i];
-        m->acceleration[i] = START_ACCELERATION[i];
-        m->history[0][i] = START_ACCELERATION[i];
-        m->history[1][i] = m->history[2][i] = 0.0;
-        m->moved[i] = 0.0;
-    }
-    EACH (k, EQUATIONS) {
-        m->multipliers[k] = m->past[0][k] = START_MULTIPLIERS[k] * m->c;
-        m->past[1][k] = m->past[2][k] = 0.0;
+        m->a[i] = m->acceleration[i] = m->moved[i] = 0.0;
     }
     EACH (k, KEPT)
-        m->kept[k] = START_KEPT[k];
+        m->kept[k] = 0.0;
     EACH (k, TURNED)
         m->turned[k] = 0.0;
+    m->turning = TURNING > 0 && fill_turned_tangents(m);
+    if (find_accelerations(m))
+        return NAME_SINGULAR;
+    m->factored = 0;
+    m->factorisations = 0;
     count_turns(m);
     return NAME_OK;
 }
@@ -75,7 +180,8 @@ NAME_status NAME_derivative(NAME_memory *m, int input, double out[])
     m->inputs[input] = value;
     read_signals(m, m->time);
     find_residual(m);
-    if (factorise(m, 0))
+    assemble(m, 0);
+    if (factorise(m))
         return NAME_SINGULAR;
     EACH (i, UNKNOWNS + EQUATIONS)
         m->rhs[i] = m->moved_twice[i];

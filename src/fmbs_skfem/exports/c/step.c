@@ -65,8 +65,9 @@ static void add_blocks(const double *A, const double *x, double *y)
 }
 
 /* y = P x, or with the offset y0, of the rows that joints and loads read. */
-static void read_rows(const double *x, int with_offset, double *y)
+static void read_rows(const NAME_memory *m, const double *x, int with_offset, double *y)
 {
+    (void)m;
     EACH (j, PROBES) {
         const int first = PROBE_FIRST[j], size = PROBE_FIRST[j + 1] - first;
         y[j] = (with_offset ? PROBE_OFFSET[j] : 0.0) + dot(PROBE_ROWS + first, x + PROBE_BEGIN[j], size);
@@ -74,8 +75,9 @@ static void read_rows(const double *x, int with_offset, double *y)
 }
 
 /* x += factor P^T g. */
-static void add_transposed(double factor, const double *g, double *x)
+static void add_transposed(const NAME_memory *m, double factor, const double *g, double *x)
 {
+    (void)m;
     EACH (j, PROBES) {
         const int first = PROBE_FIRST[j], size = PROBE_FIRST[j + 1] - first;
         const double value = factor * g[j];
@@ -127,9 +129,9 @@ static void find_residual(NAME_memory *m)
         f[i] = m->c * (f[i] - LOAD[i]);
     if (PROBES == 0)
         return;
-    read_rows(m->trial_x, 1, m->y);
+    read_rows(m, m->trial_x, 1, m->y);
     if (READS_RATES)
-        read_rows(m->trial_v, 0, m->rates);
+        read_rows(m, m->trial_v, 0, m->rates);
     EACH (j, PROBES)
         m->g[j] = 0.0;
     push_rows(m);
@@ -140,7 +142,7 @@ static void find_residual(NAME_memory *m)
             total += m->Jy[k][j] * m->trial_multipliers[k];
         m->g[j] = total;
     }
-    add_transposed(1.0, m->g, f);
+    add_transposed(m, 1.0, m->g, f);
 }
 
 /* P A = L U of a matrix by columns, A[j][i] at A + j n, the diagonal of U inverted; 0, or 1 where it is singular. */
@@ -237,7 +239,7 @@ static void add_pair(NAME_memory *m, int row, int column, double value)
 /* W += (1 + gh beta) (c^2 K_a + s^2 K_b + c s K_c): tangents of planar bodies that turn by an angle of c and s, without assembly. */
 static void add_turned_tangents(NAME_memory *m)
 {
-    const double *K = TURNED_TANGENTS;
+    const double *K = m->turned_tangents;
     EACH (t, TURNING) {
         const int count = TURN[t][0], place = TURN[t][1], size = TURN[t][2];
         const double c = TURN_OFFSET[2 * t] + dot(TURN_ROWS + 2 * t * UNKNOWNS, m->trial_x, UNKNOWNS);
@@ -251,8 +253,8 @@ static void add_turned_tangents(NAME_memory *m)
     }
 }
 
-/* Factors of W at the trial state, J, W^-1 J^T and the factors of J W^-1 J^T; 0, or 1 where one of them is singular. */
-static int factorise(NAME_memory *m, int held)
+/* W at the trial state, with second derivatives of joints and forces on rows. */
+static void assemble(NAME_memory *m, int held)
 {
     EACH (i, ENTRIES)
         m->W[i] = m->bh * MASS[i] + (HAS_DAMPING ? m->gh * DAMPING[i] : 0.0) + (HAS_SPRINGS ? SPRINGS[i] : 0.0);
@@ -271,6 +273,11 @@ static int factorise(NAME_memory *m, int held)
         }
     }
     push_slopes(m);
+}
+
+/* Factors of W, W^-1 J^T and factors of J W^-1 J^T, J that of the trial state; 0, or 1 where one of them is singular. */
+static int factorise(NAME_memory *m)
+{
     m->secants = 0;
     m->factored = 0;
     m->factorisations++;
@@ -280,7 +287,7 @@ static int factorise(NAME_memory *m, int held)
     EACH (k, EQUATIONS) {
         EACH (i, UNKNOWNS)
             m->J[k][i] = 0.0;
-        add_transposed(1.0, m->Jy[k], m->J[k]);
+        add_transposed(m, 1.0, m->Jy[k], m->J[k]);
         EACH (i, UNKNOWNS)
             m->spread[k][i] = m->J[k][i];
         apply_factors(m, m->spread[k]);
@@ -321,8 +328,8 @@ static void add_secants(NAME_memory *m, int repeated)
     if (repeated) {
         double square = 0.0, part = 0.0;
         EACH (i, UNKNOWNS) {
-            square += m->norm[i] * m->moved[i] * m->moved[i];
-            part += m->norm[i] * m->moved[i] * d[i];
+            square += NORM[i] * m->moved[i] * m->moved[i];
+            part += NORM[i] * m->moved[i] * d[i];
         }
         if (size_of(part) < CLEAR * square) {
             const int place = m->secants % ROOM(SECANTS);
@@ -331,7 +338,7 @@ static void add_secants(NAME_memory *m, int repeated)
                 m->updates[place][i] = d[i];
             }
             EACH (i, UNKNOWNS)
-                m->shares[place][i] = m->norm[i] * m->moved[i] / square;
+                m->shares[place][i] = NORM[i] * m->moved[i] / square;
             m->secants++;
         }
     }
@@ -345,7 +352,7 @@ static double apply(NAME_memory *m)
     double square = 0.0, pull = 0.0;
     EACH (i, UNKNOWNS) {
         const double d = m->rhs[i];
-        square += m->norm[i] * d * d;
+        square += NORM[i] * d * d;
         m->trial_x[i] -= d;
         m->trial_v[i] -= m->gh * d;
         m->trial_acceleration[i] -= m->bh * d;
@@ -356,7 +363,7 @@ static double apply(NAME_memory *m)
         m->trial_multipliers[k] -= d;
     }
     pull = math_sqrt(pull);
-    if (pull > m->pull && pull > TOLERANCE * LARGEST_MASS) /* these factors are too old for the joints */
+    if (pull > m->pull && pull > TOLERANCE * m->largest_mass) /* these factors are too old for the joints */
         m->factored = 0;
     m->pull = pull;
     return math_sqrt(square);
@@ -408,7 +415,8 @@ static enum outcome iterate(NAME_memory *m)
         if (!m->factored) {
             brief = iteration > 0 && m->age < 2;
             turned = TURNING > 0 && m->turning;
-            if (factorise(m, iteration < HELD))
+            assemble(m, iteration < HELD);
+            if (factorise(m))
                 return SINGULAR;
             m->age = 0;
             fresh = 1;
@@ -438,8 +446,11 @@ static enum outcome iterate_fixed(NAME_memory *m, int many)
     double norm = 0.0;
     EACH (iteration, many) {
         find_residual(m);
-        if (iteration == 0 && factorise(m, 0))
-            return SINGULAR;
+        if (iteration == 0) {
+            assemble(m, 0);
+            if (factorise(m))
+                return SINGULAR;
+        }
         solve(m);
         norm = apply(m);
         m->corrections++;
@@ -458,9 +469,9 @@ static void accept(NAME_memory *m)
         const double d = guess_of(m->history[0], m->history[1], m->history[2], 0, i) - now;
         const double e = guess_of(m->history[0], m->history[1], m->history[2], 1, i) - now;
         const double f = guess_of(m->history[0], m->history[1], m->history[2], 2, i) - now;
-        constant += m->norm[i] * d * d;
-        linear += m->norm[i] * e * e;
-        quadratic += m->norm[i] * f * f;
+        constant += NORM[i] * d * d;
+        linear += NORM[i] * e * e;
+        quadratic += NORM[i] * f * f;
         m->a[i] = algorithmic(now, m->acceleration[i], m->a[i]);
         m->x[i] = m->trial_x[i];
         m->v[i] = m->trial_v[i];
@@ -482,26 +493,19 @@ static void accept(NAME_memory *m)
         m->known++;
         m->order = m->order + 1 < m->known - 1 ? m->order + 1 : m->known - 1;
     }
-    read_rows(m->x, 1, m->y);
+    read_rows(m, m->x, 1, m->y);
     if (READS_RATES)
-        read_rows(m->v, 0, m->rates);
+        read_rows(m, m->v, 0, m->rates);
     keep_forces(m);
 }
 
-/* How far the accepted velocities are off the joints, into the trial multipliers and behind rhs = 0:
- *     J (v + h (1/2 - beta) a) + D1 + h (1/2 - beta) D2 + h^2 (1/6 - beta (1 + am - af)) D3,   D_k = d^k Phi/dt^k - J d^k q/dt^k */
-static void find_drift(NAME_memory *m)
+/* out = J z + D1 + second D2 + third D3 at the accepted state, D_k = d^k Phi/dt^k - J d^k q/dt^k, for the rates v of rows. */
+static void find_drift(NAME_memory *m, const double *z_of, double second, double third, double *out)
 {
-    const double lead = m->h * (0.5 - BETA), third = m->h * m->h * (1.0 / 6.0 - BETA * (1.0 + ALPHA_M - ALPHA_F));
-    double *out = m->rhs + UNKNOWNS;
-    EACH (i, UNKNOWNS) {
-        m->trial_v[i] = m->v[i] + lead * m->a[i];
-        m->rhs[i] = 0.0;
-    }
-    read_rows(m->x, 1, m->path_y);
-    read_rows(m->trial_v, 0, m->path_z);
-    read_rows(m->v, 0, m->path_v);
-    read_rows(m->acceleration, 0, m->path_a);
+    read_rows(m, m->x, 1, m->path_y);
+    read_rows(m, z_of, 0, m->path_z);
+    read_rows(m, m->v, 0, m->path_v);
+    read_rows(m, m->acceleration, 0, m->path_a);
     EACH (k, EQUATIONS)
         out[k] = 0.0;
     EACH (t, TERMS) {
@@ -528,20 +532,26 @@ static void find_drift(NAME_memory *m)
             p1 = v[i];
             p2 = a[i];
         }
-        out[k] += s * (pz + lead * twice + third * mixed);
+        out[k] += s * (pz + second * twice + third * mixed);
         if (number >= 0)
-            out[k] += s1 * p + lead * (s2 * p + 2.0 * s1 * p1) + third * (s3 * p + 3.0 * (s2 * p1 + s1 * p2));
+            out[k] += s1 * p + second * (s2 * p + 2.0 * s1 * p1) + third * (s3 * p + 3.0 * (s2 * p1 + s1 * p2));
     }
-    EACH (k, EQUATIONS)
-        m->trial_multipliers[k] = out[k];
 }
 
-/* Put the accepted velocities onto the joints, with the factors that are there or once more with new ones. */
+/* Put the accepted velocities onto the joints, with the factors that are there or once more with new ones:
+ *     J (v + h (1/2 - beta) a) + D1 + h (1/2 - beta) D2 + h^2 (1/6 - beta (1 + am - af)) D3 = 0 */
 static void settle(NAME_memory *m)
 {
+    const double lead = m->h * (0.5 - BETA), third = m->h * m->h * (1.0 / 6.0 - BETA * (1.0 + ALPHA_M - ALPHA_F));
     EACH (attempt, m->fixed > 0 ? 1 : 2) {
         double *mu = m->rhs + UNKNOWNS, square = 0.0, change = 0.0, wanted = 0.0, missed = 0.0;
-        find_drift(m);
+        EACH (i, UNKNOWNS) {
+            m->trial_v[i] = m->v[i] + lead * m->a[i];
+            m->rhs[i] = 0.0;
+        }
+        find_drift(m, m->trial_v, lead, third, mu);
+        EACH (k, EQUATIONS)
+            m->trial_multipliers[k] = mu[k];
         solve(m);
         /* the joints have turned since the factors: rhs = (- J^T mu, 2 r - J d) with the directions of now */
         EACH (j, PROBES) {
@@ -549,7 +559,7 @@ static void settle(NAME_memory *m)
             EACH (k, EQUATIONS)
                 m->g[j] += m->Jy[k][j] * mu[k];
         }
-        read_rows(m->rhs, 0, m->path_y);
+        read_rows(m, m->rhs, 0, m->path_y);
         EACH (k, EQUATIONS) {
             mu[k] = 2.0 * m->trial_multipliers[k];
             EACH (j, PROBES)
@@ -557,13 +567,13 @@ static void settle(NAME_memory *m)
         }
         EACH (i, UNKNOWNS)
             m->rhs[i] = 0.0;
-        add_transposed(-1.0, m->g, m->rhs);
+        add_transposed(m, -1.0, m->g, m->rhs);
         solve(m);
         EACH (i, UNKNOWNS) {
-            square += m->norm[i] * m->v[i] * m->v[i];
-            change += m->norm[i] * m->rhs[i] * m->rhs[i];
+            square += NORM[i] * m->v[i] * m->v[i];
+            change += NORM[i] * m->rhs[i] * m->rhs[i];
         }
-        read_rows(m->rhs, 0, m->g);
+        read_rows(m, m->rhs, 0, m->g);
         EACH (k, EQUATIONS) {
             double rest = m->trial_multipliers[k];
             wanted += rest * rest;
@@ -581,7 +591,8 @@ static void settle(NAME_memory *m)
             m->trial_v[i] = m->v[i];
         EACH (k, EQUATIONS)
             m->trial_multipliers[k] = m->multipliers[k];
-        if (factorise(m, 0)) {
+        assemble(m, 0);
+        if (factorise(m)) {
             m->factored = 0;
             return;
         }

@@ -1,0 +1,24 @@
+static double quadratic(const double *A, const double *x)
+{
+    double total = 0.0;
+    EACH (b, BLOCKS) {
+        const int first = BLOCK[b], size = BLOCK[b + 1] - first;
+        EACH (j, size)
+            total += 0.5 * x[first + j] * dot(A + j * size, x + first, size);
+        A += size * size;
+    }
+    return total;
+}
+
+static double kinetic_energy(NAME_memory *m)
+{
+    return quadratic(MASS, m->v);
+}
+
+/* Of strains and springs. */
+static double strain_energy(NAME_memory *m)
+{
+    double energy = HAS_SPRINGS ? quadratic(SPRINGS, m->x) : 0.0;
+    ENERGIES
+    return energy;
+}
