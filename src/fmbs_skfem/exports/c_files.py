@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -20,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 from .. import __version__
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
-from ..dynamics import initial, scheme
+from ..dynamics import initial, rest, scheme
 from ..dynamics.compiled_step import settling, stepping
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
@@ -137,9 +138,11 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     contact, and joints by a law.
     """
     given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
-    case, name = given.case, identifier(name)
+    name = identifier(name)
+    check(given.case.system, title)
+    case, memory = at_start(given, title)
+    given = replace(given, case=case)
     system = case.system
-    check(system, title)
     frame, inputs = frame_of(case, title), inputs_of(system)
     pieces = [write_elastic(frame, given, k) for k in range(len(system.elastic))]
     for k, force in enumerate(system.loads.forces):
@@ -150,7 +153,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     whole = joined([*pieces, timed])
     turn = turning.turning_of(system)
     turn = None if turn is None or given.varies(("system", "x0")) or given.varies(("system", "lift")) else turn
-    arrays = {**arrays_of(frame), **whole.arrays}
+    arrays = {**arrays_of(frame), "START_KEPT": Array(np.zeros(whole.kept) if memory is None else memory), **whole.arrays}
     constants, fields, setting = numbers.write(given, arrays, title)
     before, after = split_template()
     parts = [*whole.functions.values(), hooks(whole, len(system.elastic))]
@@ -170,6 +173,21 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         tuple(columns),
         tuple(left_out),
     )
+
+
+def at_start(given: Numbers, where: str) -> tuple[Case, np.ndarray | None]:
+    """The case at the state in which its motion starts, without rows that follow from others, and what forces keep there."""
+    case = given.case
+    system = initial.startable(case.system, case.scheme)
+    if len(system.constraints.row) < len(case.system.constraints.row) and given.varies(("system", "constraints")):
+        raise InputError(say(where, "joints of which none follows from others", "redundant ones that parameters change"))
+    if case.scheme.start != "equilibrium":
+        return replace(case, system=system), None
+    if given.model is not None:
+        remedy = "fix the parameters with --set, or start in the reference"
+        raise InputError(say(where, "a start that no parameter changes", "`start: equilibrium`", remedy))
+    x, v, memory = rest.in_equilibrium(system, case.newton)
+    return replace(case, system=replace(system, x0=x, v0=v)), memory
 
 
 def write_elastic(frame: Frame, given: Numbers, k: int) -> Piece:

@@ -1,11 +1,12 @@
 """Energies of the laws of this package in symbols, as `bodies` has them in compiled code.
 
 The cable is that of `bodies.cable_law`, whose docstring has its equations, the membrane that of `bodies.membrane_law`, the shell
-that of `bodies.shell_law`, the beam that of `bodies.strain_law`.
+that of `bodies.shell_law`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -91,18 +92,6 @@ def shell_energy(r: Vectors, *section: Expression) -> Expression:
     return half_square(shell_strains(r, *section), shell_stiffness(*section))
 
 
-def beam_strains(r: Vectors, *section: Expression) -> list[Expression]:
-    """Gamma, kappa and E of `strain_law`, less those of the reference."""
-    slope, d, rates = r[4], r[1:4], r[5:8]
-    # vectors of `Law.BEAM`: r, d_1, d_2, d_3 and then their derivatives
-    found = [one.dot(slope) for one in d]
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        found.append((d[k].dot(rates[j]) - d[j].dot(rates[k])) / 2)
-    found += [d[i].dot(d[j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-    return [one - own for one, own in zip(found, section[22:], strict=True)]
-
-
 def symbols_of(law: Law, dim: int) -> LawSymbols | None:
     """The energy and dissipation of a law of this package in `dim` components; None of one that has none here."""
     n = law.option
@@ -118,4 +107,13 @@ def symbols_of(law: Law, dim: int) -> LawSymbols | None:
         return LawSymbols(2, ("A", "nu"), membrane_energy, quadratic_dissipation(membrane_strains, hooke))
     if law is Law.SHELL:
         return LawSymbols(5, law.section[:-1], shell_energy, quadratic_dissipation(shell_strains, shell_stiffness))
+    return None
+
+
+def held_strains(law: Law, dim: int) -> tuple[Callable[..., Any], Callable[..., Any]] | None:
+    """Strains whose stresses first tangents of a step take of the state before, of vectors, and their stiffness, of a section."""
+    if law.section == CABLE:
+        return lambda r: [stretch(r)], lambda EA, EI, kappa0: [[EA]]
+    if law is Law.SHELL:
+        return membrane_strains, lambda A, B, nu, *b0: hooke(A, nu)
     return None

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import sympy
 
-from ..bodies import own_laws
+from ..bodies import own_laws, strain_law
 from ..bodies.laws import Law
 from ..bodies.symbolic import LawSymbols, results
 from ..core.errors import InputError, say
 from . import law_symbols
-from .text import block, statements
+from .text import block, number, replaced, statements, template
 
 KINDS = "energy", "stress", "modulus"
 HEADS = {
@@ -32,13 +32,15 @@ def written(law: Law, dim: int, where: str) -> LawSymbols:
     return found
 
 
-def holds(law: Law) -> bool:
-    """Whether first tangents of a step take the axial strains of the state before: cables."""
-    return law.holds and law.bends
+def holds(law: Law, dim: int) -> bool:
+    """Whether first tangents of a step take strains of the state before."""
+    return law is Law.BEAM or law_symbols.held_strains(law, dim) is not None
 
 
 def functions(law: Law, dim: int, damped: bool, zeros: Sequence[int], where: str) -> tuple[str, dict[str, str]]:
     """The name of a law, and its functions by name, of sections whose rows `zeros` are zero."""
+    if law is Law.BEAM:
+        return "beam", {"beam": quadratic_strains("beam")}
     symbols = written(law, dim, where)
     parts = [law.name.lower(), str(dim), *(f"no_{law.section[k]}" for k in zeros), *(["damped"] if damped else [])]
     name = "_".join(parts)
@@ -68,26 +70,61 @@ def function(symbols: LawSymbols, law: Law, dim: int, kind: str, damped: bool, n
     if kind == "modulus" and damped:
         viscous, _ = results(symbols, dim, "viscosity")
         wanted = [one + other for one, other in zip(wanted, viscous, strict=True)]
+    before = sympy.symbols(f"g:{count}", real=True)
+    if kind == "modulus" and (axial := law_symbols.held_strains(law, dim)):
+        wanted = [one + other for one, other in zip(wanted, held_part(axial, names, before, symbols, dim), strict=True)]
     places = [*(f"u[{k} * n + q]" for k in range(count)), *(f"v[{k} * n + q]" for k in range(count))]
     places += [f"s[{k} * n + q]" for k in range(many)]
-    lines, found = statements(wanted, dict(zip(names[:-1], places, strict=True)), factored=True)
+    known = dict(zip(names[:-1], places, strict=True)) | {one: f"held[{k} * n + q]" for k, one in enumerate(before)}
+    lines, found = statements(wanted, known, factored=True)
     if kind == "energy":
         body = [*lines, f"total += {found[0]};"]
     elif kind == "stress":
         body = [*lines, *(f"S[{k} * n + q] = {one};" for k, one in enumerate(found))]
     else:
         body = [*lines, *(f"D[{k} * n + q] = {one};" for k, one in enumerate(found))]
-        if holds(law):
-            square = [" + ".join(f"{array}[{c} * n + q] * {array}[{c} * n + q]" for c in range(dim)) for array in ("held", "u")]
-            body.append(f"const double more = 0.5 * s[{many - 1} * n + q] * s[0 * n + q] * (({square[0]}) - ({square[1]}));")
-            body += [f"D[{c * (c + 3) // 2} * n + q] += more;" for c in range(dim)]
     text = "\n".join(body)
     unused = [one for one, read in (("v", "v["), ("held", "held["), ("beta", "beta")) if read not in text]
     taken = {"energy": (), "stress": ("v", "beta"), "modulus": ("held", "beta")}[kind]
-    before = [f"(void){one};" for one in taken if one in unused]
+    unread = [f"(void){one};" for one in taken if one in unused]
     head = HEADS[kind].format(name=name, pad=" " * (len(f"static void {name}_{kind}(")))
-    start = [*before, *(["double total = 0.0;"] if kind == "energy" else [])]
+    start = [*unread, *(["double total = 0.0;"] if kind == "energy" else [])]
     loop = f"    for (int q = 0; q < n; q++) {{\n{block(body, 2)}\n    }}"
     end = ["return total;"] if kind == "energy" else []
     parts = [f"{head}\n{{", *([block(start)] if start else []), loop, *([block(end)] if end else []), "}"]
     return "\n".join(parts) + "\n"
+
+
+def held_part(axial: Any, names: Sequence[Any], before: Sequence[Any], symbols: LawSymbols, dim: int) -> list[Any]:
+    """What strains e of the state before change of the lower half of a modulus: w sum_ab C_ab (e_b(g) - e_b(u)) d2e_a/du2."""
+    strains, stiffness = axial
+    count = symbols.vectors * dim
+    u, (*section, w) = names[:count], names[2 * count : -1]
+    now, then = (strains([sympy.Matrix(one[k * dim : (k + 1) * dim]) for k in range(symbols.vectors)]) for one in (u, before))
+    C = sympy.Matrix(stiffness(*section))
+    more = C * (sympy.Matrix(then) - sympy.Matrix(now))
+    return [
+        w * sum(f * sympy.diff(e, u[i], u[j]) for f, e in zip(more, now, strict=True)) for i in range(count) for j in range(i + 1)
+    ]
+
+
+def quadratic_strains(name: str) -> str:
+    """A law of strains that are quadratic in vectors, see `bodies.strain_law`: the beam."""
+    free, held = strain_law.FREE, strain_law.HELD
+    strains = [*free, *(terms for terms, _ in held)]
+    terms = [(k, i, j, f) for k, one in enumerate(strains) for i, j, f in one]
+    many = len(free)
+    pairs = [(k, l, 1.0) for k in range(many) for l in range(k, many)]
+    rows = [(k, l, row) for row, (k, l, _) in enumerate(pairs)] + [(many + k, many + k, len(pairs)) for k in range(len(held))]
+    parts = [1.0] * len(pairs) + [part for _, part in held]
+    words = {
+        "LAW": name, "VECTORS": Law.BEAM.vectors, "TERMS_": len(terms), "PAIRS_": len(rows), "STRAINS_": len(strains),
+        "FIRST_": strain_law.FIRST, "LAST_": Law.BEAM.rows - 1, "OF": listed(term[:3] for term in terms),
+        "FACTORS": ", ".join(number(f) for *_, f in terms), "COUPLED": listed(rows), "PARTS": ", ".join(map(number, parts)),
+    }  # fmt: skip
+    return replaced(template("strains.c"), words)
+
+
+def listed(rows: Iterable[Sequence[int]]) -> str:
+    """Rows of a table of C."""
+    return ", ".join("{" + ", ".join(map(str, row)) + "}" for row in rows)

@@ -32,7 +32,7 @@ def columns_of(system: System, name: str, output: Output) -> list[Column]:
         rows = [k for k, (joint, _) in enumerate(system.constraints.names) if joint == output.joint]
         if output.rows or len(rows) != len(output.columns):
             return []
-        texts = [f"m->multipliers[{k}] / m->c" for k in rows]
+        texts = [f"-m->multipliers[{k}] / m->c" for k in rows]
         return [Column(*one) for one in zip(output.columns, units, texts, strict=True)]
     count = len(output.rows)
     y, v, numbers = written.rows(count), written.rates(count), written.numbers(len(output.parameters))

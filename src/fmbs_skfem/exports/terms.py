@@ -59,7 +59,7 @@ def _(points: Sampled, setting: Setting) -> Piece:
         arrays[f"OFFSET_{k}"] = array_of(points.offset, (*setting.leaf, "gather", "offset"), np.asarray, setting)
     words = {
         "NUMBER": k, "@POINTS@": count, "@ROWS@": rows, "@MODES@": modes, "@FIRST@": first, "LAW": law,
-        "HOLDS_NUMBER": int(laws.holds(points.law)),
+        "HOLDS_NUMBER": int(laws.holds(points.law, setting.dim)),
         "BETA_NUMBER": f"DAMPING_TIME_{k}[0]" if setting.varied else number(setting.beta),
         "PLACE_NUMBER": at, "SIZE_NUMBER": size,
     }  # fmt: skip

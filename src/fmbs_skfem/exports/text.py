@@ -36,6 +36,9 @@ class Printer(C99CodePrinter):
         text = " * ".join([base] * whole + [f"math_sqrt({self._print(power.base)})"] * half)
         return f"(1.0 / ({text}))" if twice < 0 else f"({text})" if whole + half > 1 else text
 
+    def _print_NumberSymbol(self, value: Expression) -> str:
+        return number(float(value))
+
     def _print_Rational(self, value: Expression) -> str:
         return number(float(value))
 
@@ -52,6 +55,7 @@ class Printer(C99CodePrinter):
         return f"{known.get(name, name)}({', '.join(parts)})"
 
     _print_Integer = _print_Half = _print_Zero = _print_One = _print_NegativeOne = _print_Rational
+    _print_Pi = _print_Exp1 = _print_NumberSymbol
     _print_sin = _print_cos = _print_atan2 = _print_exp = _print_log = _print_Function
 
 

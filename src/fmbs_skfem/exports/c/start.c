@@ -139,7 +139,7 @@ NAME_status NAME_start(NAME_memory *m)
         m->a[i] = m->acceleration[i] = m->moved[i] = 0.0;
     }
     EACH (k, KEPT)
-        m->kept[k] = 0.0;
+        m->kept[k] = START_KEPT[k];
     EACH (k, TURNED)
         m->turned[k] = 0.0;
     m->turning = TURNING > 0 && fill_turned_tangents(m);
