@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import fcntl
 import json
 import os
@@ -13,7 +14,13 @@ from pathlib import Path
 from typing import Any
 
 PROGRAM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--remote-debugging-pipe")
+#: no request of its own leaves the machine, whose network may be closed
+QUIET = ("--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync")
+OPTIONS = ("--headless", "--no-sandbox", "--hide-scrollbars", "--remote-debugging-pipe", *QUIET)
+FLAT, DRAWS = (
+    ("--disable-gpu",),
+    ("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+)  #: without WebGL, and with it in software
 WRONG = {"Runtime.exceptionThrown", "Log.entryAdded"}
 LAYOUT = "document.documentElement.scrollWidth"
 
@@ -52,8 +59,8 @@ class Browser:
         found: dict[str, Any] = message["result"]
         return found
 
-    def resize(self, width: int) -> None:
-        self.ask("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False)
+    def resize(self, width: int, height: int = 900) -> None:
+        self.ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
 
     def widths(self, page: Path, wanted: tuple[int, ...]) -> dict[int, int]:
         """How wide a page is in windows of wanted widths [px]; it is loaded in the first one."""
@@ -61,15 +68,35 @@ class Browser:
         for k, width in enumerate(wanted):
             self.resize(width)
             if k == 0:
-                self.ask("Page.navigate", url=page.as_uri())
-                while self.hear().get("method") != "Page.loadEventFired":
-                    pass
-            found[width] = int(self.ask("Runtime.evaluate", expression=LAYOUT)["result"]["value"])
+                self.load(page)
+            found[width] = int(self.run(LAYOUT))
         return found
+
+    def load(self, page: Path) -> None:
+        """A page, up to its load event."""
+        self.ask("Page.navigate", url=page.as_uri())
+        while self.hear().get("method") != "Page.loadEventFired":
+            pass
+
+    def run(self, code: str) -> Any:
+        """The value of an expression in the page, awaited where it is a promise."""
+        found = self.ask("Runtime.evaluate", expression=code, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in found, found["exceptionDetails"]
+        return found["result"].get("value")
+
+    def press(self, key: str, **more: Any) -> None:
+        """A key, down and up."""
+        for kind in ("keyDown", "keyUp"):
+            self.ask("Input.dispatchKeyEvent", type=kind, key=key, **more)
+
+    def picture(self, path: Path) -> Path:
+        """The page as it is seen, as a PNG."""
+        path.write_bytes(base64.b64decode(self.ask("Page.captureScreenshot")["data"]))
+        return path
 
 
 @contextmanager
-def browser(folder: Path) -> Iterator[Browser]:
+def browser(folder: Path, options: tuple[str, ...] = FLAT) -> Iterator[Browser]:
     """A browser that is ended behind the block; `folder` takes its profile."""
     assert PROGRAM is not None
     (listens, pen), (ear, speaks) = os.pipe(), os.pipe()
@@ -79,7 +106,7 @@ def browser(folder: Path) -> Iterator[Browser]:
         os.dup2(ends[0], 3)
         os.dup2(ends[1], 4)
 
-    command = [PROGRAM, *OPTIONS, f"--user-data-dir={folder}"]
+    command = [PROGRAM, *OPTIONS, *options, f"--user-data-dir={folder}"]
     process = subprocess.Popen(command, preexec_fn=connect, pass_fds=(3, 4), stderr=subprocess.DEVNULL)
     for end in (listens, speaks, *ends):
         os.close(end)

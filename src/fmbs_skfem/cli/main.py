@@ -77,6 +77,7 @@ COMMANDS: dict[str, tuple[Callable[..., studies.Result], str] | None] = {
     "compare": (studies.compare, "fmbs-{}-compare"),
     "sweep": (studies.sweep, "fmbs-{}-sweep"),
     "render": (studies.render, "fmbs-{}"),
+    "view": (studies.view, ""),
     "export": (studies.export, "fmbs-{}"),
     "verify": (studies.verify, ""),
     "demo": (demo, ""),

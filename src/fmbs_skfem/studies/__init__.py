@@ -30,6 +30,7 @@ from .commands import (
     sweep,
     train,
     verify,
+    view,
     warm,
 )
 from .job import Job, Listener
@@ -69,6 +70,7 @@ __all__ = [
     "Run",
     "run",
     "render",
+    "view",
     "export",
     "resume",
     "Check",

@@ -16,6 +16,7 @@ from . import reports
 from .options import (
     Argument,
     Duration,
+    Html,
     Option,
     OutputOptions,
     Picture,
@@ -26,6 +27,7 @@ from .options import (
     Step,
     TimeLimit,
     Units,
+    ViewSource,
     examples,
     hyper_reductions,
     ranges,
@@ -81,6 +83,7 @@ def run(
     plots: Plots = True,
     units: Units = False,
     picture: Picture = False,
+    html: Html = False,
     checkpoint: Annotated[
         float | None,
         Option(
@@ -107,7 +110,7 @@ def run(
     with jobs.begin(
         source, duration=duration, plots=plots, units=units, checkpoint=checkpoint, time_limit=time_limit, **shared
     ) as job:
-        return runs.run_source(job, step, picture)
+        return runs.run_source(job, step, picture, html)
 
 
 def resume(
@@ -302,6 +305,28 @@ def render(
 
     with jobs.begin(source, duration=duration, **shared) as job:
         return runs.render_scene(job, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale)
+
+
+def view(
+    source: ViewSource,
+    *,
+    html: Annotated[
+        str | Path | None, Option("The page to write; page.html in a folder of results, else SCENE.html.", "FILE")
+    ] = None,
+    duration: Duration = None,
+    instants: Annotated[int, Option("Instants of the motion in the page, at most.", least=2, most=5000)] = 601,
+    **shared: Unpack[Shared],
+) -> Result:
+    """Write a motion as a page for the browser.
+
+    SCENE is a scene, a saved reduced model (NAME.h5), or a folder with results of `fmbs run`. The page is one file, which needs no
+    network and no server: bodies in space, to turn, scrub and play, with the outputs over time beside them. Motions that are not
+    stored in a folder, as those of short runs, are run again.
+    """
+    from .running import viewing
+
+    with jobs.begin(source, duration=duration, **shared) as job:
+        return viewing.view(job, None if html is None else Path(html), instants)
 
 
 def export(

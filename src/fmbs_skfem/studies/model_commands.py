@@ -8,6 +8,7 @@ from . import job as jobs
 from .options import (
     Argument,
     Duration,
+    Html,
     ModelFile,
     Option,
     OutputOptions,
@@ -48,6 +49,7 @@ def run_model(
     plots: Plots = True,
     units: Units = False,
     picture: Picture = False,
+    html: Html = False,
     guard: Annotated[
         str | Path | None,
         Option("Scene whose full model takes over where the reduced one leaves what it was trained for.", "SCENE"),
@@ -67,10 +69,10 @@ def run_model(
 
     with jobs.begin(path, duration=duration, plots=plots, units=units, **shared) as job:
         if guard is not None:
-            guarding.refuse(step, picture)
+            guarding.refuse(step, picture, html)
             return guarding.run(job, Path(guard))
         models.require_own_accuracy(job)
-        return models.run_saved(job, step, picture)
+        return models.run_saved(job, step, picture, html)
 
 
 def export_model(

@@ -25,7 +25,7 @@ from . import job as jobs
 from . import reports
 from .job import Job
 from .result import ReportTable, Result, format_value
-from .running import judging, pictures, solving
+from .running import judging, pictures, solving, webpages
 from .running.outcome import Run
 
 if TYPE_CHECKING:
@@ -75,12 +75,13 @@ def require_own_accuracy(job: Job) -> None:
         raise InputError(say("--accuracy", "a scene", f"{job.path}", remedy))
 
 
-def run_saved(job: Job, step: float | None, picture: bool) -> Run:
-    """The run of a saved model, with a picture where it is wanted."""
+def run_saved(job: Job, step: float | None, picture: bool, html: bool = False) -> Run:
+    """The run of a saved model, with a picture and a page for the browser where they are wanted."""
     made = task(job, step)
-    draw = partial(pictures.model, made.title) if picture else None
+    wanted: dict[str, webpages.Draw] = {pictures.PICTURE: partial(pictures.model, made.title)} if picture else {}
+    wanted |= {webpages.PAGE: webpages.drawing(made.title)} if html else {}
     with painter.at_hand(picture and job.out is not None):
-        return solving.solve(job, made.facts["fingerprint"], lambda: made, draw, [pictures.PICTURE] if picture else [])
+        return solving.solve(job, made.facts["fingerprint"], lambda: made, webpages.together(*wanted.values()), list(wanted))
 
 
 def at_values(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:

@@ -128,6 +128,7 @@ class JobOptions(Shared, total=False):
 
 
 SceneSource = Annotated["Source", Argument("SCENE")]
+ViewSource = Annotated["Source", Argument("SOURCE")]
 ModelFile = Annotated[str | Path, Argument("FILE")]
 Duration = Annotated[float | None, Option("Duration of the motion, instead of that of the scene or of the training.", "SECONDS")]
 Step = Annotated[float | None, Option("Step of a saved reduced model, instead of that of its training.", "SECONDS")]
@@ -136,6 +137,7 @@ Units = Annotated[bool, Option("Write the SI unit of every column into the head 
 Picture = Annotated[
     bool, Option("Draw a saved reduced model into picture.png: the centre lines and surfaces of the bodies behind it.")
 ]
+Html = Annotated[bool, Option("Write the motion as a page for the browser, page.html.")]
 TimeLimit = Annotated[
     float,
     Option(

@@ -40,12 +40,14 @@ if TYPE_CHECKING:
     from ...systems import System
 
 
-def refuse(step: float | None, picture: bool) -> None:
+def refuse(step: float | None, picture: bool, html: bool) -> None:
     """InputError for options of a saved model that a guarded run has not."""
     if step is not None:
         raise InputError(say("--step", "the step of the scene beside --guard", f"{step:g} s", "change analysis.step of the scene"))
     if picture:
         raise InputError(say("--picture", "no picture beside --guard", "it", "leave it out; fmbs render draws the scene"))
+    if html:
+        raise InputError(say("--html", "no page beside --guard", "it", "leave it out; fmbs view shows the scene"))
 
 
 def read_scene(job: Job, path: Path, choice: object) -> tuple[Scene, Accuracy | None]:

@@ -19,7 +19,7 @@ from ...scenes.analyses.analysis import Analysis, History, States
 from .. import job as jobs
 from .. import models, reports
 from ..job import Job
-from . import judging, near_states, pictures
+from . import judging, near_states, pictures, webpages
 from .outcome import SERIES, Run
 from .solving import RunTask, solve
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ...scenes import Scene
 
 
-def run_source(job: Job, step: float | None = None, picture: bool = False) -> Run:
+def run_source(job: Job, step: float | None = None, picture: bool = False, html: bool = False) -> Run:
     """A scene or a saved model, as its file says; options that are not for it are refused."""
     limits = {"--checkpoint": job.checkpoint is not None, "--time-limit": isfinite(job.time_limit)}
     given = " and ".join(name for name, used in limits.items() if used)
@@ -35,7 +35,7 @@ def run_source(job: Job, step: float | None = None, picture: bool = False) -> Ru
         if given:
             raise InputError(say(given, "a scene", f"{job.path}", "a reduced model runs anew in seconds"))
         models.require_own_accuracy(job)
-        return models.run_saved(job, step, picture)
+        return models.run_saved(job, step, picture, html)
     if picture:
         raise InputError(say("--picture", "a saved reduced model (.h5)", f"{job.path}", "draw a scene with fmbs render"))
     if step is not None:
@@ -45,7 +45,12 @@ def run_source(job: Job, step: float | None = None, picture: bool = False) -> Ru
         raise InputError(say(given, "a scene with a dynamic analysis", scene.analysis.word, "leave the option out"))
     if given and job.out is None:
         raise InputError(say(given, "a folder for the results", "none", "give one: out"))
-    return solve_scene(job, scene)
+    if not html:
+        return solve_scene(job, scene)
+    if isinstance(scene.analysis, States):
+        raise InputError(say("--html", "a motion or an equilibrium", scene.analysis.word, "draw modes with fmbs render"))
+    job.states = True
+    return solve_scene(job, scene, webpages.drawing(jobs.title(scene), scene), [webpages.PAGE])
 
 
 def render_scene(job: Job, frames: int, ending: str, scale: float) -> Run:

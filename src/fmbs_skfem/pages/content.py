@@ -1,0 +1,189 @@
+r"""What a page shows: motions as shapes in few numbers, fields, joints, arrows, and outputs over time.
+
+film(name, trajectory)  ->  Film  ->  describe(title, films)  ->  JSON and a block of arrays
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import field
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import InputError, say
+from ..core.storage.records import dataclass
+from ..dynamics import Trajectory
+from ..results import frames as frames_
+from ..results import motion, pictures, surfaces
+from ..results.frames import Array, Frames, Shown
+from ..results.palette import colour
+from ..results.plots import Panel
+from ..results.rendering import camera, decor
+from . import compression
+from .packing import Block
+
+INSTANTS = 601  #: of a motion, at most; the page goes through them smoothly
+VALUES = 4_000_000  #: points times instants, at most
+TOLERANCE = 1e-4  #: of positions, over the longest side of the scene: a tenth of a pixel
+SHADES = 250  #: of a colour scale that are told apart
+DRAWN = 1000  #: bins of a curve, of which its smallest and largest values are drawn
+#: what bodies can be coloured by: scalars that pictures have a name for, without what needs a vector or a second motion
+FIELDS = tuple(name for name in pictures.LABELS if name not in ("displacement", "velocity", "von_mises_recovered"))
+
+
+@dataclass(frozen=True)
+class Film:
+    """A motion as it is shown, with the panels of its outputs at times (t,)."""
+
+    name: str
+    frames: Frames
+    times: Array = field(default_factory=lambda: np.zeros(0))  #: (t,) of the panels
+    panels: Sequence[Panel] = ()
+
+
+def film(
+    name: str, trajectory: Trajectory, panels: Sequence[Panel] = (), instants: int = INSTANTS, full: Trajectory | None = None
+) -> Film:
+    """A motion, full or reduced, at evenly spread instants; with the distance from a `full` one as the field `error`."""
+    states = trajectory.states
+    if not np.isfinite(states.x).all():
+        raise InputError(say("page", "states that are finite", "some that are not", "show a run that did not fail"))
+    one = motion.frames(states, np.array([0]), ())
+    points = sum(len(body.reference) for body in one.bodies.values())
+    rows = frames_.spread(states.times, int(np.clip(VALUES // max(points, 1), 2, instants)))
+    shown = motion.frames(states, rows, FIELDS)
+    if full is not None:
+        others = full.states
+        same = frames_.nearest(others.times, shown.times.tolist())
+        if len(same) == len(rows):
+            shown = frames_.with_error(shown, motion.frames(others, same, ()))
+    return Film(name, shown, trajectory.times, panels)
+
+
+def describe(
+    title: str, films: Sequence[Film], shade: str | None = None, clock: str = "s", about: Sequence[str] = ()
+) -> tuple[dict[str, Any], Block]:
+    """The content of a page, coloured by the field `shade` at first; `clock` is the unit of times, or `load factor`."""
+    block = Block()
+    every = [film.frames for film in films]
+    places = [body.points.reshape(-1, 3) for one in every for body in one.bodies.values()]
+    places += [points for one in every for _, points in one.joints.values()]
+    flat = all(frames_.planar(one) for one in every)
+    box = camera.box(np.concatenate(places), flat)
+    middle = (box.lower + box.upper) / 2.0
+    shades = [name for name in FIELDS if any(shows(one, name) for one in every)]
+    content = {
+        "title": title,
+        "about": list(about),
+        "planar": flat,
+        "clock": clock,
+        "middle": middle.tolist(),
+        "box": {"half": ((box.upper - box.lower) / 2.0).tolist(), "step": box.step},
+        "thin": 0.0045 * box.size,
+        "shades": [scale(every, name) for name in shades],
+        "shade": shade if shade in shades else None,
+        "films": [describe_film(one, middle, TOLERANCE * box.size, shades, block) for one in films],
+        "panels": describe_panels(films, block),
+    }
+    return content, block
+
+
+def shows(frames: Frames, name: str) -> bool:
+    """Whether some body has a field that is not zero, nor round-off."""
+    found = [body.fields[name] for body in frames.bodies.values() if name in body.fields]
+    return any(np.any(values) for values in found) and not pictures.is_round_off(frames, name)
+
+
+def scale(every: Sequence[Frames], name: str) -> dict[str, Any]:
+    """The colour scale of a field over all motions, in the unit of its label."""
+    ends = np.array([pictures.limits(one, name) for one in every if shows(one, name)]) / pictures.UNITS.get(name, 1.0)
+    low, high = float(ends[:, 0].min()), float(ends[:, 1].max())
+    return {"name": name, "label": pictures.LABELS[name], "limits": [low, high], "diverging": low < 0.0 < high}
+
+
+def describe_film(film: Film, middle: Array, tolerance: float, shades: Sequence[str], block: Block) -> dict[str, Any]:
+    """A motion in a page."""
+    frames = film.frames
+    steady = bool((np.diff(frames.times) > 0.0).all())
+    return {
+        "name": film.name,
+        "times": block.put(frames.times if steady else np.arange(len(frames.times))),
+        "shown": block.put(frames.times),
+        "bodies": [
+            describe_body(name, body, number, middle, tolerance, shades, block)
+            for number, (name, body) in enumerate(frames.bodies.items())
+        ],
+        "joints": [
+            {"name": name, "kind": kind, "colour": decor.GLYPHS[kind][1], "places": block.put(points - middle)}
+            for name, (kind, points) in frames.joints.items()
+        ],
+        "arrows": [
+            {
+                "name": name,
+                "kind": arrow.kind,
+                "colour": decor.ARROWS[arrow.kind][1] if arrow.kind in decor.ARROWS else decor.GRAVITY,
+                "places": block.put(arrow.points - middle if arrow.points.size else arrow.points),
+                "directions": block.put(arrow.directions),
+            }
+            for name, arrow in frames.arrows.items()
+            if np.any(arrow.directions)
+        ],
+    }
+
+
+def describe_body(
+    name: str, body: Shown, number: int, middle: Array, tolerance: float, shades: Sequence[str], block: Block
+) -> dict[str, Any]:
+    """A body in a page: its reference, modes and coordinates, and the same of its fields."""
+    reference = body.reference - middle
+    shape = compression.of_points(body.points - middle, reference, tolerance)
+    edges = surfaces.outline(body.reference, body.cells, surfaces.places(body.reference)) if body.is_surface else body.cells
+    fields = {}
+    for shade in shades:
+        if shade in body.fields:
+            values = frames_.magnitude(body, shade) / pictures.UNITS.get(shade, 1.0)
+            found = compression.of_values(values, max(float(np.ptp(values)) / SHADES, 1e-300))
+            fields[shade] = {"modes": block.put(found.modes, "f2"), "coordinates": block.put(found.coordinates)}
+    return {
+        "name": name,
+        "kind": "surface" if body.is_surface else "line",
+        "lit": not body.is_shell or bool(np.ptp(body.points[..., 2]) > 0.0),
+        "colour": colour(number),
+        "size": float(np.mean(body.size)),
+        "reference": block.put(reference),
+        "cells": block.put(body.cells, "u4"),
+        "edges": block.put(edges, "u4"),
+        "modes": block.put(shape.modes, "f2"),
+        "coordinates": block.put(shape.coordinates),
+        "error": shape.error,
+        "fields": fields,
+    }
+
+
+def describe_panels(films: Sequence[Film], block: Block) -> list[dict[str, Any]]:
+    """Panels of all motions, those of one label together."""
+    found: dict[str, list[dict[str, Any]]] = {}
+    for number, film in enumerate(films):
+        for panel in film.panels:
+            for name, values in panel.curves.items():
+                drawn = thin_out(values)
+                curve = {
+                    "name": name,
+                    "film": number,
+                    "times": block.put(film.times[drawn]),
+                    "values": block.put(values[drawn]),
+                    "band": float(panel.bands.get(name, 0.0)),
+                }
+                found.setdefault(panel.label, []).append(curve)
+    return [{"label": label, "curves": curves} for label, curves in found.items()]
+
+
+def thin_out(values: Array) -> np.ndarray:
+    """Numbers of the values (t,) that a curve is drawn through: the smallest and largest one of every bin, and both ends."""
+    count = len(values)
+    if count <= 2 * DRAWN:
+        return np.arange(count)
+    bins = np.array_split(np.arange(count), DRAWN)
+    ends = [[one[0] + values[one].argmin(), one[0] + values[one].argmax()] for one in bins]
+    return np.unique(np.concatenate([[0, count - 1], *ends]))

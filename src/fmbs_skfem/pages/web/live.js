@@ -1,0 +1,69 @@
+"use strict";
+
+/**
+ * A model that runs in the page. Whoever has one calls `fmbs.attach(model)`; it has
+ *
+ *     parameters, inputs   lists of {name, unit, low, high, value}: each gets a slider
+ *     step                 length of a step [s]
+ *     set(parameters, inputs)   both as objects from name to value; the next step uses them
+ *     reset()              back to the state at the start, bit for bit
+ *     step_(n) or step(n)  n steps; returns the unknowns x (n,) as an array of numbers
+ *
+ * The page knows how bodies and joints follow from the unknowns: `content.live` has for every body of a film a matrix
+ * (12 + modes, 1 + unknowns), whose first column is that of x = 0, and for every joint one (3, 1 + unknowns).
+ */
+class Live {
+  constructor(model, content, scene, place, changed) {
+    Object.assign(this, { model, content, scene, changed, time: 0, values: { parameters: {}, inputs: {} } });
+    const film = scene.films[content.live.film];
+    this.targets = [
+      ...film.bodies.map((body, k) => ({ map: content.live.bodies[k], out: body.now, mark: (x) => { body.live = x; } })),
+      ...film.joints.map((joint, k) => ({ map: content.live.joints[k], out: new Float32Array(3), mark: (x) => { joint.places.live = x; } })),
+    ];
+    place.hidden = false;
+    for (const kind of ["parameters", "inputs"]) for (const one of model[kind] || []) this.slider(place, kind, one);
+    const again = element(place, "button", {}, "start again");
+    again.addEventListener("click", () => this.reset());
+    model.set(this.values.parameters, this.values.inputs);
+    this.reset();
+  }
+
+  slider(place, kind, one) {
+    this.values[kind][one.name] = one.value;
+    const label = element(place, "label", {}, `${one.name} `);
+    const bar = element(label, "input", { type: "range", min: one.low, max: one.high, step: "any", value: one.value });
+    const shown = element(label, "output", {}, `${short(one.value)} ${one.unit}`);
+    bar.addEventListener("input", () => {
+      this.values[kind][one.name] = Number(bar.value);
+      shown.textContent = `${short(Number(bar.value))} ${one.unit}`;
+      this.model.set(this.values.parameters, this.values.inputs);
+      if (kind === "parameters") this.reset();
+    });
+  }
+
+  reset() {
+    this.model.reset();
+    this.time = 0;
+    this.put(this.model.step(0));
+    this.changed();
+  }
+
+  /** Go on by a time [s], in whole steps of the model. */
+  advance(time) {
+    const count = Math.max(1, Math.round(time / this.model.stepSize));
+    this.put(this.model.step(count));
+    this.time += count * this.model.stepSize;
+  }
+
+  put(x) {
+    for (const { map, out, mark } of this.targets) {
+      const width = map.shape[1];
+      for (let i = 0; i < out.length; i++) {
+        let sum = map[i * width];
+        for (let k = 1; k < width; k++) sum += map[i * width + k] * x[k - 1];
+        out[i] = sum;
+      }
+      mark(out);
+    }
+  }
+}

@@ -1,0 +1,117 @@
+"use strict";
+
+const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F"]; // Okabe and Ito
+const SVG = "http://www.w3.org/2000/svg";
+
+function element(parent, name, values = {}, text = null) {
+  const made = name === "svg" || parent.namespaceURI === SVG ? document.createElementNS(SVG, name) : document.createElement(name);
+  for (const [key, value] of Object.entries(values)) made.setAttribute(key, value);
+  if (text !== null) made.textContent = text;
+  parent.append(made);
+  return made;
+}
+
+/** At most `count` round numbers from low to high. */
+function ticks(low, high, count) {
+  const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
+  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= raw * (1 - 1e-9));
+  const found = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(Number((k * step).toPrecision(10)));
+  return found;
+}
+
+/** Outputs over time as SVG, with a cursor; `seek` is called with the time that was pointed at. */
+class Plots {
+  constructor(place, panels, names, unit, seek) {
+    this.place = place;
+    this.unit = unit;
+    this.seek = seek;
+    this.now = 0;
+    this.figures = panels.map((panel) => this.make(panel, names));
+    new ResizeObserver(() => this.draw()).observe(place);
+    this.draw();
+  }
+
+  make(panel, names) {
+    const figure = element(this.place, "figure");
+    const caption = element(figure, "figcaption");
+    element(caption, "b", {}, panel.label);
+    const labels = [...new Set(panel.curves.map((curve) => curve.name))];
+    const several = names.length > 1;
+    for (const curve of panel.curves) {
+      curve.colour = COLOURS[labels.indexOf(curve.name) % COLOURS.length];
+      curve.dash = ["", "6 3", "2 3", "8 3 2 3"][curve.film % 4];
+      const entry = element(caption, "span");
+      const sample = element(entry, "i");
+      sample.style.borderTopColor = curve.colour;
+      if (curve.film) sample.style.borderTopStyle = "dashed";
+      const label = (labels.length > 1 || !several ? [curve.name] : []).concat(several ? [names[curve.film]] : []).join(", ");
+      curve.shown = element(entry, "span");
+      curve.label = panel.curves.length > 1 ? `${label} ` : "";
+    }
+    const svg = element(figure, "svg", { role: "img", "aria-label": panel.label });
+    const point = (event) => {
+      const box = svg.getBoundingClientRect(), { left, right, first, last } = panel;
+      const part = (event.clientX - box.left - left) / (box.width - left - right);
+      this.seek(first + Math.min(Math.max(part, 0), 1) * (last - first));
+    };
+    svg.addEventListener("pointerdown", (event) => { svg.setPointerCapture(event.pointerId); point(event); });
+    svg.addEventListener("pointermove", (event) => { if (event.buttons) point(event); });
+    return { panel, svg };
+  }
+
+  /** All curves, for the width that there is. */
+  draw() {
+    for (const { panel, svg } of this.figures) {
+      svg.replaceChildren();
+      const width = svg.clientWidth || 400, height = svg.clientHeight || 130;
+      const all = panel.curves.flatMap((curve) => [...curve.values].filter(Number.isFinite).flatMap((y) => [y - curve.band, y + curve.band]));
+      let low = all.reduce((a, b) => Math.min(a, b), Infinity), high = all.reduce((a, b) => Math.max(a, b), -Infinity);
+      if (!(low <= high)) [low, high] = [0, 1];
+      if (!(high - low > 1e-9 * Math.max(Math.abs(low), Math.abs(high)))) [low, high] = [low - (Math.abs(low) || 1), high + (Math.abs(high) || 1)];
+      const times = panel.curves.map((curve) => [...curve.times]);
+      Object.assign(panel, { first: Math.min(...times.map((t) => Math.min(...t))), last: Math.max(...times.map((t) => Math.max(...t))) });
+      Object.assign(panel, { left: 52, right: 8, top: 7, bottom: 18, width, height });
+      const x = (t) => panel.left + (t - panel.first) / (panel.last - panel.first || 1) * (width - panel.left - panel.right);
+      const y = (v) => height - panel.bottom - (v - low) / (high - low) * (height - panel.top - panel.bottom);
+      panel.x = x;
+      for (const v of ticks(low, high, 4)) {
+        element(svg, "line", { class: "frame", x1: panel.left, x2: width - panel.right, y1: y(v), y2: y(v) });
+        element(svg, "text", { x: panel.left - 5, y: y(v) + 3.5, "text-anchor": "end" }, short(v));
+      }
+      if (panel.last > panel.first) {
+        for (const t of ticks(panel.first, panel.last, Math.max(2, Math.floor(width / 90)))) {
+          element(svg, "line", { class: "frame", x1: x(t), x2: x(t), y1: panel.top, y2: height - panel.bottom });
+          element(svg, "text", { x: Math.min(x(t), width - 18), y: height - 5, "text-anchor": "middle" }, `${short(t)}${this.unit === "s" ? " s" : ""}`);
+        }
+      }
+      for (const curve of panel.curves) {
+        const points = [...curve.values].map((v, i) => [x(curve.times[i]), y(v), v]).filter((p) => Number.isFinite(p[2]));
+        if (curve.band) {
+          const edge = (sign) => points.map(([px, , v]) => `${px.toFixed(1)},${y(v + sign * curve.band).toFixed(1)}`);
+          element(svg, "polygon", { points: [...edge(1), ...edge(-1).reverse()].join(" "), fill: curve.colour, opacity: 0.2 });
+        }
+        const path = points.map(([px, py]) => `${px.toFixed(1)},${py.toFixed(1)}`).join(" ");
+        element(svg, "polyline", { points: path, fill: "none", stroke: curve.colour, "stroke-width": 1.5, "stroke-dasharray": curve.dash });
+      }
+      panel.cursor = element(svg, "line", { class: "now", y1: panel.top, y2: height - panel.bottom });
+    }
+    this.move(this.now);
+  }
+
+  /** The cursor at a time, and the values there. */
+  move(time) {
+    this.now = time;
+    for (const { panel } of this.figures) {
+      const at = panel.x(Math.min(Math.max(time, panel.first), panel.last));
+      panel.cursor.setAttribute("x1", at);
+      panel.cursor.setAttribute("x2", at);
+      for (const curve of panel.curves) {
+        const [i, part] = locate(curve.times, time);
+        const next = Math.min(i + 1, curve.values.length - 1);
+        const value = curve.values[i] + part * (curve.values[next] - curve.values[i]);
+        curve.shown.textContent = `${curve.label}${short(value)}`;
+      }
+    }
+  }
+}

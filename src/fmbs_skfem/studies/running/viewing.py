@@ -1,0 +1,134 @@
+"""Pages for the browser: the motion of a scene, of a saved reduced model, or of a folder of results, as one file of HTML."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...core.errors import InputError, say
+from ...core.storage import container
+from ...dynamics import Trajectory
+from ...results import segments
+from ...scenes.analyses.analysis import States
+from .. import job as jobs
+from .. import models, reports
+from ..job import Job
+from ..planning.planned import Planned
+from ..result import Result
+from . import runs, webpages
+from .solving import RunTask, attempt, warm_up
+
+if TYPE_CHECKING:
+    from ...scenes import Scene
+
+
+def view(job: Job, html: Path | None, instants: int) -> Result:
+    """The motion of a scene, a saved model or a folder as a page; one that exists is kept without --force."""
+    if job.out is not None and html is not None:
+        raise InputError(say("--out", "no folder beside --html", f"{job.out}", "give one of the two"))
+    folder = job.path.is_dir()
+    usual = job.path / webpages.PAGE if folder else Path(f"{job.path.stem}.html")
+    path = html or (job.out / webpages.PAGE if job.out else usual)
+    if path.exists() and not job.force:
+        raise InputError(say(f"--html {path}", "a new file", "one that exists", "choose another name, or --force"))
+    scene, task, trajectory = of_folder(job) if folder else of_source(job)
+    if trajectory is None:
+        warm_up(task, False)
+        trajectory, error = attempt(job, task)
+        if error is not None:
+            raise error
+    reports.make_folder(path.parent)
+    films = [webpages.film_of(task.title, trajectory, instants)]
+    webpages.write(path, task.title, films, *webpages.look(scene, trajectory), webpages.about(trajectory, task.remarks))
+    size = path.stat().st_size
+    report = {"status": "ok", "source": job.path, "files": [path], "bytes": size, "notices": job.notices}
+    told = f"written: {path} ({size / 1e6:.2g} MB); it opens in any browser and needs no network"
+    return Result(about=f"{task.title}: {path}", report=report, lines=[told])
+
+
+def of_source(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
+    """What a scene or a saved model is run for."""
+    if models.is_model(job):
+        models.require_own_accuracy(job)
+        return None, models.task(job), None
+    scene = jobs.read_scene(job, within=True)
+    if isinstance(scene.analysis, States):
+        raise InputError(say("analysis.type", "a motion or an equilibrium", scene.analysis.word, "draw modes with fmbs render"))
+    return scene, runs.scene_task(job, scene), None
+
+
+def of_folder(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
+    """What the results in a folder are of, and their motion where it is stored there; else they are run again.
+
+    A run that takes seconds stores no states. What is run again is what the report names: InputError where that has changed.
+    """
+    folder = job.path
+    if job.changes:
+        raise InputError(say("--set", "none beside a folder of results", ", ".join(job.changes), "name the scene instead"))
+    if segments.exists(folder):
+        manifest = segments.manifest(folder)
+        asked = manifest.job
+        same = {name: asked[name] for name in ("changes", "allow_outside", "repair", "duration")}
+        own = replace(job, path=Path(asked["scene"]), **same)
+        own.plan = Planned(**asked["plan"]) if asked.get("plan") else None
+        scene, task = planned(own)
+        require_same(folder, asked["fingerprint"], task)
+        rows = segments.read(folder, manifest).rows
+        found = Trajectory(task.system, rows.times, rows.x, rows.v, rows.a, rows.multipliers, memory=rows.memory, work=rows.work)
+        return scene, task, replace(found, trace=rows.trace, kept=rows.kept)
+    report = read_report(folder)
+    values = {name: str(value) for name, value in report.get("parameters", {}).items()}
+    if report.get("model"):
+        path = Path(report["model"])
+        container.require_file(path, "a saved reduced model", "name the model itself")
+        own = replace(job, path=path, changes=values if models.parametric(path) else {}, duration=report["end"])
+        task = models.task(own)
+        require_same(folder, mark_of(report), task, mark_of(task.facts))
+        return None, task, None
+    if not report.get("file"):
+        raise InputError(say(f"{folder}", "the results of a scene in a file", "those of another", "give the scene instead"))
+    own = replace(job, path=Path(report["file"]), changes=values)
+    analysis = report.get("provenance", {}).get("scene", {}).get("analysis", {})
+    own.duration = analysis.get("duration")
+    plan = report.get("accuracy")
+    own.plan = Planned(**plan) if plan else None
+    scene, task = planned(own)
+    require_same(folder, report["fingerprint"], task)
+    return scene, task, None
+
+
+def planned(own: Job) -> tuple[Scene, RunTask]:
+    """A scene with what was found for its accuracy."""
+    plan = own.plan
+    scene = jobs.read_scene(own, plans=plan is None)
+    own.plan = plan
+    scene = plan.scene(scene) if plan else scene
+    return scene, runs.scene_task(own, scene)
+
+
+def read_report(folder: Path) -> dict[str, Any]:
+    """The report of a run in a folder."""
+    path = folder / reports.REPORT
+    if not path.is_file():
+        raise InputError(say(f"{folder}", f"a folder of fmbs run, with {reports.REPORT}", "none", "give the scene instead"))
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as problem:
+        raise reports.corrupt(path, "JSON", problem) from problem
+    if not isinstance(found, dict) or "end" not in found:
+        raise InputError(say(f"{path}", "the report of a motion", "another one", "give the scene instead"))
+    return found
+
+
+def mark_of(facts: Any) -> str:
+    """The identity of a saved model that was run."""
+    return str(facts["fingerprint"]).partition(" ")[0]
+
+
+def require_same(folder: Path, then: str, task: RunTask, now: str = "") -> None:
+    """InputError where what a folder has results of is another one now."""
+    if then != (now or task.facts["fingerprint"]):
+        got = f"{task.title} with other values, files or times"
+        raise InputError(say(f"{folder}", "the scene or model as it was run", got, "run it anew, or show the scene itself"))

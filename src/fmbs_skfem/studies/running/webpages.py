@@ -1,0 +1,67 @@
+"""Motions of studies as pages for the browser: what colours them, what stands below their title, their outputs beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ... import __version__, dynamics
+from ...core.storage import durable
+from ...dynamics import Trajectory
+from ...pages import content, writing
+from ...pages.content import Film
+from ...pages.writing import Page
+from ...results import motion as motions
+from ...results.plots import Panel
+from . import panels, pictures
+
+if TYPE_CHECKING:
+    from ...scenes import Scene
+
+PAGE = "page.html"
+Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]
+
+
+def film_of(name: str, trajectory: Trajectory, instants: int = content.INSTANTS, full: Trajectory | None = None) -> Film:
+    """A motion with the panels of its outputs."""
+    outputs = dynamics.outputs(trajectory)
+    shown: list[Panel] = panels.arrange(trajectory.system.outputs, outputs) if outputs and len(trajectory.times) > 1 else []
+    return content.film(name, trajectory, shown, instants, full)
+
+
+def look(scene: Scene | None, trajectory: Trajectory) -> tuple[str | None, str]:
+    """The field that colours bodies, and the unit of times or `load factor`."""
+    if scene is None:
+        return motions.usual_color(trajectory.system), "s"
+    return pictures.color(scene, trajectory.system), "s" if scene.analysis.clock else "load factor"
+
+
+def about(trajectory: Trajectory, remarks: Sequence[object] = ()) -> list[str]:
+    """Sentences below the title."""
+    kind = "reduced model" if trajectory.system.components else "full model"
+    words = f"{kind}, {trajectory.system.size} unknowns, {len(trajectory.times)} instants; fmbs_skfem {__version__}"
+    return [words, *(one for one in remarks if isinstance(one, str))]
+
+
+def write(path: Path, title: str, films: Sequence[Film], shade: str | None, clock: str, words: Sequence[str] = ()) -> Path:
+    """The page of one or several motions."""
+    return durable.write(path, writing.text(Page(title, *content.describe(title, films, shade, clock, words))).encode())
+
+
+def drawing(title: str, scene: Scene | None = None) -> Draw:
+    """What orders the page of a motion beside the files of its run."""
+
+    def order(trajectory: Trajectory, out: Path) -> Path:
+        return write(out / PAGE, title, [film_of(title, trajectory)], *look(scene, trajectory), about(trajectory))
+
+    return lambda trajectory, out: [partial(order, trajectory, out)]
+
+
+def together(*draws: Draw | None) -> Draw | None:
+    """What several of them order."""
+    wanted = [draw for draw in draws if draw is not None]
+    if len(wanted) < 2:
+        return wanted[0] if wanted else None
+    return lambda trajectory, out: [order for draw in wanted for order in draw(trajectory, out)]

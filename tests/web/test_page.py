@@ -1,0 +1,236 @@
+"""Pages in a real browser: nothing on the console, bodies where the numbers say, keys, names that are no HTML, no WebGL."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import studies
+
+from ..browser import DRAWS, FLAT, PROGRAM, Browser, browser
+from ..cli.calls import EXAMPLES, fmbs
+
+pytestmark = pytest.mark.skipif(PROGRAM is None and "CI" not in os.environ, reason="no Chromium")
+
+NASTY = '</script><b>"it\'s" <!-- &amp;'
+SCENE = f"""\
+schema: 1
+name: {json.dumps(NASTY)}
+dimension: 3
+bodies:
+  "I":
+    type: cable
+    mesh: {EXAMPLES.parent / "meshes" / "double_pendulum_100.msh"}
+    line: I
+    cells: 8
+    section: {{shape: circular, diameter: 20 mm}}
+    material: {{young_modulus: 50 MPa, density: 1800 kg/m^3}}
+joints:
+  A: {{type: spherical, at: I.A, to: ground}}
+loads:
+  weight: {{type: gravity, acceleration: [0, 0, -9.81 m/s^2]}}
+  push: {{type: point_force, at: I.B, force: [0, 1 N, 0]}}
+analysis: {{type: dynamic, duration: 0.5 s, step: 2 ms}}
+outputs:
+  tip: {{type: position, at: I.B}}
+"""
+READ = """(() => {
+  const body = fmbs.content.films[0].bodies[0], places = fmbs.scene.read(0, 0);
+  return { places, error: body.error, times: [...fmbs.content.films[0].times] };
+})()"""
+PIXELS = """(() => {
+  fmbs.draw();
+  const gl = fmbs.scene.gl, [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight], all = new Uint8Array(4 * w * h);
+  gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, all);
+  const words = new Uint32Array(all.buffer), counts = new Map();
+  for (const word of words) counts.set(word, (counts.get(word) || 0) + 1);
+  const sum = words.reduce((a, b) => (31 * a + b) | 0, 0);
+  return { colours: counts.size, drawn: 1 - Math.max(...counts.values()) / words.length, sum };
+})()"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[studies.Run, Path]:
+    """A falling rod with names that are no HTML, and its page."""
+    folder = tmp_path_factory.mktemp("page")
+    (folder / "rod.yaml").write_text(SCENE, encoding="utf-8")
+    found = studies.run(folder / "rod.yaml", html=True, out=folder / "out", plots=False, allow_outside=True)
+    return found, folder / "out" / "page.html"
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with browser(tmp_path_factory.mktemp("profile"), DRAWS) as one:
+        yield one
+
+
+def opened(tab: Browser, page: Path, width: int = 1280, height: int = 900) -> Browser:
+    """The page, when it is drawn."""
+    tab.wrong.clear()
+    tab.resize(width, height)
+    tab.load(page)
+    wait(tab, "document.body.dataset.ready === 'true'")
+    return tab
+
+
+def wait(tab: Browser, what: str, seconds: float = 30.0) -> None:
+    end = time.monotonic() + seconds
+    while not tab.run(what):
+        assert time.monotonic() < end, (what, tab.wrong)
+        time.sleep(0.02)
+
+
+def test_the_page_is_one_file_of_the_run(run: tuple[studies.Run, Path]) -> None:
+    found, page = run
+    assert page in found.files
+    text = page.read_text(encoding="utf-8")
+    assert "http" not in text.replace("http-equiv", "").replace("http://www.w3.org/2000/svg", "")
+    assert text.count("</script>") == 3
+    assert "<!--" not in text
+    assert NASTY not in text
+
+
+def test_the_browser_has_nothing_to_complain_of_and_draws(run: tuple[studies.Run, Path], chromium: Browser) -> None:
+    tab = opened(chromium, run[1])
+    found = tab.run(PIXELS)
+    assert found["colours"] > 50
+    assert 0.005 < found["drawn"] < 0.5
+    later = tab.run(f"(fmbs.seek(0.4), {PIXELS})")
+    assert later["sum"] != found["sum"]
+    assert tab.wrong == []
+
+
+def test_names_are_texts(run: tuple[studies.Run, Path], chromium: Browser) -> None:
+    tab = opened(chromium, run[1])
+    assert tab.run("document.title") == NASTY
+    assert tab.run("document.querySelector('h1').textContent") == NASTY
+    assert tab.run("document.querySelectorAll('b').length") == tab.run("document.querySelectorAll('figcaption b').length")
+
+
+def test_the_card_puts_the_tip_where_the_outputs_say(run: tuple[studies.Run, Path], chromium: Browser) -> None:
+    """At every instant of the page, to the error that it states, which is below a tenth of a pixel, and single precision."""
+    found, page = run
+    tab = opened(chromium, page)
+    tip = np.column_stack([found.outputs[f"tip_{axis}"] for axis in "xyz"])
+    for number in (0, 40, 125, 250):
+        read: Any = tab.run(f"(fmbs.seek(fmbs.content.films[0].times[{number}]), fmbs.draw(), {READ})")
+        assert read["times"][number] == pytest.approx(found.times[number], abs=1e-7)
+        assert np.linalg.norm(np.array(read["places"][-1][:3]) - tip[number]) <= read["error"] + 2e-6
+        assert read["error"] <= 2e-4
+
+
+def test_between_two_instants_the_rod_keeps_its_length(run: tuple[studies.Run, Path], chromium: Browser) -> None:
+    tab = opened(chromium, run[1])
+    read: Any = tab.run(f"(fmbs.seek(0.4013), fmbs.draw(), {READ})")
+    points = np.array(read["places"])[:, :3]
+    exact = np.column_stack([np.interp(0.4013, run[0].times, run[0].outputs[f"tip_{axis}"]) for axis in "xyz"])[0]
+    assert np.linalg.norm(points[-1] - exact) <= 1e-3
+    assert float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()) == pytest.approx(1.0, rel=2e-2)
+
+
+def test_keys_play_and_go_through_the_instants(run: tuple[studies.Run, Path], chromium: Browser) -> None:
+    tab = opened(chromium, run[1])
+    tab.press("End")
+    assert tab.run("fmbs.state.time") == pytest.approx(0.5)
+    tab.press("ArrowLeft")
+    assert tab.run("fmbs.state.time") == pytest.approx(0.498)
+    tab.press("Home")
+    tab.press("ArrowRight", modifiers=8)
+    assert tab.run("fmbs.state.time") == pytest.approx(0.02)
+    before = tab.run("fmbs.state.frames")
+    tab.press(" ")
+    wait(tab, f"fmbs.state.frames > {before} + 5 && fmbs.state.time !== 0.02")
+    tab.press(" ")
+    assert tab.run("fmbs.state.playing") is False
+    view = tab.run("fmbs.scene.eye.axes()")
+    tab.press("z")
+    assert tab.run("fmbs.scene.eye.axes()") != view
+    assert np.allclose(tab.run("fmbs.scene.eye.axes()[2]"), [0.0, 0.0, 1.0], atol=1e-12)
+    assert tab.wrong == []
+
+
+def test_dragging_turns_and_wheels_zoom(run: tuple[studies.Run, Path], chromium: Browser) -> None:
+    tab = opened(chromium, run[1])
+    around, zoom = tab.run("fmbs.scene.eye.around"), tab.run("fmbs.scene.eye.zoom")
+    for kind, x, held in (("mousePressed", 300, 1), ("mouseMoved", 350, 1), ("mouseReleased", 350, 0)):
+        tab.ask("Input.dispatchMouseEvent", type=kind, x=x, y=400, button="left", buttons=held, clickCount=1)
+    assert tab.run("fmbs.scene.eye.around") == pytest.approx(around - 0.4)
+    tab.ask("Input.dispatchMouseEvent", type="mouseWheel", x=300, y=400, deltaX=0, deltaY=-200)
+    wait(tab, f"fmbs.scene.eye.zoom > {zoom}")
+
+
+def test_pointing_at_a_plot_seeks(run: tuple[studies.Run, Path], chromium: Browser) -> None:
+    tab = opened(chromium, run[1])
+    box: Any = tab.run(
+        "(({x, y, width, height}) => ({x, y, width, height}))(document.querySelector('#plots svg').getBoundingClientRect())"
+    )
+    for kind, held in (("mousePressed", 1), ("mouseReleased", 0)):
+        place = {"x": box["x"] + 52 + (box["width"] - 60) / 2, "y": box["y"] + box["height"] / 2}
+        tab.ask("Input.dispatchMouseEvent", type=kind, button="left", buttons=held, clickCount=1, **place)
+    assert tab.run("fmbs.state.time") == pytest.approx(0.25, abs=2e-3)
+
+
+def test_a_picture_is_saved_with_its_scale(run: tuple[studies.Run, Path], chromium: Browser) -> None:
+    tab = opened(chromium, run[1])
+    assert tab.run("fmbs.picture().toDataURL('image/png').length") > 5000
+    assert tab.wrong == []
+
+
+@pytest.mark.parametrize("width", [390, 800, 1280])
+def test_pages_fit_phones_and_screens(run: tuple[studies.Run, Path], chromium: Browser, width: int) -> None:
+    tab = opened(chromium, run[1], width, 800)
+    assert tab.run("document.documentElement.scrollWidth") <= width
+    assert tab.run("fmbs.scene.canvas.clientWidth") >= 0.5 * min(width, 700)
+    assert tab.wrong == []
+
+
+def test_frames_of_a_window_of_800_by_600(chromium: Browser, run: tuple[studies.Run, Path]) -> None:
+    """Drawn in software and read back one by one; 30 a second are wanted, a busy machine may give a third of that."""
+    tab = opened(chromium, run[1], 1310, 860)
+    timed = """(() => {
+      const { scene, look } = fmbs, one = new Uint8Array(4), begin = performance.now();
+      for (let i = 0; i < 30; i++) { scene.draw(i / 60, look); scene.gl.readPixels(0, 0, 1, 1, 6408, 5121, one); }
+      return 30000 / (performance.now() - begin);
+    })()"""
+    assert tab.run("[fmbs.scene.canvas.width, fmbs.scene.canvas.height].every((n, k) => n > [780, 570][k])")
+    assert max(tab.run(timed) for _ in range(3)) > 10.0
+
+
+def test_without_webgl_the_page_says_so_and_shows_the_plots(run: tuple[studies.Run, Path], tmp_path: Path) -> None:
+    with browser(tmp_path, (*FLAT, "--disable-3d-apis")) as tab:
+        opened(tab, run[1])
+        assert "WebGL2" in tab.run("document.getElementById('unable').textContent")
+        assert tab.run("document.querySelectorAll('#plots polyline').length") == 3
+        tab.press("End")
+        assert tab.run("fmbs.state.time") == pytest.approx(0.5)
+
+
+def test_a_folder_of_results_is_shown_and_kept(run: tuple[studies.Run, Path], tmp_path: Path) -> None:
+    folder = run[1].parent
+    target = tmp_path / "again.html"
+    done = fmbs("view", folder, "--html", target, "--allow-outside", "--json")
+    assert done.code == 0, done.err
+    assert done.json["files"] == [str(target)]
+    assert done.json["bytes"] == target.stat().st_size < 400_000
+    again = fmbs("view", folder, "--html", target, "--allow-outside")
+    assert again.code == 3
+    assert "expected a new file" in again.err
+
+
+def test_a_folder_of_another_scene_is_refused(run: tuple[studies.Run, Path], tmp_path: Path) -> None:
+    folder = tmp_path / "changed"
+    folder.mkdir()
+    report = json.loads((run[1].parent / "report.json").read_text(encoding="utf-8"))
+    (folder / "report.json").write_text(json.dumps({**report, "fingerprint": "0"}), encoding="utf-8")
+    done = fmbs("view", folder, "--html", tmp_path / "page.html", "--allow-outside")
+    assert done.code == 3
+    assert "as it was run" in done.err
+    (folder / "report.json").unlink()
+    assert "a folder of fmbs run" in fmbs("view", folder).err
