@@ -78,6 +78,7 @@ COMMANDS: dict[str, tuple[Callable[..., studies.Result], str] | None] = {
     "sweep": (studies.sweep, "fmbs-{}-sweep"),
     "render": (studies.render, "fmbs-{}"),
     "view": (studies.view, ""),
+    "report": (studies.report, ""),
     "export": (studies.export, "fmbs-{}"),
     "verify": (studies.verify, ""),
     "demo": (demo, ""),

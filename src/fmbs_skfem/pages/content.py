@@ -84,9 +84,18 @@ def describe(
         "shades": [scale(every, name) for name in shades],
         "shade": shade if shade in shades else None,
         "films": [describe_film(one, middle, TOLERANCE * box.size, shades, block) for one in films],
-        "panels": describe_panels(films, block),
+        "panels": describe_panels([(film.times, film.panels) for film in films], block),
     }
     return content, block
+
+
+def describe_plots(
+    title: str, times: Array, panels: Sequence[Panel], clock: str = "s", about: Sequence[str] = ()
+) -> tuple[dict[str, Any], Block]:
+    """The content of a page without bodies: panels at times (t,), none for no panels."""
+    block = Block()
+    found = describe_panels([(times, panels)], block)
+    return {"title": title, "about": list(about), "clock": clock, "films": [], "panels": found}, block
 
 
 def shows(frames: Frames, name: str) -> bool:
@@ -161,17 +170,17 @@ def describe_body(
     }
 
 
-def describe_panels(films: Sequence[Film], block: Block) -> list[dict[str, Any]]:
-    """Panels of all motions, those of one label together."""
+def describe_panels(motions: Sequence[tuple[Array, Sequence[Panel]]], block: Block) -> list[dict[str, Any]]:
+    """Times (t,) and panels of all motions, those of one label together."""
     found: dict[str, list[dict[str, Any]]] = {}
-    for number, film in enumerate(films):
-        for panel in film.panels:
+    for number, (times, panels) in enumerate(motions):
+        for panel in panels:
             for name, values in panel.curves.items():
                 drawn = thin_out(values)
                 curve = {
                     "name": name,
                     "film": number,
-                    "times": block.put(film.times[drawn]),
+                    "times": block.put(times[drawn]),
                     "values": block.put(values[drawn]),
                     "band": float(panel.bands.get(name, 0.0)),
                 }

@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from html import escape
 from importlib import resources
 from typing import Any
@@ -16,7 +16,7 @@ from typing import Any
 from ..core.storage.records import dataclass
 from .packing import Block, dumps
 
-SCRIPTS = ("data.js", "plots.js", "shaders.js", "scene.js", "live.js", "player.js")  #: of a page with a motion
+SCRIPTS = ("data.js", "plots.js", "shaders.js", "scene.js", "live.js", "player.js", "tables.js")
 POLICY = (
     "default-src 'none'; script-src 'sha256-{}' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; "
     "base-uri 'none'; form-action 'none'"
@@ -31,12 +31,11 @@ class Page:
     content: Mapping[str, Any]
     block: Block
     body: str = ""  #: HTML behind the scene
-    scripts: Sequence[str] = SCRIPTS
 
 
 def text(page: Page) -> str:
     """The file."""
-    script = "\n".join(read(name) for name in page.scripts)
+    script = "\n".join(read(name) for name in SCRIPTS)
     mark = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     parts = {
         "policy": POLICY.format(mark),

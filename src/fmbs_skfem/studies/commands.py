@@ -329,6 +329,26 @@ def view(
         return viewing.view(job, None if html is None else Path(html), instants)
 
 
+def report(
+    folder: Folder,
+    *,
+    html: Annotated[str | Path | None, Option("The page to write; report.html in the folder where it is left out.", "FILE")] = None,
+    bodies: Annotated[bool, Option("Show the bodies of a motion, which is run again where the folder has no states of it.")] = True,
+    instants: Annotated[int, Option("Instants of the motion in the page, at most.", least=2, most=5000)] = 601,
+    **shared: Unpack[OutputOptions],
+) -> Result:
+    """Write a folder of results as one page for the browser.
+
+    DIR is a folder of `fmbs run`, reduce, train, sweep, compare, verify or check. The page is one file, which needs no network:
+    what was solved, the command that repeats it, warnings, plots, the moving bodies of a motion, tables that sort, pictures,
+    versions and checksums.
+    """
+    from . import folder_report
+
+    with jobs.begin(folder, **shared) as job:
+        return folder_report.write(job, None if html is None else Path(html), bodies, instants)
+
+
 def export(
     source: SceneSource,
     *,

@@ -4,6 +4,7 @@
 async function begin() {
   const content = await readContent(), find = (id) => document.getElementById(id), films = content.films;
   find("about").textContent = content.about.join("\n");
+  if (!films.length) return plain(content);
   const look = { shade: content.shade, map: "viridis", side: false, marks: true, grid: true };
   const state = { time: 0, playing: false, speed: 1, frames: 0, dirty: true, live: null };
   const first = Math.min(...films.map((film) => film.times[0])), last = Math.max(...films.map((film) => film.times[film.times.length - 1]));
@@ -207,6 +208,15 @@ async function begin() {
   find("shade").value = look.shade || "";
   key();
   draw();
+  document.body.dataset.ready = "true";
+}
+
+/** A page without bodies: the outputs alone, with a cursor. */
+function plain(content) {
+  for (const id of ["stage", "controls"]) document.getElementById(id).hidden = true;
+  document.getElementById("motion").className = "plain";
+  document.getElementById("motion").hidden = !content.panels.length;
+  const plots = new Plots(document.getElementById("plots"), content.panels, [""], content.clock, (time) => plots.move(time));
   document.body.dataset.ready = "true";
 }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +19,7 @@ from ..job import Job
 from ..planning.planned import Planned
 from ..result import Result
 from . import runs, webpages
-from .solving import RunTask, attempt, warm_up
+from .solving import RunTask, attempt
 
 if TYPE_CHECKING:
     from ...scenes import Scene
@@ -33,19 +34,24 @@ def view(job: Job, html: Path | None, instants: int) -> Result:
     path = html or (job.out / webpages.PAGE if job.out else usual)
     if path.exists() and not job.force:
         raise InputError(say(f"--html {path}", "a new file", "one that exists", "choose another name, or --force"))
-    scene, task, trajectory = of_folder(job) if folder else of_source(job)
-    if trajectory is None:
-        warm_up(task, False)
-        trajectory, error = attempt(job, task)
-        if error is not None:
-            raise error
+    scene, title, trajectory, remarks = motion(job)
     reports.make_folder(path.parent)
-    films = [webpages.film_of(task.title, trajectory, instants)]
-    webpages.write(path, task.title, films, *webpages.look(scene, trajectory), webpages.about(trajectory, task.remarks))
+    films = [webpages.film_of(title, trajectory, instants)]
+    webpages.write(path, title, films, *webpages.look(scene, trajectory), webpages.about(trajectory, remarks))
     size = path.stat().st_size
     report = {"status": "ok", "source": job.path, "files": [path], "bytes": size, "notices": job.notices}
     told = f"written: {path} ({size / 1e6:.2g} MB); it opens in any browser and needs no network"
-    return Result(about=f"{task.title}: {path}", report=report, lines=[told])
+    return Result(about=f"{title}: {path}", report=report, lines=[told])
+
+
+def motion(job: Job) -> tuple[Scene | None, str, Trajectory, Sequence[object]]:
+    """The scene, title and motion of the source of a job, stored or run now, and what is said of it."""
+    scene, task, trajectory = of_folder(job) if job.path.is_dir() else of_source(job)
+    if trajectory is None:
+        trajectory, error = attempt(job, task)
+        if error is not None:
+            raise error
+    return scene, task.title, trajectory, task.remarks
 
 
 def of_source(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:

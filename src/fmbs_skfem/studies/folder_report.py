@@ -1,0 +1,194 @@
+"""One page of HTML of a folder of results: what was solved, how to repeat it, warnings, plots, tables, pictures, provenance.
+
+A report is a view of the files in a folder: of every JSON file that a study wrote, of its columns (CSV) and its pictures.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import shlex
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..core.errors import FmbsError, InputError, say
+from ..core.notices import Notice
+from ..core.storage import durable
+from ..core.values.units import add_unit
+from ..pages import content, report, writing
+from ..pages.writing import Page
+from ..results.plots import Panel
+from . import models, reports
+from .job import MODELS, Job
+from .result import ReportTable, Result
+from .running import viewing, webpages
+from .running.outcome import OUTPUTS, UNITS
+
+NAME = "report.html"
+APART = ("provenance", "notices", "files", "units", "labels", "fingerprint", reports.CHECKSUMS)  #: shown in sections of their own
+LARGEST = 8_000_000  #: of a picture that is put in [bytes]
+#: record of a study -> the command that makes it; `report.json` is of several
+COMMANDS = {"compare.json": "compare", "check.json": "check", "verification.json": "verify", "info.json": "rom info"}
+
+
+def write(job: Job, html: Path | None, bodies: bool, instants: int) -> Result:
+    """The report of a folder as a page; one that exists is kept without --force."""
+    folder = job.path
+    if not folder.is_dir():
+        raise InputError(say(f"{folder}", "a folder of results", "none", "run a scene first: fmbs run SCENE"))
+    path = html or folder / NAME
+    if path.exists() and not job.force:
+        raise InputError(say(f"--html {path}", "a new file", "one that exists", "choose another name, or --force"))
+    records = {one.name: found for one in sorted(folder.glob("*.json")) if (found := read(one)) is not None}
+    saved = models_of(folder)
+    if not records and not saved:
+        raise InputError(say(f"{folder}", "a folder with results of fmbs", "no report in it", "name the folder of --out"))
+    title = next((str(one[key]) for one in records.values() for key in ("scene", "name") if one.get(key)), folder.resolve().name)
+    told, block = scene_of(job, folder, title, records, instants) if bodies else (None, None)
+    if told is None or block is None:
+        told, block = plots_of(folder, title)
+    body = "\n".join(sections(folder, records, saved))
+    durable.write(path, writing.text(Page(title, told, block, body)).encode())
+    size = path.stat().st_size
+    shown = {"status": "ok", "source": folder, "records": list(records), "files": [path], "bytes": size, "notices": job.notices}
+    return Result(about=f"{title}: {path}", report=shown, lines=[f"written: {path} ({size / 1e6:.2g} MB)"])
+
+
+def read(path: Path) -> dict[str, Any] | None:
+    """A record of a study; None of other files."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as problem:
+        raise reports.corrupt(path, "JSON", problem) from problem
+    return found if isinstance(found, dict) and "status" in found else None
+
+
+def models_of(folder: Path) -> dict[str, list[ReportTable]]:
+    """What the saved reduced models in a folder are, by their names."""
+    found = {}
+    for path in sorted(one for one in folder.iterdir() if one.suffix in MODELS):
+        try:
+            found[path.name] = models.views(models.describe_box(path) if models.parametric(path) else models.describe_point(path))
+        except FmbsError:
+            continue  # a file of another kind, such as the samples of a sweep
+    return found
+
+
+def scene_of(job: Job, folder: Path, title: str, records: Mapping[str, Any], instants: int) -> tuple[Any, Any]:
+    """The bodies of a motion, from its history or run again; nothing, with a warning, where neither can be."""
+    if "end" not in records.get(reports.REPORT, {}):
+        return None, None
+    try:
+        scene, _, trajectory, remarks = viewing.motion(job)
+    except (FmbsError, OSError) as error:
+        if isinstance(error, Notice):
+            raise
+        job.notices.append(f"{folder}: the bodies are not shown: {error}")
+        job.listener.tell(f"warning: {job.notices[-1]}")
+        return None, None
+    film = webpages.film_of(title, trajectory, instants)
+    shade, clock = webpages.look(scene, trajectory)
+    return content.describe(title, [film], shade, clock, webpages.about(trajectory, remarks))
+
+
+def plots_of(folder: Path, title: str) -> tuple[Any, Any]:
+    """The columns of a run over time: those of one output and unit share a panel."""
+    about = [f"fmbs_skfem {__version__}"]
+    if not (folder / OUTPUTS).is_file():
+        return content.describe_plots(title, np.zeros(0), [], "s", about)
+    heads, rows = columns(folder / OUTPUTS)
+    units = read_units(folder)
+    names = [head.partition(" [")[0] for head in heads]
+    values = np.array(rows, dtype=float).reshape(len(rows), len(heads))
+    grouped: dict[tuple[str, str], dict[str, np.ndarray]] = {}
+    for name, column in zip(names[1:], values.T[1:], strict=True):
+        output = name.rpartition("_")[0] or name
+        grouped.setdefault((output, units.get(name, "")), {})[name] = column
+    panels = [Panel(add_unit(next(iter(one)) if len(one) == 1 else output, unit), one) for (output, unit), one in grouped.items()]
+    return content.describe_plots(title, values[:, 0], panels if len(rows) > 1 else [], units.get("t", "s") or "load factor", about)
+
+
+def read_units(folder: Path) -> dict[str, str]:
+    """The units of columns; none where their file is not there."""
+    path = folder / UNITS
+    return dict(json.loads(path.read_text(encoding="utf-8"))) if path.is_file() else {}
+
+
+def columns(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Heads and rows of a table."""
+    with path.open(encoding="utf-8", newline="") as file:
+        heads, *rows = list(csv.reader(file)) or [[]]
+    return heads, rows
+
+
+def sections(folder: Path, records: Mapping[str, Any], saved: Mapping[str, list[ReportTable]]) -> Iterator[str]:
+    """The page below the bodies and plots, the most wanted first."""
+    yield report.section("Warnings", report.notices([text for one in records.values() for text in one.get("notices", [])]))
+    calls = list(dict.fromkeys(call for name, one in records.items() if (call := repeat(name, one))))
+    yield report.section("How to repeat it", *map(report.code, calls))
+    for name, one in records.items():
+        heading = "What was solved" if name == reports.REPORT else name
+        yield report.section(heading, report.facts("", {key: value for key, value in one.items() if key not in APART}))
+    for name, tables in saved.items():
+        yield report.section(name, *(report.table(one.title, one.columns, one.rows) for one in tables))
+    for path in sorted(folder.glob("*.csv")):
+        if path.name != OUTPUTS:
+            heads, rows = columns(path)
+            yield report.section(path.name, report.table("", heads, [[number(text) for text in row] for row in rows]))
+    yield report.section("Pictures", *pictures(folder))
+    for name, one in records.items():
+        yield report.section(f"Provenance of {name}", *origin(one))
+
+
+def number(text: str) -> object:
+    """A number of a table where it is one."""
+    try:
+        value = float(text)
+    except ValueError:
+        return text
+    return value if math.isfinite(value) else text
+
+
+def pictures(folder: Path) -> Iterator[str]:
+    """Every picture of the folder, unless it is too large."""
+    for path in sorted(folder.iterdir()):
+        if path.suffix in report.KINDS and path.stat().st_size <= LARGEST:
+            yield report.picture(path.name, path.suffix, path.read_bytes())
+
+
+def origin(one: Mapping[str, Any]) -> Iterator[str]:
+    """What the numbers of a record depend on, and its files."""
+    found = dict(one.get("provenance") or {})
+    scene = found.pop("scene", None)
+    files = found.pop("files", None) or {}
+    yield report.facts("", found)
+    yield report.table("files that were read", ("file", "sha256"), list(files.items()))
+    yield report.table("files that were written", ("file", "sha256"), list((one.get(reports.CHECKSUMS) or {}).items()))
+    if scene is not None:
+        yield report.hidden("the scene with all values", reports.dumps(scene))
+
+
+def repeat(name: str, one: Mapping[str, Any]) -> str:
+    """The command that makes a record again; empty where it does not say of what it is, and for samples, which stand in a table."""
+    origin = one.get("provenance") or {}
+    source = one.get("model") or one.get("file") or origin.get("file")
+    command = COMMANDS.get(name) or ("rom run" if one.get("model") else "train" if "candidates" in one else "run")
+    if command == "verify":
+        return "fmbs verify"
+    if not source or "members" in one:
+        return ""
+    words = ["fmbs", *command.split(), str(source)]
+    if command != "train":
+        values = {key: value for key, value in (one.get("parameters") or {}).items() if isinstance(value, int | float)}
+        words += [part for key, value in values.items() for part in ("--set", f"{key}={value!r}")]
+    duration = one.get("end") if one.get("model") else ((origin.get("scene") or {}).get("analysis") or {}).get("duration")
+    if duration and name == reports.REPORT and command != "train":
+        words += ["--duration", repr(duration)]
+    if isinstance(plan := one.get("accuracy"), Mapping) and "wanted" in plan:
+        words += ["--accuracy", str(plan["wanted"])]
+    return shlex.join(words)

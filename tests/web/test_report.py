@@ -1,0 +1,133 @@
+"""Reports of folders in a real browser: every kind of study, tables that sort, commands that repeat, texts that are no HTML."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+from pathlib import Path
+
+import pytest
+
+from fmbs_skfem.pages import report
+
+from ..browser import DRAWS, PROGRAM, browser
+from ..cli.calls import EXAMPLES, fmbs
+from .test_page import NASTY, SCENE, opened
+
+in_browser = pytest.mark.skipif(PROGRAM is None and "CI" not in os.environ, reason="no Chromium")
+FAMILY = f"""\
+schema: 1
+name: family
+dimension: 2
+parameters: {{E: {{value: 1 GPa, range: [0.8 GPa, 1.2 GPa]}}}}
+bodies:
+  arm:
+    type: cable
+    mesh: {EXAMPLES.parent / "meshes" / "beam_20.msh"}
+    cells: 4
+    section: {{shape: circular, diameter: 10 mm}}
+    material: {{young_modulus: E, density: 1800 kg/m^3}}
+joints: {{hinge: {{type: pin, at: arm.left}}}}
+loads: {{weight: {{type: gravity, acceleration: [0, -9.81 m/s^2]}}}}
+analysis: {{type: dynamic, duration: 0.05 s, step: 5 ms}}
+outputs: {{tip: {{type: position, at: arm.right}}}}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run at a changed parameter, whose report has a warning of tags."""
+    base = tmp_path_factory.mktemp("results")
+    text = SCENE.replace("bodies:", "parameters: {m: 50 MPa}\nbodies:").replace("young_modulus: 50 MPa", "young_modulus: m")
+    (base / "rod's.yaml").write_text(text.replace("duration: 0.5", "duration: 0.05"), encoding="utf-8")
+    done = fmbs("run", base / "rod's.yaml", "--set", "m=60 MPa", "--duration", "0.1", "--out", base / "out", "--allow-outside")
+    assert done.code == 0, done.err
+    path = base / "out" / "report.json"
+    found = json.loads(path.read_text(encoding="utf-8"))
+    path.write_text(json.dumps({**found, "notices": [NASTY]}), encoding="utf-8")
+    return base / "out"
+
+
+@in_browser
+def test_a_report_of_a_run_is_whole(folder: Path, tmp_path: Path) -> None:
+    page = tmp_path / "report.html"
+    done = fmbs("report", folder, "--html", page, "--json")
+    assert done.code == 0, done.err
+    assert "bodies are not shown" in done.json["notices"][0]  # their mesh lies outside of the folder, which `report` does not allow
+    with browser(tmp_path / "profile", DRAWS) as tab:
+        opened(tab, page)
+        assert tab.run("document.querySelector('.notices li').textContent") == NASTY
+        headings = tab.run("[...document.querySelectorAll('h2')].map((one) => one.textContent)")
+        assert headings == ["Warnings", "How to repeat it", "What was solved", "Pictures", "Provenance of report.json"]
+        assert tab.run("document.querySelectorAll('#plots polyline').length") == 3
+        assert tab.run("document.querySelector('img').naturalWidth") > 300
+        call = tab.run("document.querySelector('code').textContent")
+        column = "[...document.querySelectorAll('table.sorts')[0].tBodies[0].rows].map((row) => Number(row.cells[2].dataset.value))"
+        for _, order in ((0, 1), (1, -1)):
+            tab.run("document.querySelectorAll('table.sorts')[0].querySelectorAll('th button')[2].click()")
+            found = tab.run(column)
+            assert found == sorted(found, reverse=order < 0)
+        assert len(set(found)) > 1
+        tab.resize(390)
+        assert tab.run("document.documentElement.scrollWidth") <= 390
+        assert tab.wrong == []
+    again = tmp_path / "again"
+    words = shlex.split(call)
+    assert words[:2] == ["fmbs", "run"]
+    assert fmbs(*words[1:], "--allow-outside", "--no-plots", "--out", again).code == 0
+    assert (again / "outputs.csv").read_bytes() == (folder / "outputs.csv").read_bytes()
+
+
+@in_browser
+def test_reports_of_sweeps_checks_models_and_verification(tmp_path: Path) -> None:
+    """One folder each; all in one browser."""
+    scene = tmp_path / "family.yaml"
+    scene.write_text(FAMILY, encoding="utf-8")
+    calls = {
+        "sweep": ("sweep", scene, "--samples", "3", "--design", "grid", "--workers", "1", "--no-plots"),
+        "check": ("check", scene),
+        "verify": ("verify", "--case", "catenary-equations"),
+    }
+    wanted = {"sweep": "sweep.csv", "check": "check.json", "verify": "verification.json"}
+    with browser(tmp_path / "profile", DRAWS) as tab:
+        for name, call in calls.items():
+            done = fmbs(*call, *([] if name == "verify" else ["--allow-outside"]), "--out", tmp_path / name)
+            assert done.code == 0, done.err
+            shown = fmbs("report", tmp_path / name)
+            assert shown.code == 0, shown.err
+            opened(tab, tmp_path / name / "report.html", 800, 900)
+            assert wanted[name] in tab.run("[...document.querySelectorAll('h2')].map((one) => one.textContent)")
+            assert tab.run("document.getElementById('stage').hidden")
+            assert tab.run("document.documentElement.scrollWidth") <= 800
+            assert tab.wrong == []
+        assert tab.run("document.querySelectorAll('code')[0].textContent") == "fmbs verify"
+
+
+def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:
+    assert "no report in it" in fmbs("report", tmp_path).err
+    (tmp_path / "report.json").write_text("{", encoding="utf-8")
+    assert fmbs("report", tmp_path).code == 8
+    assert "a folder of results" in fmbs("report", tmp_path / "none").err
+
+
+def test_texts_are_escaped_wherever_they_stand() -> None:
+    pieces = (
+        report.section(NASTY, report.notices([NASTY]), report.code(NASTY), report.hidden(NASTY, NASTY)),
+        report.table(NASTY, [NASTY], [[NASTY], [{NASTY: NASTY}], [[NASTY]]]),
+        report.facts(NASTY, {NASTY: NASTY, "many": [{NASTY: NASTY}], "named": {NASTY: {NASTY: NASTY}}}),
+        report.picture(NASTY, ".png", b"1"),
+    )
+    for text in pieces:
+        assert "<b>" not in text
+        assert "<!--" not in text
+        assert "</script>" not in text
+        assert "it's" not in text
+
+
+def test_nested_values_become_tables() -> None:
+    text = report.facts("", {"plain": 1.5, "list": [1, 2], "rows": [{"a": 1, "b": None}, {"a": 2, "c": True}]})
+    assert text.count("<table") == 2
+    assert "<td>1; 2</td>" in text
+    assert '<td class=number data-value="2">2</td>' in text
+    assert "<td>yes</td>" in text
