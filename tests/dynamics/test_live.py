@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values import expressions
 from fmbs_skfem.core.values.inputs import GivenInput, Input
 from fmbs_skfem.core.values.responses import of_state
@@ -186,3 +188,111 @@ def test_states_that_are_put_back_keep_their_turns() -> None:
     held, other = run.state, start(eliminate(driven()), GeneralizedAlpha(H))
     other.state = held
     assert other.outputs()["root"] == found["root"] > 2 * np.pi
+
+
+ARM = """
+schema: 1
+dimension: 2
+inputs: {u: {unit: N m}}
+bodies:
+  arm: {type: rigid, mass: 1 kg, inertia: 0.1 kg m^2, center: [0, 0], points: {end: [1, 0]}}
+  wheel: {type: rigid, mass: 100 g, inertia: 1e-3 kg m^2, center: [1, 0]}
+  load: {type: point_mass, mass: 2 kg, position: [2, 0]}
+joints:
+  hinge: {type: revolute, at: arm.center}
+  axle: {type: revolute, at: wheel.center, to: arm.end}
+loads:
+  drive: {type: control_torque, at: arm.center, torque: u}
+  spring: {type: spring_damper, at: load, to: arm.end, stiffness: 30 N/m, damping: 1 N s/m}
+analysis: {type: dynamic, duration: 1 s, step: 1 ms}
+outputs:
+  turn: {type: angle, at: arm.center}
+  against: {type: angle, at: wheel.center, to: arm.center}
+  spin: {type: angular_velocity, at: arm.center}
+  place: {type: position, at: load}
+  height: {type: position, at: arm.end, component: y}
+  speed: {type: velocity, at: load}
+  pull: {type: acceleration, at: load}
+  apart: {type: distance, at: load, to: arm.end}
+  E: {type: energy}
+"""
+
+
+def arm() -> System:
+    return eliminate(build.system(reading.loads(ARM)))
+
+
+def test_outputs_by_name_are_those_of_all_outputs() -> None:
+    """Each by formulas of its rows, or where it has none as all of them are found: turns and energies count alike."""
+    run, names = start(arm(), GeneralizedAlpha(H)), ["turn", "against", "spin", "place", "height", "speed"]
+    for k in range(400):
+        run.step({"u": 40.0})
+        some, more = run.outputs(names), run.outputs(["E", "pull", "apart"])
+        expected = run.outputs()
+        assert list(some) == ["turn", "against", "against_rate", "spin", "place_x", "place_y", "height", "speed_x", "speed_y"]
+        for column, value in (some | more).items():
+            assert value == pytest.approx(expected[column], rel=1e-12, abs=1e-12), (k, column)
+        assert run.outputs("height") == {"height": some["height"]}
+    assert some["turn"] > 2 * np.pi  # beyond a turn
+    assert len(some | more) == len(expected)
+
+
+def test_outputs_by_name_after_a_state_was_put_back() -> None:
+    run = start(arm(), GeneralizedAlpha(H))
+    for _ in range(400):
+        run.step({"u": 40.0})
+        found, energies = run.outputs(["turn", "place"]), run.outputs(["E"])
+    held, other = run.state, start(arm(), GeneralizedAlpha(H))
+    for _ in range(20):
+        run.step({"u": -40.0})
+        run.outputs(["turn", "place"])
+    for one in (run, other):
+        one.state = held
+        assert one.outputs(["turn", "place"]) == found
+        assert one.outputs(["E"]) == pytest.approx(energies, rel=1e-12)
+
+
+def test_outputs_of_no_name() -> None:
+    with pytest.raises(InputError, match=r"run.outputs: expected one of the outputs .*, got 'turns'; did you mean 'turn'"):
+        start(arm(), GeneralizedAlpha(H)).outputs(["turns"])
+
+
+def test_a_class_of_its_own_that_evaluates_otherwise_has_no_formula() -> None:
+    """Accelerations are points whose rows are evaluated in another way: a formula that they inherit is not theirs."""
+    outputs = arm().outputs
+    assert probes.formula_of(outputs["pull"], 2) is None
+    assert probes.formula_of(outputs["apart"], 2) is None
+    y = probes.formula_of(outputs["speed"], 2)
+    assert y is not None
+    assert list(y([1.0, 2.0], [3.0, 4.0], [5.0, 6.0])) == [3.0, 4.0]
+
+
+def closed(gain: float, steps: int, most: float = np.inf) -> None:
+    """An arm held by a torque that is a multiple of its angle and rate."""
+    run = start(arm(), GeneralizedAlpha(H))
+    run.step({"u": 1e-6})
+    for _ in range(steps):
+        now = run.outputs(["turn", "spin"])
+        run.step({"u": float(np.clip(gain * (now["turn"] + 0.05 * now["spin"]), -most, most))})
+
+
+def test_an_unstable_loop_is_told_once() -> None:
+    with pytest.warns(Notice, match=r"'u' rose from .* N m in \d+ steps, ever faster: the loop that sets it is unstable") as told:
+        closed(30.0, 900)
+    assert len([one for one in told if "ever faster" in str(one.message)]) == 1
+
+
+def test_stable_loops_and_signals_that_rise_are_not() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        closed(-30.0, 900)
+        closed(30.0, 300, most=1e-9)
+        for signal in (
+            lambda t: 9.0 * t**4,
+            lambda t: np.sin(40.0 * t**2),
+            lambda t: 5.0 * (t > 0.3),
+            lambda t: t * np.sin(90.0 * t),
+        ):
+            run = start(arm(), GeneralizedAlpha(H))
+            for k in range(1, 700):
+                run.step({"u": float(signal(k * H))})

@@ -19,7 +19,7 @@ from ..core.values.inputs import KEPT, GivenInput, Held, Input
 from ..dynamics import checkpoint as checkpoints
 from ..dynamics.compiled_step import stepping
 from ..dynamics.compiled_step.single_steps import SingleSteps, one_row
-from ..dynamics.measuring import Reader
+from ..dynamics.measuring import Reader, motion_of
 from ..dynamics.observers import Looks, Observer, Setting, offered
 from ..dynamics.outputs import survey_of
 from ..dynamics.run import trajectory
@@ -32,13 +32,11 @@ from . import sampled_loops
 from .controllers import Controlled
 from .events import with_locks
 from .locating import Watch
+from .rising import FEW, Rising, rises
 
 if TYPE_CHECKING:
     from ..dynamics.run import OpenRun
 
-FEW = 2  #: samples of a quarter
-TWICE = 2.0  #: times as much from quarter to quarter, where inputs grow beyond all bounds
-GROWN = 1e3  #: times as much from the first quarter to the last, there
 LATE = 1e-6  #: part of a step after an instant where what is given for the step after it counts
 NEAR = 1e-6  #: part of a sample time by which whole steps may miss it: round-off
 
@@ -78,6 +76,8 @@ class Feed(SingleSteps):
         own = [one.of for one in self.samplers] + held
         self.record = {one.name: [one.start] for one in own}  #: what controllers gave, and events
         self.free = [name for name in self.given if name not in self.record]
+        self.rising = {name: Rising() for name in self.free}
+        self.told = False  #: whether a warning of one that rises was shown
         #: ranges of those that have not left them
         self.ranges = {name: ends for name in self.free if (ends := self.inputs[name].range) is not None}
         reading = [k for k, signal in enumerate(plain.signals) if read_inputs(signal)]
@@ -114,6 +114,10 @@ class Feed(SingleSteps):
             kept.append(float(values[name]) if name in values else kept[-1])
             del kept[0]
             one.first += 1
+        for name, value in values.items():
+            if self.rising[name].add(value) and not self.told and (text := self.unsteady()):
+                self.told = True
+                notify(text)
 
     def refuse(self, name: str, value: float) -> NoReturn:
         """The error of a value that no input takes."""
@@ -195,14 +199,25 @@ class Feed(SingleSteps):
             told = told[: int(np.argmax(told >= 0.5 * told.max(initial=0.0))) + 1]  # what has no more room to grow stays
             if len(told) < 4 * FEW:
                 continue
-            most = np.array([part.max() for part in np.array_split(told, 4)])
-            if (most[1:] > TWICE * most[:-1]).all() and most[3] > GROWN * most[0]:
+            most = [float(part.max()) for part in np.array_split(told, 4)]
+            if rises(most):
                 rose = f"the output of controller '{one.of.name}' rose from {most[0]:.3g} to {most[3]:.3g} {one.of.unit}".rstrip()
                 return f"{rose} in {len(told)} samples, quarter by quarter"
         return ""
 
+    def unsteady(self) -> str:
+        """What is said of an input that a caller raises as an unstable loop does; nothing where none rises."""
+        for name, one in self.rising.items():
+            if found := one.found():
+                low, high, steps = found
+                rose = f"input '{name}' rose from {low:.3g} to {high:.3g} {self.inputs[name].unit}".rstrip()
+                return f"{rose} in {steps} steps, ever faster: the loop that sets it is unstable; lower its gains, or limit it"
+        return ""
+
     def explain(self, run: OpenRun) -> str:
         """That a loop is unstable."""
+        if told := self.unsteady():
+            return f"{Reason.GROWING.value}: {told}"
         told = self.unstable(run)
         if told or not (told := sampled_loops.tell_diverging(run, self)):
             return told
@@ -218,7 +233,7 @@ class Feed(SingleSteps):
         """What is said of a controller whose output grows with the energy of the motion; nothing where none does."""
         if not (told := self.growing()):
             return ""
-        motion = trajectory(run)
+        motion = trajectory(run) if run.steps else motion_of(run, run.time)  # a live run stores none
         energy = survey_of(motion)[0][:, :2].sum(axis=1)
         rise = f"{told}, and the energy of the motion to {energy.max():.3g} J up to t = {motion.times[-1]:.6g} s"
         return f"{Reason.GROWING.value}: {rise}; lower its gains, take a shorter sample time, or limit it"

@@ -15,16 +15,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..core.errors import InputError, say
+from ..core.errors import InputError, closest, listed, say
 from ..core.values.inputs import Held
 from ..dynamics.checkpoint import Checkpoint
 from ..dynamics.integration import begun, take_step
-from ..dynamics.measuring import Meter, motion_of
+from ..dynamics.measuring import Meter, RowMeter, motion_of
 from ..dynamics.observers import Observer, Setting
 from ..dynamics.run import cost_of, moment, restore
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..dynamics.trajectory import Happening, Trajectory
 from ..parts import finer_parts
+from ..systems.measures.probes import formula_of
 from ..systems.system import System
 from .feed import Feed
 from .live_finer import Beside
@@ -53,6 +54,8 @@ class LiveRun:
         self.run = begun(Setting(system, scheme, newton, 0, system, live=True), np.zeros(1, np.int64), observers)
         self.feed = self.run.find(Feed)
         self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
+        self.meters: dict[tuple[str, ...], Meter | RowMeter] = {}  #: of outputs by name
+        self.held: Mapping[str, np.ndarray] = {}  #: of the state that was put back last, for meters that are made later
         self.beside: Beside | None = None
 
     @property
@@ -92,28 +95,62 @@ class LiveRun:
     def state(self) -> Checkpoint:
         """All that the next step reads: set it to go on from there, here or in another run of the same system and scheme."""
         held = moment(self.run).checkpoint()
-        return replace(held, arrays=held.arrays | self.meter.kept())
+        shown = {key: value for meter in (self.meter, *self.meters.values()) for key, value in meter.kept().items()}
+        return replace(held, arrays=held.arrays | shown)
 
     @state.setter
     def state(self, held: Checkpoint) -> None:
         restore(self.run, held)
         self.beside = None  # which stands elsewhere
         self.meter.take_up(self.run, held.arrays)
+        self.meters, self.held = {}, held.arrays
 
-    def outputs(self) -> dict[str, float]:
-        """All named outputs of the present state; angles count their turns from call to call, energies from the start on.
+    def outputs(self, names: Sequence[str] | None = None) -> dict[str, float]:
+        """Named outputs of the present state, all or those of some names, which costs less: by column, in SI units.
 
-        By column, in SI units.
+        Angles count their turns from call to call for the same names, energies from the start on. Positions, velocities and angles
+        alone cost less than a step. InputError for a name that is none.
         """
+        if names is None:
+            return self.measured(self.meter)
+        key = (names,) if isinstance(names, str) else tuple(names)
+        meter = self.meters.get(key) or self.meter_of(key)
+        if isinstance(meter, Meter):
+            return self.measured(meter)
+        state = self.run.step.state
+        return meter.columns(self.time, state.x, state.v, state.acceleration)
+
+    def measured(self, meter: Meter) -> dict[str, float]:
+        """Columns of the present state by a meter, which counts from the begin of the run."""
         now = motion_of(self.run, self.time)
-        if self.meter.seen is None:
-            self.meter.columns(self.begin)
-            self.meter.keep()
-        if self.meter.seen is not None and self.meter.seen[0].times[0] == now.times[0]:
-            return dict(self.meter.seen[1])
-        found = self.meter.columns(now)
-        self.meter.keep()
+        if meter.seen is None:
+            meter.columns(self.begin)
+            meter.keep()
+        if meter.seen is not None and meter.seen[0].times[0] == now.times[0]:
+            return dict(meter.seen[1])
+        found = meter.columns(now)
+        meter.keep()
         return found
+
+    def meter_of(self, names: tuple[str, ...]) -> Meter | RowMeter:
+        """What reads outputs of some names, made when they are first asked for."""
+        system = self.run.model.system
+        for name in names:
+            if name not in system.outputs:
+                expected = f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
+                raise InputError(say("run.outputs", expected, f"'{name}'") + closest(name, system.outputs))
+        formulas = [formula_of(system.outputs[name], system.dim) for name in names]
+        known = [(name, system.outputs[name], one) for name, one in zip(names, formulas, strict=True) if one is not None]
+        if len(known) == len(names):
+            rows = RowMeter(system, self.run.model.order, known, self.begin)
+            rows.take_up(self.held)
+            self.meters[names] = rows
+            return rows
+        meter = Meter(names)
+        meter.word = f"shown of {', '.join(names)}:"
+        meter.take_up(self.run, self.held)
+        self.meters[names] = meter
+        return meter
 
     def motion(self) -> Trajectory:
         """The present state as a trajectory of one instant.

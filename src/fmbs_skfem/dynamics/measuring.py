@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..core.algebra.linalg import as_dense, narrowed, rows_at
 from ..systems.measures import readings
-from ..systems.measures.probes import kind_of
+from ..systems.measures.angles import DOUBT, TURN, change_between, warn_of_doubt
+from ..systems.measures.probes import Formula, kind_of
 from ..systems.system import Output, System
 from . import checkpoint as checkpoints
 from .initial import Instant, consistent_start
@@ -76,6 +78,66 @@ class Meter:
         values = checkpoints.fitting(arrays, f"{self.word} values", np.zeros(len(names)))
         kept["work"] = arrays.get(f"{self.word} work")
         self.seen = replace(now, **kept), dict(zip(names, values.tolist(), strict=True))
+
+
+class RowMeter:
+    """Columns of outputs that are formulas of their sensor rows, state by state, as a `Meter` finds them.
+
+    Rows are read by one small product, and formulas are evaluated for numbers: after a step of 12.5 us of an arm with 16 unknowns
+    a position takes 8 us, all outputs by a `Meter` 256 us.
+    """
+
+    def __init__(self, system: System, order: np.ndarray, known: Sequence[tuple[str, Output, Formula]], begin: Trajectory) -> None:
+        rows = np.array([row for _, output, _ in known for row in output.rows], dtype=np.int64)
+        matrix, self.used = narrowed(rows_at(system.sensors.matrix, rows)[:, order])
+        self.matrix = np.ascontiguousarray(as_dense(matrix).T)
+        self.offset = np.zeros((3, len(rows)))
+        self.offset[0] = system.sensors.offset[rows]
+        self.state = np.zeros((3, len(self.matrix)))
+        ends = np.cumsum([0, *(len(output.rows) for _, output, _ in known)]).tolist()
+        self.known = [
+            (name, output.columns, formula, slice(first, last), bool(kind_of(output).counted))
+            for (name, output, formula), first, last in zip(known, ends, ends[1:], strict=False)
+        ]
+        self.word = f"columns of {', '.join(name for name, *_ in self.known)}:"  #: before what is kept of it
+        #: by output, as it was read last: time [s], angle with its turns [rad], rate [rad/s] and acceleration [rad/s2]
+        self.angles: dict[str, tuple[float, float, float, float]] = {}
+        self.columns(float(begin.times[0]), *(part[0][order] for part in (begin.x, begin.v, begin.a)))
+
+    def columns(self, time: float, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> dict[str, float]:
+        """Columns in a state (n,) of the order in which the model steps [s]; turns are counted from the one before."""
+        state, used = self.state, self.used
+        state[0], state[1], state[2] = x[used], v[used], a[used]
+        y, rate, change = (state @ self.matrix + self.offset).tolist()
+        found: dict[str, float] = {}
+        for name, columns, formula, rows, counted in self.known:
+            values = formula(y[rows], rate[rows], change[rows])
+            if counted:
+                values = self.continued(name, time, *values)
+            found.update(zip(columns, values, strict=False))
+        return found
+
+    def continued(self, name: str, time: float, angle: float, speed: float, acceleration: float) -> tuple[float, float]:
+        """An angle with the turns that it has made since the state before, and its rate."""
+        if (before := self.angles.get(name)) is not None:
+            t, value, w, change = before
+            expected = change_between(time - t, (w, speed), (change, acceleration))
+            angle += TURN * round((expected - (angle - value)) / TURN)
+            if abs(angle - value - expected) > DOUBT:
+                warn_of_doubt(f"output '{name}'")
+        self.angles[name] = time, angle, speed, acceleration
+        return angle, speed
+
+    def kept(self) -> dict[str, np.ndarray]:
+        """What is to be kept of it, by name."""
+        return {f"{self.word} {name}": np.array(one) for name, one in self.angles.items()}
+
+    def take_up(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Put back what was kept."""
+        for name in self.angles:
+            if (key := f"{self.word} {name}") in arrays:
+                time, angle, speed, acceleration = checkpoints.fitting(arrays, key, np.zeros(4)).tolist()
+                self.angles[name] = time, angle, speed, acceleration
 
 
 class Reader(Meter, Observer):

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...core.errors import InputError, closest, listed, say
 from ...core.storage.records import dataclass
-from ..measures.angles import angle_and_rates, plane_vectors
+from ..measures.angles import angle_and_rates
 from ..measures.probes import Argument, Probe, Sensed, Sizes, counted_angle
 from ..places import Draft
 from ..system import Output
@@ -92,7 +92,7 @@ def angles(y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> tuple[np.ndar
     Rows y, their rates and second derivatives are (s, 2) of one arm, (s, 4) of two, whose difference it is, or (s, 9) of a vector u
     and of two vectors p and q normal to the axis that another place carries, with the angle atan2(u . q, u . p).
     """
-    return angle_and_rates(*plane_vectors(y, rate, change))
+    return angle_and_rates(y.T, rate.T, change.T)
 
 
 def torques(y: np.ndarray, force: np.ndarray) -> np.ndarray:

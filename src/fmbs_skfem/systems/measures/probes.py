@@ -27,7 +27,7 @@ from ..own_symbols import norm, turned
 from ..places import Draft
 from ..system import Output, System
 from . import beam_sections, resultants
-from .angles import angle_and_rates, continuous, plane_vectors
+from .angles import Parts, angle_and_rates, continuous
 from .surface_points import counts, recovered, surface_point
 
 TIME = "t"  #: the first column of every table
@@ -36,6 +36,7 @@ PARALLEL = 1e-9  #: part of the largest moment of vectors about an axis below wh
 FORCES = "x", "y", "z", "normal", "length", "node", "thrust"
 MOMENTS = "angle", "torque", "axis", "axes", "slope", "teeth", "mx", "my", "mz"  #: and about which they are moments
 Argument: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]  #: an angle (s,) and its first and second derivative
+Formula: TypeAlias = Callable[[Parts, Parts, Parts], Sequence[Any]]  #: columns by components of rows and their two derivatives
 Sizes: TypeAlias = tuple[int | None, int | None, int | None]  #: numbers of rows, columns and parameters; None for any
 
 
@@ -114,6 +115,14 @@ class Probe(Declared, ABC):
         return None
 
     @classmethod
+    def formula(cls, output: Output, dim: int) -> Formula | None:
+        """Its columns as a function of its rows, their rates and accelerations in one state; None where there is more to them.
+
+        An angle that counts its turns is given but for these, with its two derivatives behind it.
+        """
+        return None
+
+    @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
         """SI units of its columns."""
         return (cls.unit,) * len(output.columns)
@@ -144,6 +153,13 @@ def kind_of(output: Output) -> type[Probe]:
             return kind
     expected = f"one of {listed(Probe.known, output.kind)}"
     raise InputError(say(f"outputs {', '.join(output.columns)}", expected, f"'{output.kind}'", "define it first"))
+
+
+def formula_of(output: Output, dim: int) -> Formula | None:
+    """The formula of an output; None where it has none, and where its class evaluates itself otherwise than the formula says."""
+    kind, family = kind_of(output), type.mro(kind_of(output))
+    by, written = (next(k for k, one in enumerate(family) if name in vars(one)) for name in ("evaluate", "formula"))
+    return kind.formula(output, dim) if written <= by else None
 
 
 def calls_of(outputs: Mapping[str, Output]) -> set[str]:
@@ -229,6 +245,7 @@ class PointProbe(Probe, ABC):
     at: fields.Place
     component: Component | None = None
     derivative: ClassVar[int] = 0  #: 1 for the slope
+    order: ClassVar[int] = 0  #: of the derivative by time that it is
     calls = ()
 
     def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
@@ -253,9 +270,13 @@ class PointProbe(Probe, ABC):
     def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
         return [*y, *v]
 
-    @staticmethod
-    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        return columns_of(sensed.values)
+    @classmethod
+    def evaluate(cls, output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
+        return columns_of((sensed.values, sensed.rates, sensed.accelerations)[cls.order])
+
+    @classmethod
+    def formula(cls, output: Output, dim: int) -> Formula:
+        return lambda *parts: parts[cls.order]
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
@@ -280,6 +301,7 @@ class Velocity(PointProbe):
     """
 
     unit: ClassVar[str] = "m/s"
+    order = 1
 
     def variables(self, dim: int) -> Mapping[str, str]:
         return dict.fromkeys(AXES[:dim] if self.component is None else [""], self.unit)
@@ -287,10 +309,6 @@ class Velocity(PointProbe):
     @staticmethod
     def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
         return list(v)
-
-    @staticmethod
-    def evaluate(output: Output, sensed: Sensed) -> Sequence[np.ndarray]:
-        return columns_of(sensed.rates)
 
 
 @dataclass(frozen=True)
@@ -354,11 +372,15 @@ class Angle(Probe):
 
     @classmethod
     def angle(cls, output: Output, y: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Argument:
-        return angle_and_rates(*plane_vectors(y, rate, change))
+        return angle_and_rates(y.T, rate.T, change.T)
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
         return list(counted_angle(Angle, output, sensed)[: len(output.columns)])
+
+    @classmethod
+    def formula(cls, output: Output, dim: int) -> Formula:
+        return angle_and_rates
 
     @classmethod
     def units(cls, name: str, output: Output) -> tuple[str, ...]:
@@ -416,11 +438,15 @@ class AngularVelocity(Probe):
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
         if sensed.dim == 2:
-            return [angle_and_rates(sensed.values, sensed.rates, sensed.accelerations)[1]]
+            return [angle_and_rates(sensed.values.T, sensed.rates.T, sensed.accelerations.T)[1]]
         e, change = (part.reshape(len(part), -1, 3) for part in (sensed.values, sensed.rates))
         A = np.einsum("ske,ske->s", e, e)[:, None, None] * np.eye(3) - np.einsum("ski,skj->sij", e, e)
         w = np.einsum("sij,sj->si", np.linalg.pinv(A, rcond=PARALLEL, hermitian=True), np.cross(e, change).sum(axis=1))
         return [w @ np.array(output.parameters)]
+
+    @classmethod
+    def formula(cls, output: Output, dim: int) -> Formula | None:
+        return (lambda y, rate, change: angle_and_rates(y, rate, change)[1:2]) if dim == 2 else None
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
