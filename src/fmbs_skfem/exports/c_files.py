@@ -157,7 +157,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     constants, fields, setting = numbers.write(given, arrays, title)
     before, after = split_template()
     parts = [*whole.functions.values(), hooks(whole, len(system.elastic))]
-    text = "\n".join([before, *parts, template("ports.c"), energies(whole), reading, after, setting, template("start.c")])
+    text = "\n".join([before, *parts, template("ports.c"), reading, after, energies(whole), setting, template("start.c")])
     fixed = "\n".join([controls(frame, whole, columns, inputs, given, turn), tables_of(frame, inputs, given, turn), constants])
     head = f'/* {clean(title)}: the equations of NAME.h. */\n#include "NAME.h"\n'
     source = replaced("\n".join([head, fixed, maths(text), text]), {"NAME": name})
@@ -241,7 +241,7 @@ def start_velocities(frame: Frame) -> Array:
 
 def clean(text: str) -> str:
     """A text that ends no comment."""
-    return text.replace("*/", "* /").replace("\n", "\n * ")
+    return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", "\n * ")
 
 
 def split_template() -> tuple[str, str]:

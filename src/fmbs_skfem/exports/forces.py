@@ -8,6 +8,7 @@ from typing import Any
 
 import sympy
 
+from ..core.compiling.symbols import chosen, less, not_more
 from ..core.errors import InputError, say
 from ..systems.forces import force_symbols as written
 from ..systems.forces import responses
@@ -51,12 +52,38 @@ def carried(dim: int, force: bool) -> ForceSymbols:
     return ForceSymbols(found, count, 1)
 
 
+def one_sided(rows: int, write: Callable[[Any], Any], signed: bool) -> ForceSymbols:
+    """F = - sign N dc/dy,  N = k ramp(s) + d touch(s) s',  s = sign (c - c0), as `systems.forces.one_sided`: ropes and stops."""
+    count = 6 if signed else 5
+    y, v, p = written.rows(rows), written.rates(rows), written.numbers(count)
+    sign, (k, d, c0, e, cut) = (p[0], p[1:]) if signed else (-1, p[:])
+    c = write(y)
+    slopes = [sympy.diff(c, one) for one in y]
+    s, rate = sign * (c - c0), sign * sum(slope * one for slope, one in zip(slopes, v, strict=True))
+    ramp = chosen(not_more(s, 0), 0, chosen(less(s, e), s**2 / (2 * e), s - e / 2))
+    touch = chosen(not_more(s, 0), 0, chosen(less(s, e), s / e, 1))
+    N = k * ramp + d * touch * rate
+    N = chosen(less(N, 0), chosen(cut, 0, N), N)
+    lift = chosen(not_more(s, 0), 0, chosen(less(s, e), s**3 / (6 * e), (s - e / 2) ** 2 / 2 + e**2 / 24))
+    return ForceSymbols([-sign * N * slope for slope in slopes], count, energy=k * lift)
+
+
+def constant_pull() -> ForceSymbols:
+    """F = - p h dc/dy of a distance c."""
+    y = written.rows(3)
+    pull = written.history() * written.numbers(1)[0]
+    return ForceSymbols([-pull * sympy.diff(norm(y), one) for one in y], 1, 1, pull * norm(y))
+
+
 def dead() -> ForceSymbols:
     return ForceSymbols([written.numbers(1)[0] * written.history()], 1, 1)
 
 
 BUILT_IN: dict[str, Callable[[], ForceSymbols]] = {
     "dead": dead,
+    "constant_pull": constant_pull,
+    "one_sided": lambda: one_sided(3, norm, True),
+    "one_sided_plane": lambda: one_sided(1, lambda y: y[0], False),
     "moment_2": lambda: carried(2, False),
     "moment_3": lambda: carried(3, False),
     "follower_2": lambda: carried(2, True),
@@ -152,6 +179,10 @@ def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str,
         body = write([value for *_, value in slopes], [f"add_pair(m, {rows[i]}, {rows[j]}, -m->c * ({{}}));" for i, j, _ in slopes])
         functions[f"slopes_{name}"] = f"static void slopes_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"
         calls["slopes"] = (f"slopes_{name}(m);",)
+    if (potential := plain(symbols.energy)) != 0:
+        body = write([potential], ["return {};"])
+        functions[f"energy_{name}"] = f"static double energy_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"
+        calls["energy"] = (f"energy += energy_{name}(m);",)
     if angles:
         body = write(angles, [f"m->kept[{kept + n}] = {{}};" for n in range(len(angles))])
         functions[f"keep_{name}"] = f"static void keep_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"

@@ -27,7 +27,7 @@ def columns_of(system: System, name: str, output: Output) -> list[Column]:
     kind = kind_of(output)
     units = kind.units(name, output)
     if kind is Energy:
-        return [Column(output.columns[0], "J", "kinetic_energy(m)"), Column(output.columns[1], "J", "strain_energy(m)")]
+        return [Column(output.columns[0], "J", "NAME_kinetic_energy(m)"), Column(output.columns[1], "J", "NAME_strain_energy(m)")]
     if kind is Reaction:
         rows = [k for k, (joint, _) in enumerate(system.constraints.names) if joint == output.joint]
         if output.rows or len(rows) != len(output.columns):

@@ -9,15 +9,23 @@ from ..core.storage import durable
 from ..core.values.units import add_unit
 from ..exports import c_files
 from ..exports.c_files import CModel
+from ..families import parametric_model
 from ..reduction import files
+from ..reduction.affine import ParametricCase
+from ..reduction.cases import Case
 from . import models
 from .job import Job
 from .result import ReportTable, Result, list_files
 
 
 def written(job: Job, name: str) -> tuple[CModel, str]:
-    """A saved model in C, and its title. The model has the values of parameters that are asked for."""
-    case, notes, _ = (models.at_values if models.parametric(job.path) else models.alone)(job, None)
+    """A saved model in C, and its title; parameters of a whole range are variables, or have the values that are asked for."""
+    case: Case | ParametricCase
+    if models.parametric(job.path) and not job.changes:
+        rom = parametric_model.load(job.path)
+        case, notes = rom.model, rom.notes
+    else:
+        case, notes, _ = (models.at_values if models.parametric(job.path) else models.alone)(job, None)
     errors = files.read_errors(notes)
     told = [f"{column} {error:.2g}" for column, error in errors.items()]
     text = f"Errors in its training, over the ranges of the outputs: {', '.join(told)}." if told else ""
@@ -48,6 +56,10 @@ def report_of(job: Job, found: CModel, made: list[Path]) -> dict[str, object]:
         "model": job.path,
         "name": found.name,
         "step": found.step,
+        "parameters": {
+            name: {"unit": unit, "range": [low, high], "value": value}
+            for name, (unit, low, high, value) in found.parameters.items()
+        },
         "inputs": {name: {"unit": unit, "start": start} for name, (unit, start) in found.inputs.items()},
         "outputs": {one.name: one.unit for one in found.columns},
         "left_out": list(found.left_out),
@@ -58,7 +70,11 @@ def report_of(job: Job, found: CModel, made: list[Path]) -> dict[str, object]:
 
 def views(found: CModel, made: list[Path]) -> list[ReportTable | str]:
     """The same for people."""
-    rows = [["input", add_unit(name, unit), f"starts at {start:g}"] for name, (unit, start) in found.inputs.items()]
+    rows = [
+        ["parameter", add_unit(name, unit), f"{low:g} to {high:g}, {value:g}"]
+        for name, (unit, low, high, value) in found.parameters.items()
+    ]
+    rows += [["input", add_unit(name, unit), f"starts at {start:g}"] for name, (unit, start) in found.inputs.items()]
     rows += [["output", add_unit(one.name, one.unit), ""] for one in found.columns]
     rows += [["left out", name, "has no form in C"] for name in found.left_out]
     table = ReportTable(f"{found.name} in C, with a step of {found.step:g} s", ["port", "name", ""], rows)

@@ -10,14 +10,14 @@ static double quadratic(const double *A, const double *x)
     return total;
 }
 
-static double kinetic_energy(NAME_memory *m)
+double NAME_kinetic_energy(NAME_memory *m)
 {
     return quadratic(MASS, m->v);
 }
 
-/* Of strains and springs. */
-static double strain_energy(NAME_memory *m)
+double NAME_strain_energy(NAME_memory *m)
 {
+    read_rows(m, m->x, 1, m->y);
     double energy = HAS_SPRINGS ? quadratic(SPRINGS, m->x) : 0.0;
     ENERGIES
     return energy;

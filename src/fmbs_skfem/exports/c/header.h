@@ -70,6 +70,9 @@ NAME_status NAME_start(NAME_memory *m);
 NAME_status NAME_step(NAME_memory *m, double span);
 /* All outputs of the present state, NAME_OUTPUTS of them. */
 void NAME_outputs(NAME_memory *m, double out[]);
+/* Energies of the present state, of motion, and of strains and springs [J]. */
+double NAME_kinetic_energy(NAME_memory *m);
+double NAME_strain_energy(NAME_memory *m);
 /* Derivatives of all outputs by an input that changes in the last step. */
 NAME_status NAME_derivative(NAME_memory *m, int input, double out[]);
 /* What a status means. */

@@ -1,0 +1,1 @@
+"""Tests of `fmbs_skfem.exports`."""

@@ -1,0 +1,321 @@
+"""Reduced models in C against their runs in Python, and what a caller in C does with them."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import dynamics, reduction
+from fmbs_skfem.bodies import body, own_laws, sections
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.values.expressions import of_time
+from fmbs_skfem.core.values.inputs import Input
+from fmbs_skfem.core.values.ranges import Parameter
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
+from fmbs_skfem.exports import c_files
+from fmbs_skfem.reduction import affine
+from fmbs_skfem.reduction.cases import Case
+from fmbs_skfem.shapes.meshes import segment
+from fmbs_skfem.systems import At, Rayleigh, System, assemble, signals
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads, springs
+from fmbs_skfem.systems.measures import probes
+from tests import models
+from tests.exports.c_library import COMPILER, CRun
+from tests.reduction.conftest import full_of, hyper_reduced, reduced
+
+pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+
+STEP = GeneralizedAlpha(1e-3)
+MATERIAL, ROUND = models.MATERIAL, sections.Circular(0.01)
+
+
+def pendulum(**options: object) -> System:
+    """Two beams in space in few modes, with some points."""
+    full = full_of(models.double_pendulum(8, all_multipliers=True, **options), STEP, 0.4)
+    return hyper_reduced(reduced(full, reduction.body_level(full.raw), 1e-8))[0]
+
+
+def arm(load: object, dim: int = 2, **more: object) -> System:
+    """A beam on a hinge under a load, in few modes, with all points."""
+    beam = body.cable("beam", segment(6), ROUND, MATERIAL, dim=dim)
+    tip, root = At("beam", "right"), At("beam", "left")
+    outputs = {"tip": probes.Position(tip), "slope": probes.Slope(tip), "energy": probes.Energy()}
+    if dim == 2:
+        outputs |= {"turn": probes.Angle(root), "rate": probes.AngularVelocity(root), "root": probes.Reaction("hinge")}
+    weight = [loads.Gravity((0, -9.81) if dim == 2 else (0, 0, -9.81))]
+    raw = assemble([beam], [joints.Pin("hinge", root)], [*weight, load], outputs=outputs, **more)
+    full = full_of(replace_inputs(raw), STEP, 0.4)
+    made = reduced(full, reduction.body_level(full.raw), 1e-8).system
+    return replace(made, signals=raw.signals)
+
+
+def replace_inputs(system: System) -> System:
+    return signals.with_inputs(system, {name: of_time("sin(20*t)") for name in signals.inputs_of(system)})
+
+
+def case_of(system: System, scheme: GeneralizedAlpha = STEP, **newton: float) -> Case:
+    return Case(system, scheme, 0.3, Newton(**newton))
+
+
+def compare(case: Case, folder: Path, steps: int = 300, told: Mapping[str, float] | None = None) -> float:
+    """Largest difference of an output, over its range."""
+    model = c_files.write(case, "model under test", "a model")
+    found = CRun(model, folder)
+    for name, value in (told or {}).items():
+        found.set("input", list(model.inputs).index(name), value)
+    got = found.run(steps, 10)
+    system = signals.with_inputs(case.system, {name: of_time(value) for name, value in (told or {}).items()})
+    columns = dynamics.outputs(dynamics.integrate(system, case.scheme, steps * case.scheme.step, case.newton, 10))
+    exact = np.stack([columns[one.name] for one in model.columns], axis=1)
+    return float((np.abs(got - exact).max(axis=0) / np.maximum(np.ptp(exact, axis=0), 1e-9)).max())
+
+
+def turning(t: np.ndarray) -> np.ndarray:
+    return 3.0 * t
+
+
+CASES = {
+    "points in space": pendulum,
+    "damped, in space": lambda: pendulum(damping=Rayleigh(stiffness=1e-4, mass=0.1)),
+    "a force": lambda: arm(loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=of_time("sin(9*t)"))),
+    "a moment": lambda: arm(loads.Moment("turn", At("beam", "right"), 0.05)),
+    "a moment in space": lambda: arm(loads.Moment("turn", At("beam", "right"), (0.0, 0.05, 0.02)), 3),
+    "a follower": lambda: arm(loads.Follower("jet", At("beam", "right"), (0.3, 0.2))),
+    "a spring": lambda: arm(springs.SpringDamper("spring", At("beam", "right"), (0.5, 0.8), stiffness=40.0, damping=0.2)),
+    "a torsion spring": lambda: arm(loads.TorsionSpring("spring", At("beam", "left"), stiffness=3.0, damping=0.1)),
+    "a rope": lambda: arm(
+        springs.Rope("rope", At("beam", "right"), (0.8, 0.4), stiffness=200.0, damping=1.0, smoothing=0.02, resolution=0.0)
+    ),
+    "a constant pull": lambda: arm(springs.ConstantForce("pull", At("beam", "right"), (0.5, 0.8), force=0.3)),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_model_moves_in_c_as_in_python(name: str, tmp_path: Path) -> None:
+    """Solved to round-off; with the tolerance of a run both leave as much, and go apart where one of them is more exact."""
+    case = case_of(CASES[name](), tolerance=1e-15)
+    assert compare(case, tmp_path) < 1e-10
+
+
+@pytest.fixture(scope="module")
+def small() -> System:
+    return pendulum()
+
+
+@pytest.fixture(scope="module")
+def plant() -> System:
+    """A beam on a hinge with a torque that is given from outside."""
+    torque = Input("torque", "N m", 0.0)
+    return arm(loads.Moment("motor", At("beam", "left"), 1.0, history=torque))
+
+
+def test_a_drive_moves_its_joint_with_derivatives_of_its_text(tmp_path: Path) -> None:
+    """Derivatives of histories are exact in C, differences in Python."""
+    full = full_of(models.spin_up(8, all_multipliers=True), STEP, 0.4)
+    made = reduced(full, reduction.body_level(full.raw), 1e-8).system
+    angle = of_time("2*pi/1.5*(t**2/2 + (1.5/(2*pi))**2*(cos(2*pi*t/1.5) - 1))")
+    made = replace(made, signals=tuple(replace(one, angle=angle) for one in made.signals))
+    assert compare(case_of(made), tmp_path) < 1e-8
+
+
+def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
+    def energy(r, EA, EI, kappa0):  # type: ignore[no-untyped-def]
+        eps = (r[0].dot(r[0]) - 1) / 2
+        return EA / 2 * eps**2 * (1 + eps**2) + EI / 2 * r[1].dot(r[1])
+
+    law = own_laws.define("stiffening_in_c", 2, ("EA", "EI", "kappa0"), energy)
+    assert compare(case_of(pendulum(law=law), tolerance=1e-15), tmp_path) < 1e-10
+
+
+def test_the_source_is_clean_and_its_memory_sound(small: System, tmp_path: Path) -> None:
+    """No warning, and no access outside of an array or undefined operation in some steps, as a program of its own."""
+    import subprocess
+
+    model = c_files.write(case_of(small), "clean", "a model")
+    (tmp_path / "clean.h").write_text(model.header)
+    (tmp_path / "clean.c").write_text(model.source)
+    main = """
+#include "clean.h"
+static clean_memory m;
+int main(void)
+{
+    double out[clean_OUTPUTS];
+    clean_init(&m);
+    if (clean_start(&m) != clean_OK)
+        return 1;
+    for (int k = 0; k < 50; k++)
+        if (clean_step(&m, clean_STEP) != clean_OK)
+            return 2;
+    clean_outputs(&m, out);
+    return out[0] == out[0] ? 0 : 3;
+}
+"""
+    (tmp_path / "main.c").write_text(main)
+    flags = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O1", "-g", "-fsanitize=address,undefined"]
+    flags += ["-fno-sanitize-recover"]
+    subprocess.run([COMPILER, *flags, "main.c", "clean.c", "-o", "main"], cwd=tmp_path, check=True)
+    subprocess.run([str(tmp_path / "main")], check=True, timeout=120)
+    assert "malloc" not in model.source
+    assert '#include "clean.h"' in model.source
+    assert model.source.count("#include") == 1
+
+
+def test_inputs_act_and_are_held(plant: System, tmp_path: Path) -> None:
+    assert compare(case_of(plant, tolerance=1e-15), tmp_path, told={"torque": 0.03}) < 1e-10
+
+
+def test_two_models_are_two_memories_and_a_copy_is_a_saved_state(plant: System, tmp_path: Path) -> None:
+    model = c_files.write(case_of(plant), "plant", "a plant")
+    run = CRun(model, tmp_path)
+    first = run.run(50)
+    saved = ctypes.string_at(run.memory, run.library.memory_size())
+    run.set("input", 0, 0.1)
+    for _ in range(20):
+        assert run.step(model.step) == 0
+    later = run.outputs
+    other, run.memory = run.memory, run.room()
+    run.call("init")
+    np.testing.assert_array_equal(run.run(50), first)  # another instance, bit for bit
+    ctypes.memmove(other, saved, len(saved))
+    run.memory = other
+    np.testing.assert_array_equal(run.outputs, first[-1])
+    run.set("input", 0, 0.1)
+    for _ in range(20):
+        assert run.step(model.step) == 0
+    np.testing.assert_array_equal(run.outputs, later)
+
+
+def test_a_start_begins_again_bit_for_bit(small: System, tmp_path: Path) -> None:
+    run = CRun(c_files.write(case_of(small), "again", "a model"), tmp_path)
+    np.testing.assert_array_equal(run.run(60), run.run(60))
+    assert run.time == pytest.approx(0.06, rel=1e-14)
+
+
+def test_spans_that_are_no_step_of_the_model_are_divided(small: System, tmp_path: Path) -> None:
+    """A span of some steps is these steps; another one is divided into shorter ones, whose error is smaller."""
+    model = c_files.write(case_of(small), "spans", "a model")
+    run = CRun(model, tmp_path)
+    whole = run.run(60)[::4]
+    run.call("start")
+    for k in range(15):
+        assert run.step(4 * model.step) == 0
+        np.testing.assert_allclose(run.outputs, whole[k + 1], rtol=0, atol=1e-12)
+    run.call("start")
+    for _ in range(24):
+        assert run.step(2.5 * model.step) == 0
+    assert run.time == pytest.approx(0.06)
+    np.testing.assert_allclose(run.outputs, whole[-1], rtol=0, atol=2e-5)
+    assert np.abs(run.outputs - whole[-1]).max() > 1e-12
+
+
+def test_bad_input_is_told_and_nothing_is_lost(plant: System, tmp_path: Path) -> None:
+    model = c_files.write(case_of(plant), "bad", "a plant")
+    run = CRun(model, tmp_path)
+    before = run.run(20)[-1]
+    for value in (np.nan, np.inf, -np.inf):
+        run.set("input", 0, value)
+        assert run.message(run.step(model.step)) == b"an input is not finite"
+        np.testing.assert_array_equal(run.outputs, before)
+    run.set("input", 0, 0.0)
+    for span in (0.0, -1e-3, np.nan, np.inf):
+        assert run.message(run.step(span)) == b"the span of a step is not positive"
+    assert run.step(model.step) == 0
+
+
+def test_a_step_that_fails_keeps_the_last_good_state(plant: System, tmp_path: Path) -> None:
+    model = c_files.write(case_of(plant), "failing", "a plant")
+    run = CRun(model, tmp_path)
+    before, time = run.run(20)[-1], run.time
+    run.set("input", 0, 1e12)
+    status = run.step(model.step)
+    assert status != 0
+    assert b"the state is that of the last good one" in run.message(status)
+    np.testing.assert_array_equal(run.outputs, before)
+    assert run.time == time
+    run.set("input", 0, 0.0)
+    assert run.step(model.step) == 0
+
+
+def test_derivatives_are_those_of_a_step(plant: System, tmp_path: Path) -> None:
+    """Of all outputs by the input of the last step, against differences of two steps from one state."""
+    model = c_files.write(case_of(plant, tolerance=1e-14), "slopes", "a plant")
+    run = CRun(model, tmp_path)
+    run.run(40)
+    saved, change, found = ctypes.string_at(run.memory, run.library.memory_size()), 1e-4, []
+    for side in (change, -change, 0.0):
+        ctypes.memmove(run.memory, saved, len(saved))
+        run.set("input", 0, side)
+        assert run.step(model.step) == 0
+        found.append(run.outputs)
+    exact, slopes = (found[0] - found[1]) / (2 * change), run.derivative(0)
+    assert np.abs(exact).max() > 1e-4
+    steady = [k for k, one in enumerate(model.columns) if not one.name.startswith("root")]  # forces of joints are of another kind
+    np.testing.assert_allclose(slopes[steady], exact[steady], rtol=1e-3, atol=1e-6 * np.abs(exact[steady]).max())
+
+
+def test_a_fixed_number_of_corrections_goes_the_same_way(small: System, tmp_path: Path) -> None:
+    """Every step has new factors and three corrections then: as good as the tolerance, at the same cost each."""
+    model = c_files.write(case_of(small), "fixed", "a model")
+    run = CRun(model, tmp_path)
+    whole = run.run(200, 50)
+    run.library.set_fixed(run.memory, 4)
+    np.testing.assert_allclose(run.run(200, 50), whole, rtol=0, atol=1e-7)
+    assert run.library.left_of(run.memory) < 1e-12
+
+
+def family(values: Mapping[str, float]) -> Case:
+    """The beams of the pendulum in few modes, over Young's modulus and gravity."""
+    made = FIXED["system"]
+    E, g = values["E"] / 1e9, values["g"] / 9.81
+    elastic = []
+    for one in made.elastic:
+        section = one.gather.section.copy()
+        section[:2] *= E
+        elastic.append(replace(one, gather=replace(one.gather, section=section)))
+    changed = replace(made, elastic=tuple(elastic), loads=replace(made.loads, constant=g * made.loads.constant))
+    return Case(changed, STEP, 0.3)
+
+
+FIXED: dict[str, System] = {}
+
+
+def test_parameters_of_a_box_are_variables(small: System, tmp_path: Path) -> None:
+    FIXED["system"] = small
+    parameters = (Parameter("E", 0.5e9, 2e9, value=1e9, unit="Pa"), Parameter("g", 5.0, 12.0, value=9.81, unit="m/s^2"))
+    rom = affine.fit(family, parameters)
+    model = c_files.write(rom, "family", "a family")
+    assert model.parameters["g"] == ("m/s^2", 5.0, 12.0, 9.81)
+    run = CRun(model, tmp_path)
+    for E, g in ((1e9, 9.81), (0.7e9, 11.0), (1.9e9, 5.5)):
+        run.set("parameter", 0, E)
+        run.set("parameter", 1, g)
+        case = rom({"E": E, "g": g})
+        columns = dynamics.outputs(dynamics.integrate(case.system, STEP, 0.2, case.newton, 10))
+        exact = np.stack([columns[one.name] for one in model.columns], axis=1)
+        np.testing.assert_allclose(run.run(200, 10), exact, rtol=0, atol=1e-9)
+    run.set("parameter", 1, 12.5)
+    assert run.message(run.call("start")) == b"a parameter is outside of the range that the model was trained for"
+
+
+def test_what_has_no_c_is_refused() -> None:
+    with pytest.raises(InputError, match="a reduced model, got a full one"):
+        c_files.write(case_of(models.spin_up(4)), "full", "a model")
+    full = full_of(models.double_pendulum(4, all_multipliers=True), STEP, 0.1)
+    made = reduced(full, reduction.body_level(full.raw), 1e-6).system
+    python = replace(made, signals=(turning,), loads=replace(made.loads, forces=()))
+    with pytest.raises(InputError, match="expressions of t and of inputs"):
+        c_files.write(case_of(python), "python", "a model")
+
+
+@pytest.mark.parametrize("name", ['a "quoted" name', "*/ int x; /*", "</script>", "3 beams", "pendel-mit-ö", ""])
+def test_names_end_no_comment_and_are_identifiers(name: str, small: System, tmp_path: Path) -> None:
+    model = c_files.write(case_of(small), name, name, name)
+    assert model.name.isidentifier()
+    assert model.name.isascii()
+    CRun(model, tmp_path).run(1)
