@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from ..core.errors import InputError, say
 from ..core.storage import durable
@@ -21,6 +23,7 @@ from .result import ReportTable, Result, list_files
 def written(job: Job, name: str) -> tuple[CModel, str]:
     """A saved model in C, and its title; parameters of a whole range are variables, or have the values that are asked for."""
     case: Case | ParametricCase
+    notes: Mapping[str, Any]
     if models.parametric(job.path) and not job.changes:
         rom = parametric_model.load(job.path)
         case, notes = rom.model, rom.notes

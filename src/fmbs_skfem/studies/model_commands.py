@@ -84,8 +84,8 @@ def export_model(
 ) -> Result:
     """Write a saved reduced model as C source, for controllers and other programs.
 
-    The model in FILE becomes one C99 file and one header: no library, no dynamic memory, the time step of this package. Parameters of a
-    model of a whole range are variables, whose range is checked, or have the values of --set.
+    The model in FILE becomes one C99 file and one header: no library, no dynamic memory, the time step of this package. Parameters
+    of a model of a whole range are variables, whose range is checked, or have the values of --set.
     """
     from . import exporting
 
