@@ -50,6 +50,7 @@ class CModel:
     step: float  #: [s]
     parameters: Mapping[str, tuple[str, float, float, float]]  #: unit, least, largest and nominal value by name
     inputs: Mapping[str, tuple[str, float]]  #: unit and start value by name
+    ranges: Mapping[str, tuple[float, float]]  #: of the inputs that have one
     columns: tuple[Column, ...]  #: outputs
     left_out: tuple[str, ...]  #: columns that the model has and a C file has not
 
@@ -170,6 +171,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         case.scheme.step,
         numbers.parameters_of(given),
         ports,
+        {key: one.range for key, one in inputs.items() if one.range is not None},
         tuple(columns),
         tuple(left_out),
     )

@@ -20,7 +20,8 @@ from ..results.frames import Array, Frames, Shown
 from ..results.palette import colour
 from ..results.plots import Panel
 from ..results.rendering import camera, decor
-from . import compression
+from . import compression, live
+from .live import LiveModel
 from .packing import Block
 
 INSTANTS = 601  #: of a motion, at most; the page goes through them smoothly
@@ -40,6 +41,7 @@ class Film:
     frames: Frames
     times: Array = field(default_factory=lambda: np.zeros(0))  #: (t,) of the panels
     panels: Sequence[Panel] = ()
+    live: LiveModel | None = None  #: the model itself, to run in the page
 
 
 def film(
@@ -73,6 +75,7 @@ def describe(
     box = camera.box(np.concatenate(places), flat)
     middle = (box.lower + box.upper) / 2.0
     shades = [name for name in FIELDS if any(shows(one, name) for one in every)]
+    shown = [describe_film(one, middle, TOLERANCE * box.size, shades, block) for one in films]
     content = {
         "title": title,
         "about": list(about),
@@ -83,10 +86,22 @@ def describe(
         "thin": 0.0045 * box.size,
         "shades": [scale(every, name) for name in shades],
         "shade": shade if shade in shades else None,
-        "films": [describe_film(one, middle, TOLERANCE * box.size, shades, block) for one in films],
+        "films": shown,
         "panels": describe_panels([(film.times, film.panels) for film in films], block),
     }
+    if films[0].live is not None:
+        content["live"] = describe_live(films[0].live, shown[0], middle, block)
     return content, block
+
+
+def describe_live(model: LiveModel, film: dict[str, Any], middle: Array, block: Block) -> dict[str, Any]:
+    """The model of a film as it runs in the page."""
+    assert model.positions is not None
+    bodies = []
+    for one, body in zip(film["bodies"], model.positions.bodies.values(), strict=True):
+        bodies.append(live.body_map(body.points, middle, block.read(one["reference"]), block.read(one["modes"])))
+    joints = [live.joint_map(points, middle) for _, points in model.positions.joints.values()]
+    return live.describe(model, bodies, joints, block)
 
 
 def describe_plots(

@@ -16,7 +16,7 @@ from typing import Any
 from ..core.storage.records import dataclass
 from .packing import Block, dumps
 
-SCRIPTS = ("data.js", "plots.js", "shaders.js", "scene.js", "live.js", "player.js", "tables.js")
+SCRIPTS = ("data.js", "plots.js", "shaders.js", "scene.js", "live.js", "wasm.js", "player.js", "tables.js")
 POLICY = (
     "default-src 'none'; script-src 'sha256-{}' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; "
     "base-uri 'none'; form-action 'none'"

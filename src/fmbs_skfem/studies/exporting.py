@@ -52,6 +52,14 @@ def export(job: Job, name: str, folder: Path | None) -> Result:
     return Result(about=f"{job.path}: {title} as C", report=report_of(job, found, made), lines=views(found, made))
 
 
+def input_ranges(found: CModel) -> dict[str, tuple[str, float, float, float]]:
+    """Unit, least and largest value and start of all inputs; of one without a range around its start."""
+    shown = {}
+    for name, (unit, start) in found.inputs.items():
+        shown[name] = unit, *found.ranges.get(name, (start - 1.0, start + 1.0)), start
+    return shown
+
+
 def report_of(job: Job, found: CModel, made: list[Path]) -> dict[str, object]:
     """What was written, for programs."""
     return {

@@ -1,12 +1,16 @@
 "use strict";
 
-/** The content of the page, with a typed array for every place in its block; arrays know their `shape`. */
-async function readContent() {
-  const letters = atob(document.getElementById("block").textContent);
-  const packed = new Uint8Array(letters.length);
+/** Bytes of a text in Base64 (zlib). */
+async function unzip(text) {
+  const letters = atob(text), packed = new Uint8Array(letters.length);
   for (let i = 0; i < letters.length; i++) packed[i] = letters.charCodeAt(i);
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const bytes = await new Response(stream).arrayBuffer();
+  return new Response(stream).arrayBuffer();
+}
+
+/** The content of the page, with a typed array for every place in its block; arrays know their `shape`. */
+async function readContent() {
+  const bytes = await unzip(document.getElementById("block").textContent);
   const kinds = { f2: Uint16Array, f4: Float32Array, u4: Uint32Array };
   const found = (key, value) => {
     if (value === null || typeof value !== "object" || !Object.hasOwn(value, "at")) return value;

@@ -52,7 +52,7 @@ class Live {
   advance(time) {
     const count = Math.max(1, Math.round(time / this.model.stepSize));
     this.put(this.model.step(count));
-    this.time += count * this.model.stepSize;
+    this.time = this.model.time ?? this.time + count * this.model.stepSize;
   }
 
   put(x) {

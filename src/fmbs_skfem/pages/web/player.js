@@ -205,6 +205,16 @@ async function begin() {
       seek(state.time);
     },
   };
+  if (content.live && content.live.module && scene) {
+    const button = find("run");
+    button.hidden = false;
+    button.addEventListener("click", async () => {
+      if (state.live) { window.fmbs.detach(); button.textContent = "run the model"; return; }
+      window.fmbs.attach(await loadModel(content.live));
+      button.textContent = "show the run";
+      if (!state.playing) play();
+    });
+  }
   find("shade").value = look.shade || "";
   key();
   draw();

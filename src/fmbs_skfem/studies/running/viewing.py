@@ -8,13 +8,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...core.errors import InputError, say
+from ...core import extras
+from ...core.errors import InputError, SolverError, say
+from ...core.notices import notify
 from ...core.storage import container
 from ...dynamics import Trajectory
+from ...exports import wasm
+from ...pages import live
+from ...pages.live import LiveModel, Slider
 from ...results import segments
 from ...scenes.analyses.analysis import States
+from .. import exporting, models, reports
 from .. import job as jobs
-from .. import models, reports
 from ..job import Job
 from ..planning.planned import Planned
 from ..result import Result
@@ -37,11 +42,31 @@ def view(job: Job, html: Path | None, instants: int) -> Result:
     scene, title, trajectory, remarks = motion(job)
     reports.make_folder(path.parent)
     films = [webpages.film_of(title, trajectory, instants)]
+    if scene is None:
+        films = [replace(films[0], live=live_model(job, trajectory))]
     webpages.write(path, title, films, *webpages.look(scene, trajectory), webpages.about(trajectory, remarks))
     size = path.stat().st_size
     report = {"status": "ok", "source": job.path, "files": [path], "bytes": size, "notices": job.notices}
     told = f"written: {path} ({size / 1e6:.2g} MB); it opens in any browser and needs no network"
     return Result(about=f"{title}: {path}", report=report, lines=[told])
+
+
+def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
+    """The saved model of a job as it runs in a page; None, with a notice, where it has no C or there is no compiler."""
+    if not models.is_model(job):
+        return None
+    try:
+        made, _ = exporting.written(job, "model")
+        module = wasm.module(made)
+    except (InputError, SolverError) as problem:
+        notify(f"the page shows the run alone: {problem}")
+        return None
+    if module is None:
+        notify(f"the page shows the run alone: the model itself runs in it with a compiler, {extras.install('fmu')}")
+        return None
+    parameters = tuple(Slider(name, *one) for name, one in made.parameters.items())
+    inputs = tuple(Slider(name, *one) for name, one in exporting.input_ranges(made).items())
+    return LiveModel(module, made.step, parameters, inputs, live.positions(trajectory))
 
 
 def motion(job: Job) -> tuple[Scene | None, str, Trajectory, Sequence[object]]:
