@@ -116,10 +116,10 @@ def test_an_unknown_command_is_a_usage_error_with_a_hint() -> None:
     [
         (
             ("rom", "model.h5"),
-            "expected one of the commands info, run before the file, such as 'fmbs rom run model.h5', got 'model.h5'",
+            "expected one of the commands export, info, run before the file, such as 'fmbs rom run model.h5', got 'model.h5'",
         ),
         (("part", "arm.h5"), "before the file, such as 'fmbs part info arm.h5', got 'arm.h5'"),
-        (("rom", "rum"), "expected one of the commands info, run, got 'rum'; did you mean 'run'?"),
+        (("rom", "rum"), "expected one of the commands export, info, run, got 'rum'; did you mean 'run'?"),
         (("four_bar.yaml",), "before the file, such as 'fmbs run four_bar.yaml', got"),
     ],
 )

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import studies
+from fmbs_skfem.studies.running import webpages
 
 from ..browser import DRAWS, FLAT, PROGRAM, Browser, browser
 from ..cli.calls import EXAMPLES, fmbs
@@ -234,3 +235,52 @@ def test_a_folder_of_another_scene_is_refused(run: tuple[studies.Run, Path], tmp
     assert "as it was run" in done.err
     (folder / "report.json").unlink()
     assert "a folder of fmbs run" in fmbs("view", folder).err
+
+
+def test_a_model_in_the_page_moves_bodies_and_joints_by_its_unknowns(chromium: Browser, tmp_path: Path) -> None:
+    """A model of recorded states, whose slider asks for one of them: the points are those of the recorded motion."""
+    (tmp_path / "rod.yaml").write_text(SCENE + "reduction: {snapshots: 10 ms}\n", encoding="utf-8")
+    studies.reduce(tmp_path / "rod.yaml", out=tmp_path / "rod.h5", allow_outside=True)
+    motion = studies.run_model(tmp_path / "rod.h5", html=True, out=tmp_path / "out", plots=False)
+    tab = opened(chromium, tmp_path / "out" / "page.html")
+    states = motion.trajectory.x[:: len(motion.times) // 10]
+    at = motion.times[:: len(motion.times) // 10]
+    tab.run(f"""fmbs.attach({{
+      states: {json.dumps(states.tolist())}, stepSize: 0.002, which: 0,
+      inputs: [{{ name: "which", unit: "", low: 0, high: 9, value: 3 }}],
+      set(parameters, inputs) {{ this.which = Math.round(inputs.which); }},
+      reset() {{}},
+      step(n) {{ return this.states[this.which]; }},
+    }})""")
+    assert not tab.run("document.getElementById('sliders').hidden")
+    for number in (3, 7):
+        move = f"bar.value = {number}; bar.dispatchEvent(new Event('input')); fmbs.state.live.advance(0.002); fmbs.draw();"
+        tab.run(f"((bar) => {{ {move} }})(document.querySelector('#sliders input'))")
+        live = np.array(tab.run("fmbs.scene.read(0, 0)"))[:, :3]
+        tip = np.array([np.interp(at[number], motion.times, motion.outputs[f"tip_{axis}"]) for axis in "xyz"])
+        assert np.linalg.norm(live[-1] - tip) <= 1e-4
+    tab.run("fmbs.detach()")
+    recorded = np.array(tab.run(f"(fmbs.seek({float(at[7])}), fmbs.draw(), fmbs.scene.read(0, 0))"))[:, :3]
+    assert np.abs(recorded - live).max() <= 2e-5
+    assert tab.run("document.getElementById('sliders').hidden")
+    assert tab.wrong == []
+
+
+def test_two_motions_are_overlaid_or_side_by_side(run: tuple[studies.Run, Path], chromium: Browser, tmp_path: Path) -> None:
+    """The same motion and a heavier rod, with the distance of the two as a colour."""
+    (tmp_path / "heavy.yaml").write_text(SCENE.replace("1800 kg", "3600 kg"), encoding="utf-8")
+    heavy = studies.run(tmp_path / "heavy.yaml", allow_outside=True).trajectory
+    films = [webpages.film_of("</script>", run[0].trajectory), webpages.film_of("heavy", heavy, full=run[0].trajectory)]
+    tab = opened(chromium, webpages.write(tmp_path / "two.html", "two", films, "curvature", "s"))
+    over = tab.run(f"(fmbs.seek(0.45), {PIXELS})")
+    tab.run("((one) => { one.value = 'side'; one.dispatchEvent(new Event('change')); })(document.getElementById('layout'))")
+    side = tab.run(f"(fmbs.setShade('error'), {PIXELS})")
+    assert side["sum"] != over["sum"]
+    assert tab.run("[...document.querySelectorAll('#panes span')].map((one) => one.textContent)") == ["</script>", "heavy"]
+    scale = tab.run("fmbs.content.shades.find((one) => one.name === 'error').limits")
+    shown, others = (np.array(tab.run(f"fmbs.scene.read({k}, 0)")) for k in (0, 1))
+    apart = np.linalg.norm(shown[:, :3] - others[:, :3], axis=1)
+    assert np.abs(others[:, 3] - apart).max() <= (scale[1] - scale[0]) / 250 + 4e-4
+    assert apart.max() > 0.01
+    assert tab.run("document.querySelectorAll('#plots polyline').length") == 6
+    assert tab.wrong == []

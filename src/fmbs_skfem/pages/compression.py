@@ -9,6 +9,8 @@ motion costs its coordinates alone.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..core.storage.records import dataclass
@@ -16,6 +18,7 @@ from ..results.frames import Array
 
 AFFINE = 12  #: numbers of an affine motion: three rows of a shift and a matrix
 MOST = 64  #: modes of a body, which the page keeps as numbers of its programs
+NUMBERS, FEWEST = 250_000, 8  #: in the modes of a field, and the fewest modes that it may have where there are many points
 SNAPSHOTS = 160  #: instants whose correlation is decomposed; all instants are told by the modes found
 ROUNDS = 4  #: each leaves about a thousandth of the one before, as half floats have eleven digits
 
@@ -44,26 +47,35 @@ def of_points(points: Array, reference: Array, tolerance: float) -> Shape:
     affine = np.einsum("kx,sxc->skc", np.linalg.pinv(corner, rcond=1e-9), points)
     rest = (points - np.einsum("xk,skc->sxc", corner, affine)).reshape(len(points), -1)
     modes, amplitudes = decompose(rest, tolerance / 2.0)
-    told = np.einsum("xk,skc->sxc", corner, affine) + (amplitudes @ modes.astype(float)).reshape(points.shape)
-    error = float(np.linalg.norm(points - told, axis=2).max(initial=0.0))
     coordinates = np.column_stack([affine.transpose(0, 2, 1).reshape(len(points), AFFINE), amplitudes])
-    return Shape(modes.reshape(len(modes), len(reference), 3), coordinates, error)
+    found = Shape(modes.reshape(len(modes), len(reference), 3), coordinates, 0.0)
+    return replace(found, error=float(np.linalg.norm(points - points_of(found, reference), axis=2).max(initial=0.0)))
+
+
+def points_of(shape: Shape, reference: Array) -> Array:
+    """The points (s, x, 3) that a shape tells."""
+    affine = shape.coordinates[:, :AFFINE].reshape(-1, 3, 4)
+    corner = np.column_stack([np.ones(len(reference)), reference])
+    flat = shape.modes.reshape(len(shape.modes), reference.size).astype(float)
+    return np.asarray(
+        np.einsum("xk,sck->sxc", corner, affine) + (shape.coordinates[:, AFFINE:] @ flat).reshape(-1, *reference.shape)
+    )
 
 
 def of_values(values: Array, tolerance: float) -> Values:
-    """Values (s, x) to a tolerance where MOST modes reach it."""
-    modes, amplitudes = decompose(values.copy(), tolerance)
+    """Values (s, x) to a tolerance where modes of NUMBERS numbers in all reach it."""
+    modes, amplitudes = decompose(values.copy(), tolerance, int(np.clip(NUMBERS // values.shape[1], FEWEST, MOST)))
     return Values(modes, amplitudes, float(np.abs(values - amplitudes @ modes.astype(float)).max(initial=0.0)))
 
 
-def decompose(rest: Array, tolerance: float) -> tuple[np.ndarray, Array]:
+def decompose(rest: Array, tolerance: float, most: int = MOST) -> tuple[np.ndarray, Array]:
     """Modes (m, i) as half floats and amplitudes (s, m) of values (s, i), which are left with what is not told."""
     modes: list[np.ndarray] = []
     amplitudes: list[Array] = []
     for _ in range(ROUNDS):
         for mode in leading(rest, tolerance):
             largest = float(np.abs(rest).max(initial=0.0))
-            if largest <= tolerance or len(modes) == MOST:
+            if largest <= tolerance or len(modes) == most:
                 break
             rounded = (mode / np.abs(mode).max()).astype(np.float16)
             exact = rounded.astype(float)

@@ -6,7 +6,7 @@ film(name, trajectory)  ->  Film  ->  describe(title, films)  ->  JSON and a blo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from ..results.palette import colour
 from ..results.plots import Panel
 from ..results.rendering import camera, decor
 from . import compression, live
+from .compression import Shape
 from .live import LiveModel
 from .packing import Block
 
@@ -41,7 +42,25 @@ class Film:
     frames: Frames
     times: Array = field(default_factory=lambda: np.zeros(0))  #: (t,) of the panels
     panels: Sequence[Panel] = ()
+    basis: Basis | None = None  #: of a reduced model
     live: LiveModel | None = None  #: the model itself, to run in the page
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Where unknowns x (n,) put bodies and joints that are linear in them: frames of x = 0 and of every unknown alone."""
+
+    frames: Frames  #: n + 1 instants
+    sizes: Array  #: (n,) of each unknown alone
+    x: Array  #: (s, n) of the motion
+
+    def linear(self, values: Array) -> Array:
+        """The map (i, 1 + n) of values (n + 1, i) of these frames, its first column for x = 0."""
+        return np.column_stack([values[0], ((values[1:] - values[0]) / self.sizes[:, None]).T])
+
+    def follow(self, linear: Array) -> Array:
+        """Values (s, i) of the motion by such a map."""
+        return np.asarray(linear[:, 0] + self.x @ linear[:, 1:].T)
 
 
 def film(
@@ -60,7 +79,20 @@ def film(
         same = frames_.nearest(others.times, shown.times.tolist())
         if len(same) == len(rows):
             shown = frames_.with_error(shown, motion.frames(others, same, ()))
-    return Film(name, shown, trajectory.times, panels)
+    return Film(name, shown, trajectory.times, panels, basis_of(states, rows))
+
+
+def basis_of(states: Trajectory, rows: np.ndarray) -> Basis | None:
+    """The basis of a reduced model, at the sizes that its unknowns have; None of others, and of very many unknowns."""
+    system, x = states.system, states.x[rows]
+    if not system.components or system.size >= compression.SNAPSHOTS:
+        return None
+    largest = np.abs(x).max(axis=0)
+    sizes = np.where(largest > 1e-9 * largest.max(), largest, largest.max() or 1.0)
+    alone = np.vstack([np.zeros(system.size), np.diag(sizes)])
+    still, none = np.zeros_like(alone), np.zeros((len(alone), len(system.constraints.names)))
+    one = Trajectory(system, np.arange(len(alone), dtype=float), alone, still, still, none)
+    return Basis(motion.frames(one, np.arange(len(alone)), ()), sizes, x)
 
 
 def describe(
@@ -89,19 +121,8 @@ def describe(
         "films": shown,
         "panels": describe_panels([(film.times, film.panels) for film in films], block),
     }
-    if films[0].live is not None:
-        content["live"] = describe_live(films[0].live, shown[0], middle, block)
-    return content, block
-
-
-def describe_live(model: LiveModel, film: dict[str, Any], middle: Array, block: Block) -> dict[str, Any]:
-    """The model of a film as it runs in the page."""
-    assert model.positions is not None
-    bodies = []
-    for one, body in zip(film["bodies"], model.positions.bodies.values(), strict=True):
-        bodies.append(live.body_map(body.points, middle, block.read(one["reference"]), block.read(one["modes"])))
-    joints = [live.joint_map(points, middle) for _, points in model.positions.joints.values()]
-    return live.describe(model, bodies, joints, block)
+    running = next((film.live for film, one in zip(films, shown, strict=True) if film.live and one["live"]), None)
+    return (content if running is None else {**content, "live": live.describe(running)}), block
 
 
 def describe_plots(
@@ -127,15 +148,16 @@ def scale(every: Sequence[Frames], name: str) -> dict[str, Any]:
 
 
 def describe_film(film: Film, middle: Array, tolerance: float, shades: Sequence[str], block: Block) -> dict[str, Any]:
-    """A motion in a page."""
+    """A motion in a page; `live` has maps from unknowns to coordinates of bodies and places of joints, if all are linear."""
     frames = film.frames
     steady = bool((np.diff(frames.times) > 0.0).all())
+    shapes, maps = shapes_of(film, middle, tolerance)
     return {
         "name": film.name,
         "times": block.put(frames.times if steady else np.arange(len(frames.times))),
         "shown": block.put(frames.times),
         "bodies": [
-            describe_body(name, body, number, middle, tolerance, shades, block)
+            describe_body(name, body, shapes[name], number, middle, shades, block)
             for number, (name, body) in enumerate(frames.bodies.items())
         ],
         "joints": [
@@ -153,15 +175,49 @@ def describe_film(film: Film, middle: Array, tolerance: float, shades: Sequence[
             for name, arrow in frames.arrows.items()
             if np.any(arrow.directions)
         ],
+        "live": maps and {part: [block.put(one) for one in found] for part, found in maps.items()},
     }
 
 
+def shapes_of(film: Film, middle: Array, tolerance: float) -> tuple[dict[str, Shape], dict[str, list[Array]] | None]:
+    """Shapes of all bodies, and maps (12 + m, 1 + n) of bodies and (3, 1 + n) of joints where the unknowns tell all of them.
+
+    What is not linear in the unknowns, as sections that are swept and springs that are drawn bent, is told by its points.
+    """
+    bodies = film.frames.bodies
+    if film.basis is not None:
+        shapes, maps = linear_shapes(film.basis, film.frames, middle, tolerance)
+        if max((one.error for one in shapes.values()), default=0.0) <= tolerance and maps:
+            return shapes, maps
+    return {
+        name: compression.of_points(body.points - middle, body.reference - middle, tolerance) for name, body in bodies.items()
+    }, None
+
+
+def linear_shapes(
+    basis: Basis, frames: Frames, middle: Array, tolerance: float
+) -> tuple[dict[str, Shape], dict[str, list[Array]] | None]:
+    """Shapes and maps by the basis alone, with the error that they have for the motion."""
+    shapes, maps = {}, []
+    for name, body in frames.bodies.items():
+        reference = body.reference - middle
+        found = compression.of_points(basis.frames.bodies[name].points - middle, reference, 0.1 * tolerance)
+        linear = basis.linear(found.coordinates)
+        shape = compression.Shape(found.modes, basis.follow(linear), 0.0)
+        error = np.linalg.norm(compression.points_of(shape, reference) - (body.points - middle), axis=2).max()
+        shapes[name] = replace(shape, error=float(error))
+        maps.append(linear)
+    places = [basis.linear(basis.frames.joints[name][1] - middle) for name in frames.joints]
+    follow = [
+        np.abs(basis.follow(one) - (points - middle)).max() for one, (_, points) in zip(places, frames.joints.values(), strict=True)
+    ]
+    return shapes, {"bodies": maps, "joints": places} if max(follow, default=0.0) <= tolerance else None
+
+
 def describe_body(
-    name: str, body: Shown, number: int, middle: Array, tolerance: float, shades: Sequence[str], block: Block
+    name: str, body: Shown, shape: Shape, number: int, middle: Array, shades: Sequence[str], block: Block
 ) -> dict[str, Any]:
     """A body in a page: its reference, modes and coordinates, and the same of its fields."""
-    reference = body.reference - middle
-    shape = compression.of_points(body.points - middle, reference, tolerance)
     edges = surfaces.outline(body.reference, body.cells, surfaces.places(body.reference)) if body.is_surface else body.cells
     fields = {}
     for shade in shades:
@@ -175,7 +231,7 @@ def describe_body(
         "lit": not body.is_shell or bool(np.ptp(body.points[..., 2]) > 0.0),
         "colour": colour(number),
         "size": float(np.mean(body.size)),
-        "reference": block.put(reference),
+        "reference": block.put(body.reference - middle),
         "cells": block.put(body.cells, "u4"),
         "edges": block.put(edges, "u4"),
         "modes": block.put(shape.modes, "f2"),

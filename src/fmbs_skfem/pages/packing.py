@@ -35,12 +35,6 @@ class Block:
         self.size += len(data)
         return place
 
-    def read(self, place: Mapping[str, Any]) -> np.ndarray:
-        """An array that was put here."""
-        data = b"".join(self.parts)
-        count = int(np.prod(place["shape"]))
-        return np.frombuffer(data, TYPES[place["type"]], count, place["at"]).reshape(place["shape"])
-
     @property
     def text(self) -> str:
         """All of them, compressed (zlib), as Base64."""

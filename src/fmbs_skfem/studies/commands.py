@@ -215,6 +215,7 @@ def compare(
     true: Annotated[
         bool, Option("True errors, of mesh, step and model together, and the full models that accuracies of 1e-2 to 1e-4 choose.")
     ] = False,
+    html: Html = False,
     **shared: Unpack[Shared],
 ) -> "ComparisonResult":
     """Compare full and reduced models of a scene: time beside error.
@@ -225,7 +226,7 @@ def compare(
     from . import comparison
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return comparison.compare_scene(job, quick, picture, true)
+        return comparison.compare_scene(job, quick, picture, true, html)
 
 
 def sweep(

@@ -30,7 +30,7 @@ from . import job as jobs
 from .job import Job
 from .planning import truth
 from .result import ReportTable, Result, conclude, list_files
-from .running import compiling, pictures
+from .running import compiling, pictures, webpages
 from .running.outcome import SERIES
 from .running.solving import extremes
 
@@ -77,11 +77,12 @@ class ComparisonResult(Result):
         return self.study[name]
 
 
-def compare_scene(job: Job, quick: bool, picture: bool, true: bool) -> ComparisonResult:
+def compare_scene(job: Job, quick: bool, picture: bool, true: bool, html: bool = False) -> ComparisonResult:
     """All models of a scene, with pictures of its full model and of an error; `true` errors beside those against that model."""
 
     scene = jobs.read_scene(job)
-    return conclude(comparison(job, scene, quick, ComparisonPictures() if picture else None, truth.WANTED if true else ()))
+    shown = ComparisonPictures() if picture else None
+    return conclude(comparison(job, scene, quick, shown, truth.WANTED if true else (), html))
 
 
 def demo_scene() -> Scene:
@@ -113,21 +114,26 @@ def gist(found: ComparisonResult) -> list[Any]:
 
 
 def comparison(
-    job: Job, scene: Scene, quick: bool, shown: ComparisonPictures | None, wanted: Sequence[float] = ()
+    job: Job, scene: Scene, quick: bool, shown: ComparisonPictures | None, wanted: Sequence[float] = (), html: bool = False
 ) -> ComparisonResult:
-    """All models of a scene; figures, and what is to be `shown`, in the output folder.
+    """All models of a scene; figures, what is to be `shown`, and a page for the browser (`html`) in the output folder.
 
     Where accuracies are `wanted`, what these choose stands beside them, and all have their true errors.
     """
     mark = reports.fingerprint(scene)
-    names = [*(f"{name}.png" for name in figures.names(scene)), *(shown.names if shown else ())]
+    names = [*(f"{name}.png" for name in figures.names(scene)), *(shown.names if shown else ()), *([webpages.PAGE] if html else [])]
     out = jobs.settle_folder(job, (RECORD, *names), mark, RECORD)
     compiling.announce(job, reduces=True)
     with drawing_beside(scene, shown if out else None) as gallery:
         study = run(scene, quick, job.allow_outside, job.progress("comparing"), gallery.begin if gallery else None, wanted)
         report, drawn = report_of(scene, study), figures.draw(scene, study)
         report |= {"fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
-        missing = jobs.deliver(job, report, figures=drawn, orders=partial(gallery.go_on, study) if gallery else None, record=RECORD)
+
+        def orders(folder: Path) -> list[pictures.Order]:
+            page = [partial(webpages.compared, scene, study, folder / webpages.PAGE)] if html else []
+            return [*page, *(gallery.go_on(study, folder) if gallery else [])]
+
+        missing = jobs.deliver(job, report, figures=drawn, orders=orders if html or gallery else None, record=RECORD)
     view = [*tables.tables(scene, study), *summarise(report), *list_files(report)]
     about = f"{report['scene']}: {', '.join(record.name for record in study.records)}"
     return ComparisonResult(about=about, report=report, lines=view, figures=drawn, error=missing, study=study)

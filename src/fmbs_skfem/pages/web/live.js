@@ -3,22 +3,23 @@
 /**
  * A model that runs in the page. Whoever has one calls `fmbs.attach(model)`; it has
  *
- *     parameters, inputs   lists of {name, unit, low, high, value}: each gets a slider
- *     step                 length of a step [s]
+ *     parameters, inputs        lists of {name, unit, low, high, value}: each gets a slider
+ *     stepSize                  [s]
  *     set(parameters, inputs)   both as objects from name to value; the next step uses them
- *     reset()              back to the state at the start, bit for bit
- *     step_(n) or step(n)  n steps; returns the unknowns x (n,) as an array of numbers
+ *     reset()                   back to the state at the start, bit for bit
+ *     step(n)                   n steps, 0 for none; returns the unknowns x (n,) of the reduced model as an array of numbers
  *
- * The page knows how bodies and joints follow from the unknowns: `content.live` has for every body of a film a matrix
- * (12 + modes, 1 + unknowns), whose first column is that of x = 0, and for every joint one (3, 1 + unknowns).
+ * The page knows how bodies and joints follow from the unknowns: `live` of the first film that has one holds for every body a
+ * matrix (12 + modes, 1 + unknowns), whose first column is that of x = 0, and for every joint one (3, 1 + unknowns).
  */
 class Live {
   constructor(model, content, scene, place, changed) {
     Object.assign(this, { model, content, scene, changed, time: 0, values: { parameters: {}, inputs: {} } });
-    const film = scene.films[content.live.film];
+    const film = scene.films.find((one) => one.live);
+    if (!film) throw new Error("no motion of this page is linear in the unknowns of a model");
     this.targets = [
-      ...film.bodies.map((body, k) => ({ map: content.live.bodies[k], out: body.now, mark: (x) => { body.live = x; } })),
-      ...film.joints.map((joint, k) => ({ map: content.live.joints[k], out: new Float32Array(3), mark: (x) => { joint.places.live = x; } })),
+      ...film.bodies.map((body, k) => ({ map: film.live.bodies[k], out: body.now, mark: (x) => { body.live = x; } })),
+      ...film.joints.map((joint, k) => ({ map: film.live.joints[k], out: new Float32Array(3), mark: (x) => { joint.places.live = x; } })),
     ];
     place.hidden = false;
     for (const kind of ["parameters", "inputs"]) for (const one of model[kind] || []) this.slider(place, kind, one);

@@ -193,11 +193,11 @@ async function begin() {
   });
 
   if (scene) gestures(find("scene"), scene, () => seek(state.time));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => seek(state.time));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { key(); seek(state.time); });
   new ResizeObserver(() => seek(state.time)).observe(find("stage"));
   window.fmbs = {
     content, scene, state, look, seek, play, go, setShade, draw, picture, first, last,
-    attach(model) { state.live = new Live(model, content, scene, find("sliders"), () => seek(state.time)); },
+    attach(model) { find("sliders").replaceChildren(); state.live = new Live(model, content, scene, find("sliders"), () => seek(state.time)); },
     detach() {
       state.live = null;
       find("sliders").hidden = true;

@@ -77,7 +77,7 @@ class Plots {
       panel.x = x;
       for (const v of ticks(low, high, 4)) {
         element(svg, "line", { class: "frame", x1: panel.left, x2: width - panel.right, y1: y(v), y2: y(v) });
-        element(svg, "text", { x: panel.left - 5, y: y(v) + 3.5, "text-anchor": "end" }, short(v));
+        element(svg, "text", { x: panel.left - 5, y: y(v) + 3.5, "text-anchor": "end" }, short(v, 6));
       }
       if (panel.last > panel.first) {
         for (const t of ticks(panel.first, panel.last, Math.max(2, Math.floor(width / 90)))) {

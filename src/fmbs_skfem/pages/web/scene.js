@@ -12,8 +12,9 @@ function rgb(text) {
   return [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
 }
 
-function stops(name) {
-  return STOPS[name].match(/.{6}/g).map((one) => `#${one}`);
+/** Colours of a scale; on a dark ground without its darkest end. */
+function stops(name, dark = matchMedia("(prefers-color-scheme: dark)").matches) {
+  return STOPS[name].match(/.{6}/g).map((one) => `#${one}`).slice(dark && name !== "coolwarm" ? 3 : 0);
 }
 
 /** Cubes, balls, cones, cylinders and arrows of size 1: corners and normals of triangles. */
@@ -162,7 +163,7 @@ class Scene {
       facet: this.link(FACET(this.direct), PAINT),
       mesh: this.link(MESH, PAINT),
     };
-    this.scales = Object.fromEntries(Object.keys(STOPS).map((name) => [name, this.colours(name)]));
+    this.scales = [false, true].map((dark) => Object.fromEntries(Object.keys(STOPS).map((name) => [name, this.colours(name, dark)])));
     this.films = content.films.map((film) => ({ ...film, bodies: film.bodies.map((body) => this.body(body)) }));
     this.meshes = new Map();
     this.grid = this.mesh(this.gridLines());
@@ -199,9 +200,9 @@ class Scene {
     return made;
   }
 
-  colours(name) {
+  colours(name, dark) {
     const gl = this.gl, made = this.texture();
-    const bytes = Uint8Array.from(stops(name).flatMap((one) => rgb(one).map((part) => Math.round(255 * part))));
+    const bytes = Uint8Array.from(stops(name, dark).flatMap((one) => rgb(one).map((part) => Math.round(255 * part))));
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB8, bytes.length / 3, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, bytes);
     for (const key of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, key, gl.LINEAR);
     return made;
@@ -410,6 +411,7 @@ class Scene {
 
   pane(time, look, width, height, ratio, films, colour) {
     const gl = this.gl, view = this.eye.matrix(width, height), [, up, towards] = this.eye.axes();
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     const metres = this.eye.scale(width, height), thin = Math.min(this.content.thin, 6 * ratio * metres);
     const begin = (name) => {
       const { program, places } = this.programs[name];
@@ -440,7 +442,7 @@ class Scene {
         }
         const scale = look.shade && body.field ? this.content.shades.find((each) => each.name === look.shade) : null;
         gl.activeTexture(gl.TEXTURE0);
-        gl.bindTexture(gl.TEXTURE_2D, this.scales[scale && scale.diverging ? "coolwarm" : look.map]);
+        gl.bindTexture(gl.TEXTURE_2D, this.scales[Number(dark)][scale && scale.diverging ? "coolwarm" : look.map]);
         gl.uniform1i(places.shaded, scale ? 1 : 0);
         if (scale) gl.uniform2fv(places.limits, scale.limits);
         const paint = rgb(one || (look.shade ? "#999999" : body.colour));
@@ -475,7 +477,7 @@ class Scene {
       const turn = JOINTS[kind] && kind.startsWith("driven") ? turnTo(aim, size) : [size, 0, 0, 0, size, 0, 0, 0, size];
       this.show(places, this.glyph(kind, make), at(joint.places), turn, rgb(joint.colour), true, planar ? 0.02 : 0);
     }
-    for (const arrow of film.arrows) {
+    for (const arrow of film.bodies.some((one) => one.live) ? [] : film.arrows) { // a model in the page does not tell its loads
       const direction = at(arrow.directions);
       if (!arrow.places.shape[1] || !Math.hypot(...direction)) continue; // gravity is in the key
       this.show(places, this.glyph(arrow.kind, ARROWS[arrow.kind]), at(arrow.places), turnTo(direction, REACH * thin), rgb(arrow.colour), true, planar ? 0.03 : 0);

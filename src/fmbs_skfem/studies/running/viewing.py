@@ -14,7 +14,6 @@ from ...core.notices import notify
 from ...core.storage import container
 from ...dynamics import Trajectory
 from ...exports import wasm
-from ...pages import live
 from ...pages.live import LiveModel, Slider
 from ...results import segments
 from ...scenes.analyses.analysis import States
@@ -66,7 +65,7 @@ def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
         return None
     parameters = tuple(Slider(name, *one) for name, one in made.parameters.items())
     inputs = tuple(Slider(name, *one) for name, one in exporting.input_ranges(made).items())
-    return LiveModel(module, made.step, parameters, inputs, live.positions(trajectory))
+    return LiveModel(module, made.step, trajectory.system.size, parameters, inputs)
 
 
 def motion(job: Job) -> tuple[Scene | None, str, Trajectory, Sequence[object]]:

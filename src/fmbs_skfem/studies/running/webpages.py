@@ -15,9 +15,11 @@ from ...pages.content import Film
 from ...pages.writing import Page
 from ...results import motion as motions
 from ...results.plots import Panel
+from .. import job as jobs
 from . import panels, pictures
 
 if TYPE_CHECKING:
+    from ...reduction.accuracy.comparison import Comparison
     from ...scenes import Scene
 
 PAGE = "page.html"
@@ -57,6 +59,15 @@ def drawing(title: str, scene: Scene | None = None) -> Draw:
         return write(out / PAGE, title, [film_of(title, trajectory)], *look(scene, trajectory), about(trajectory))
 
     return lambda trajectory, out: [partial(order, trajectory, out)]
+
+
+def compared(scene: Scene, study: Comparison, path: Path) -> Path:
+    """The page of a full motion beside that of a reduced model, with the distance between the two."""
+    title, films = jobs.title(scene), [film_of("full model", study.full)]
+    name = next((name for name in pictures.PICTURED if name in study.motions), None)
+    if name is not None:
+        films.append(film_of(name, study.motions[name], full=study.full))
+    return write(path, title, films, pictures.color(scene, study.full.system), "s", about(study.full))
 
 
 def together(*draws: Draw | None) -> Draw | None:
