@@ -284,3 +284,24 @@ def test_two_motions_are_overlaid_or_side_by_side(run: tuple[studies.Run, Path],
     assert apart.max() > 0.01
     assert tab.run("document.querySelectorAll('#plots polyline').length") == 6
     assert tab.wrong == []
+
+
+def test_a_saved_model_runs_in_its_page_as_in_python(chromium: Browser, tmp_path: Path) -> None:
+    """Its tip is that of the run, to the error of the shapes; started again it goes the same way, to the bit."""
+    pytest.importorskip("ziglang", reason="WebAssembly takes a compiler")
+    (tmp_path / "rod.yaml").write_text(SCENE + "reduction: {snapshots: 10 ms}\n", encoding="utf-8")
+    studies.reduce(tmp_path / "rod.yaml", out=tmp_path / "rod.h5", allow_outside=True)
+    motion = studies.run_model(tmp_path / "rod.h5")
+    done = fmbs("view", tmp_path / "rod.h5", "--html", tmp_path / "rod.html")
+    assert done.code == 0, done.err
+    tab = opened(chromium, tmp_path / "rod.html")
+    tab.run("loadModel(fmbs.content.live).then((model) => { fmbs.attach(model); fmbs.state.model = model; })")
+    tab.run("(() => { while (fmbs.state.live.time < 0.3) fmbs.state.live.advance(0.02); fmbs.draw(); })()")
+    at = tab.run("fmbs.state.live.time")
+    tip = np.array([np.interp(at, motion.times, motion.outputs[f"tip_{axis}"]) for axis in "xyz"])
+    assert np.linalg.norm(np.array(tab.run("fmbs.scene.read(0, 0)"))[-1, :3] - tip) <= 1e-4
+    first = tab.run("[...fmbs.state.model.step(0)]")
+    tab.run("(() => { fmbs.state.live.reset(); while (fmbs.state.live.time < 0.3) fmbs.state.live.advance(0.02); })()")
+    assert tab.run("fmbs.state.live.time") == at
+    assert tab.run("[...fmbs.state.model.step(0)]") == first
+    assert tab.wrong == []

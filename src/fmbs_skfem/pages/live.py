@@ -1,4 +1,4 @@
-"""A model that runs in a page: its module of WebAssembly, and its sliders; how bodies follow from its unknowns is told by its film."""
+"""A model that runs in a page: its module of WebAssembly, and its sliders; its film tells how bodies follow from its unknowns."""
 
 from __future__ import annotations
 
