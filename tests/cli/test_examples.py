@@ -71,6 +71,13 @@ def test_an_arm_under_lqr_comes_to_rest() -> None:
     assert found["error"] < 1e-2
 
 
+def test_an_arm_learns_to_swing() -> None:
+    """Random search over a feedback: the best of the last round stays nearer to the goal than that of the first."""
+    found = script("reinforcement")()
+    assert found["last"] < 0.9 * found["first"]
+    assert script("reinforcement")(rounds=1, threads=1)["first"] == found["first"]
+
+
 def test_roof_sinks_as_published(tmp_path: Path) -> None:
     """Scordelis, Lo 1964 by thin-shell theory: 0.3006 m under the whole load, to 0.5 per mille."""
     found = fmbs("run", EXAMPLES / "roof.yaml", "--json", "--out", tmp_path / "out", "--no-plots").json

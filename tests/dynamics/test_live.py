@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmbs_skfem.core.errors import CorruptFile, InputError
+from fmbs_skfem.core.errors import CorruptFile, InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values import expressions
 from fmbs_skfem.core.values.inputs import GivenInput, Input
@@ -27,6 +27,7 @@ from fmbs_skfem.systems.system import change_coordinates
 from ..systems.parts import A0, A1, B1, beams
 from .test_large import hanging
 
+PLANT = Path(__file__).parents[2] / "examples" / "plant.yaml"
 H, COUNT = 1e-3, 120
 U, W = Input("u", "N", 0.5), Input("w", "rad", 0.0)
 
@@ -280,6 +281,21 @@ def test_an_unstable_loop_is_told_once() -> None:
     with pytest.warns(Notice, match=r"'u' rose from .* N m in \d+ steps, ever faster: the loop that sets it is unstable") as told:
         closed(30.0, 900)
     assert len([one for one in told if "ever faster" in str(one.message)]) == 1
+
+
+def test_a_step_that_fails_names_the_unstable_loop() -> None:
+    """A derivative at a light end, held for a step: it turns from step to step, eight times as large."""
+    scene = reading.loads(PLANT.read_text(), PLANT.parent)
+    run = start(build.chosen_form(scene, build.system(scene)), GeneralizedAlpha(H))
+
+    def go_on() -> None:
+        for _ in range(30):
+            now = run.outputs(["hinge", "spin"])
+            run.step({"u": 20.0 * (0.02 - now["hinge"]) - 3.0 * now["spin"]})
+
+    with pytest.raises(SolverError, match=r"'u' rose from .* ever faster: the loop that sets it is unstable") as told:
+        go_on()
+    assert told.value.reason is Reason.GROWING
 
 
 def test_stable_loops_and_signals_that_rise_are_not() -> None:

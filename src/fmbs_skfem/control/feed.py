@@ -7,7 +7,7 @@ four values, any other one is held in the step.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
@@ -91,6 +91,7 @@ class Feed(SingleSteps):
             self.columns = None
         self.histories = len(reading) < len(plain.signals)  #: whether there are others beside inputs
         self.next: Mapping[str, float] = {}  #: new values for the next step
+        self.block, self.nowhere = np.zeros((0, 0)), np.zeros(0, np.int64)  #: rows of steps that are taken at once
 
     def begin(self, run: OpenRun) -> None:
         """Know what reads values for controllers."""
@@ -101,6 +102,22 @@ class Feed(SingleSteps):
         self.tell(self.next)
         self.next = {}
         self.sample(run)
+
+    def holds(self, run: OpenRun) -> bool:
+        """Whether steps with the same inputs differ in nothing else that is given, and nobody looks between them."""
+        alone = all(one is self for one in run.close)
+        return alone and self.columns is not None and not (self.histories or self.record or run.jumps or run.steps)
+
+    def take_held(self, run: OpenRun, count: int) -> None:
+        """Take steps with inputs as they are, in one call; fewer where one fails, which is to be taken again by itself."""
+        if len(self.block) != count:
+            self.block, self.nowhere = np.zeros((count, self.row.shape[1])), np.full(count, -1)
+        self.block[:] = self.row
+        _, taken = run.take(self.block, self.nowhere)
+        run.done += taken
+        for one in self.given.values():
+            one.values = [*one.values, *[one.values[-1]] * taken][-KEPT:]
+            one.first += taken
 
     def tell(self, values: Mapping[str, float]) -> None:
         """New values of inputs for the next step; those that are not named keep theirs."""
@@ -115,7 +132,7 @@ class Feed(SingleSteps):
             del kept[0]
             one.first += 1
         for name, value in values.items():
-            if self.rising[name].add(value) and not self.told and (text := self.unsteady()):
+            if self.rising[name].add(value) and not self.told and (text := self.unsteady(Rising.found)):
                 self.told = True
                 notify(text)
 
@@ -205,10 +222,10 @@ class Feed(SingleSteps):
                 return f"{rose} in {len(told)} samples, quarter by quarter"
         return ""
 
-    def unsteady(self) -> str:
+    def unsteady(self, look: Callable[[Rising], tuple[float, float, int] | None]) -> str:
         """What is said of an input that a caller raises as an unstable loop does; nothing where none rises."""
         for name, one in self.rising.items():
-            if found := one.found():
+            if found := look(one):
                 low, high, steps = found
                 rose = f"input '{name}' rose from {low:.3g} to {high:.3g} {self.inputs[name].unit}".rstrip()
                 return f"{rose} in {steps} steps, ever faster: the loop that sets it is unstable; lower its gains, or limit it"
@@ -216,7 +233,7 @@ class Feed(SingleSteps):
 
     def explain(self, run: OpenRun) -> str:
         """That a loop is unstable."""
-        if told := self.unsteady():
+        if told := self.unsteady(Rising.before_failure):
             return f"{Reason.GROWING.value}: {told}"
         told = self.unstable(run)
         if told or not (told := sampled_loops.tell_diverging(run, self)):

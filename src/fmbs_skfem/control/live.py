@@ -78,18 +78,23 @@ class LiveRun:
         """Values of all inputs in the last step."""
         return {name: one.values[-1] for name, one in self.feed.given.items() if not isinstance(self.feed.inputs[name], Held)}
 
-    def step(self, inputs: Mapping[str, float] | None = None) -> None:
-        """Take a step; inputs that are not named keep their values. SolverError where it cannot be taken.
+    def step(self, inputs: Mapping[str, float] | None = None, count: int = 1) -> None:
+        """Take a step, or `count` of them, fewer where an event stops the run; inputs that are not named keep their values.
 
-        `inputs` by name, in the SI unit of each. InputError for an unknown name, a value that is not finite, and after an event
-        has stopped the run.
+        `inputs` by name, in the SI unit of each. Several steps are the same to the bit as one by one, and where nothing else looks
+        at them one call of compiled code, beside which other threads run. SolverError where a step cannot be taken; InputError for
+        an unknown name, a value that is not finite, and after an event has stopped the run.
         """
         if self.run.ended:
             raise InputError(say("run.step", "a run that goes on", f"one that an event has stopped at t = {self.time:g} s"))
         self.feed.next = inputs or {}
-        take_step(self.run)
-        if self.beside is not None:
-            self.beside.step(self, inputs or {})
+        end = self.run.done + count
+        while self.run.done < end and not self.run.ended:
+            take_step(self.run)
+            if self.beside is not None:
+                self.beside.step(self, inputs or {})
+            elif self.feed.holds(self.run) and self.run.done < end:
+                self.feed.take_held(self.run, end - self.run.done)
 
     @property
     def state(self) -> Checkpoint:

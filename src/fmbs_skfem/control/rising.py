@@ -17,6 +17,7 @@ GROWN = 1e3  #: times as much from the first span to the last
 # 0.41 of a power of time, 1 of an exponential function
 STEADY = 0.7  #: of the first factor that the last one is, in logarithms
 MOST = 64  #: levels that are kept, of which two become one then
+LAST = 4, 8, 12, 16  #: levels before a step that failed
 EVERY = 16  #: levels after which they are looked at
 
 
@@ -47,16 +48,24 @@ class Rising:
                 return most[0], most[3], self.span * len(levels)
         return None
 
+    def before_failure(self) -> tuple[float, float, int] | None:
+        """The same before a step that failed, where a tenth of the growth is enough: it may have taken five steps."""
+        for count in LAST:
+            levels = self.levels[-count:]
+            if len(levels) == count and rises(most := spans(levels, 1), GROWN / 10.0):
+                return most[0], most[3], self.span * count
+        return self.found()
 
-def spans(sizes: Sequence[float]) -> list[float]:
-    """Largest sizes in four equal spans; none of fewer than FEW in each."""
+
+def spans(sizes: Sequence[float], few: int = FEW) -> list[float]:
+    """Largest sizes in four equal spans; none of fewer than `few` in each."""
     count = len(sizes) // 4
-    return [max(sizes[k * count : (k + 1) * count or None]) for k in range(4)] if count >= FEW else []
+    return [max(sizes[k * count : (k + 1) * count]) for k in range(4)] if count >= few else []
 
 
-def rises(most: Sequence[float], steady: bool = False) -> bool:
-    """Whether the largest sizes of four spans rise as written above; `steady` asks for the last condition as well."""
-    grown = bool(most) and most[3] > GROWN * most[0]
+def rises(most: Sequence[float], factor: float = GROWN, steady: bool = False) -> bool:
+    """Whether the largest sizes of four spans rise as written above, by a `factor`; `steady` asks for the last condition too."""
+    grown = bool(most) and most[3] > factor * most[0]
     if not grown or not all(behind > TWICE * before for before, behind in itertools.pairwise(most)):
         return False
     return not steady or (most[0] > 0.0 and math.log(most[3] / most[2]) > STEADY * math.log(most[1] / most[0]))
