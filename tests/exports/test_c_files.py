@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import subprocess
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +27,7 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.measures import probes
 from tests import models
-from tests.exports.c_library import COMPILER, CRun
+from tests.exports.c_library import COMPILER, STRICT, CRun
 from tests.reduction.conftest import full_of, hyper_reduced, reduced
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
@@ -135,8 +136,6 @@ def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
 
 def test_the_source_is_clean_and_its_memory_sound(small: System, tmp_path: Path) -> None:
     """No warning, and no access outside of an array or undefined operation in some steps, as a program of its own."""
-    import subprocess
-
     model = c_files.write(case_of(small), "clean", "a model")
     (tmp_path / "clean.h").write_text(model.header)
     (tmp_path / "clean.c").write_text(model.source)
@@ -159,7 +158,7 @@ int main(void)
     (tmp_path / "main.c").write_text(main)
     flags = ["-std=c99", "-Wall", "-Wextra", "-pedantic", "-Werror", "-O1", "-g", "-fsanitize=address,undefined"]
     flags += ["-fno-sanitize-recover"]
-    subprocess.run([COMPILER, *flags, "main.c", "clean.c", "-o", "main"], cwd=tmp_path, check=True)
+    subprocess.run([str(COMPILER), *flags, "main.c", "clean.c", "-o", "main"], cwd=tmp_path, check=True)
     subprocess.run([str(tmp_path / "main")], check=True, timeout=120)
     assert "malloc" not in model.source
     assert '#include "clean.h"' in model.source
@@ -319,3 +318,15 @@ def test_names_end_no_comment_and_are_identifiers(name: str, small: System, tmp_
     assert model.name.isidentifier()
     assert model.name.isascii()
     CRun(model, tmp_path).run(1)
+
+
+def test_the_program_of_the_guide_runs(small: System, tmp_path: Path) -> None:
+    text = (Path(__file__).resolve().parents[2] / "docs" / "c_code.md").read_text(encoding="utf-8")
+    program = text.partition("```c\n")[2].partition("```")[0]
+    model = c_files.write(case_of(small), "pendulum", "a pendulum")
+    for name, content in (("main.c", program), ("pendulum.c", model.source), ("pendulum.h", model.header)):
+        (tmp_path / name).write_text(content)
+    subprocess.run([str(COMPILER), *STRICT, "main.c", "pendulum.c", "-o", "main"], cwd=tmp_path, check=True)
+    told = subprocess.run([str(tmp_path / "main")], capture_output=True, text=True, check=True).stdout
+    exact = dynamics.outputs(dynamics.integrate(small, STEP, 0.1, Newton()))["C_x"][-1]
+    assert float(told.split()[2]) == pytest.approx(exact, rel=1e-9)
