@@ -6,6 +6,7 @@ pip install "fmbs_skfem[cluster]"    sweeps over processes and machines
 pip install "fmbs_skfem[symbols]"    forces by expressions of the state; laws, joints and forces of one's own
 pip install "fmbs_skfem[all]"        all four
 pip install "fmbs_skfem[pymor]"      systems as models of pyMOR
+pip install "fmbs_skfem[fmu]"        zig, a C compiler, for FMUs with binaries of other machines
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ PACKAGES = {
     "symbols": ("sympy",),
     "pymor": ("pymor",),
     "cluster": ("dask", "distributed", "cryptography"),
+    "fmu": ("ziglang",),
 }
 
 

@@ -1,4 +1,4 @@
-"""Saved reduced models out of the house: as C."""
+"""Saved reduced models out of the house: as C, and as FMUs."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..core import extras
 from ..core.errors import InputError, say
 from ..core.storage import durable
 from ..core.values.units import add_unit
-from ..exports import c_files
+from ..exports import binaries, c_files, fmu
+from ..exports.binaries import Built
 from ..exports.c_files import CModel
 from ..families import parametric_model
 from ..reduction import files
@@ -20,8 +22,8 @@ from .job import Job
 from .result import ReportTable, Result, list_files
 
 
-def written(job: Job, name: str) -> tuple[CModel, str]:
-    """A saved model in C, and its title; parameters of a whole range are variables, or have the values that are asked for."""
+def written(job: Job, name: str) -> tuple[CModel, str, str]:
+    """A saved model in C, its title and a text of its errors; parameters of a whole range are variables, or have given values."""
     case: Case | ParametricCase
     notes: Mapping[str, Any]
     if models.parametric(job.path) and not job.changes:
@@ -33,23 +35,53 @@ def written(job: Job, name: str) -> tuple[CModel, str]:
     told = [f"{column} {error:.2g}" for column, error in errors.items()]
     text = f"Errors in its training, over the ranges of the outputs: {', '.join(told)}." if told else ""
     title = models.title(job.path, notes)
-    return c_files.write(case, name or job.path.stem, title, text), title
+    return c_files.write(case, name or job.path.stem, title, text), title, text
 
 
-def export(job: Job, name: str, folder: Path | None) -> Result:
-    """The files of a model in C, in a folder."""
-    if folder is None:
-        raise InputError(say("rom export", "a folder for the C file, --c DIR", "none"))
-    found, title = written(job, name)
+def export(job: Job, name: str, folder: Path | None, fmu_file: Path | None = None, fmi: int = 2) -> Result:
+    """A model in C, as files in a folder or as an FMU."""
+    if (folder is None) == (fmu_file is None):
+        got = "none" if folder is None else "both"
+        raise InputError(say("rom export", "a folder for the C file, --c DIR, or a file for an FMU, --fmu FILE", got))
+    found, title, errors = written(job, name)
+    if fmu_file is not None:
+        return export_fmu(job, found, title, errors, fmu_file, fmi)
+    assert folder is not None
     names = [folder / f"{found.name}.c", folder / f"{found.name}.h"]
-    if (taken := [str(one) for one in names if one.exists()]) and not job.force:
-        raise InputError(
-            say(f"--c {folder}", "a folder without these files", ", ".join(taken), "choose another folder, or --force")
-        )
+    refuse_taken(job, f"--c {folder}", names)
     with durable.writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
     made = [durable.write(place, text.encode()) for place, text in zip(names, (found.source, found.header), strict=True)]
     return Result(about=f"{job.path}: {title} as C", report=report_of(job, found, made), lines=views(found, made))
+
+
+def refuse_taken(job: Job, where: str, places: list[Path]) -> None:
+    """InputError where files are there already."""
+    if (taken := [str(one) for one in places if one.exists()]) and not job.force:
+        raise InputError(say(where, "a place without these files", ", ".join(taken), "choose another one, or --force"))
+
+
+def export_fmu(job: Job, model: CModel, title: str, errors: str, place: Path, version: int) -> Result:
+    """A model as an FMU, with binaries where there is a compiler."""
+    refuse_taken(job, f"--fmu {place}", [place])
+    unit = fmu.write(model, version, title, errors)
+    built = binaries.build(unit.files, version)
+    with durable.writing(place.parent):
+        place.parent.mkdir(parents=True, exist_ok=True)
+    made = [durable.write(place, fmu.pack(unit, built.binaries))]
+    folders = [one.folder for one in built.binaries]
+    report = report_of(job, model, made) | {"fmi": version, "compiler": built.compiler, "binaries": folders, "failed": built.failed}
+    about = f"{job.path}: {title} as an FMU of FMI {version}.0"
+    return Result(about=about, report=report, lines=[*views(model, made), *told(built)])
+
+
+def told(built: Built) -> list[str]:
+    """For which machines there are binaries, and what would give more."""
+    folders = ", ".join(one.folder for one in built.binaries)
+    lines = [f"binaries by {built.compiler}: {folders}" if folders else "sources only: no binaries"]
+    if built.compiler != "zig":
+        lines.append(f"for all machines: {extras.install('fmu')}")
+    return lines + [f"no binary for {machine}: {text.strip()}" for machine, text in built.failed.items()]
 
 
 def input_ranges(found: CModel) -> dict[str, tuple[str, float, float, float]]:

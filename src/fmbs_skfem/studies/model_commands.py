@@ -79,18 +79,21 @@ def export_model(
     path: ModelFile,
     *,
     c: Annotated[str | Path | None, Option("Folder for NAME.c and NAME.h.", "DIR")] = None,
+    fmu: Annotated[str | Path | None, Option("File of an FMU for co-simulation, NAME.fmu.", "FILE")] = None,
+    fmi: Annotated[int, Option("Version of FMI, 2 or 3.", "N", least=2, most=3)] = 2,
     name: Annotated[str, Option("Name of the model in C, by default that of its file.", "NAME")] = "",
     **shared: Unpack[ValueOptions],
 ) -> Result:
-    """Write a saved reduced model as C source, for controllers and other programs.
+    """Write a saved reduced model as C source or as an FMU, for controllers and other programs.
 
-    The model in FILE becomes one C99 file and one header: no library, no dynamic memory, the time step of this package. Parameters
-    of a model of a whole range are variables, whose range is checked, or have the values of --set.
+    The model in FILE becomes one C99 file and one header: no library, no dynamic memory, the time step of this package. An FMU for
+    co-simulation holds these files, and binaries for Windows, Linux and macOS with the extra `fmu`, else for this machine.
+    Parameters of a model of a whole range are variables, whose range is checked, or have the values of --set.
     """
     from . import exporting
 
     with jobs.begin(path, **shared) as job:
-        return exporting.export(job, name, None if c is None else Path(c))
+        return exporting.export(job, name, None if c is None else Path(c), None if fmu is None else Path(fmu), fmi)
 
 
 def train_part(

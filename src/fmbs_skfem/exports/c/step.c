@@ -647,8 +647,9 @@ NAME_status NAME_step(NAME_memory *m, double span)
     /* whole steps of the model where they fit, else as many equal ones as are not longer */
     if (parts < 1.0 || size_of(span - parts * NAME_STEP) > 1e-9 * span)
         parts = -math_floor(-span / NAME_STEP);
-    if (size_of(span / parts - m->h) > 1e-12 * m->h)
-        change_step(m, size_of(span - parts * NAME_STEP) <= 1e-9 * span ? NAME_STEP : span / parts);
+    const double h = size_of(span - parts * NAME_STEP) <= 1e-9 * span ? NAME_STEP : span / parts;
+    if (size_of(h - m->h) > 1e-12 * m->h)
+        change_step(m, h);
     for (double k = 1.0; k <= parts; k += 1.0) {
         const enum outcome found = take_step(m, begin + span * (k / parts));
         if (found == NOT_A_NUMBER)

@@ -55,7 +55,7 @@ def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
     if not models.is_model(job):
         return None
     try:
-        made, _ = exporting.written(job, "model")
+        made, *_ = exporting.written(job, "model")
         module = wasm.module(made)
     except (InputError, SolverError) as problem:
         notify(f"the page shows the run alone: {problem}")
