@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import studies
-from fmbs_skfem.studies.running import webpages
+from fmbs_skfem.studies.running import viewing, webpages
 
 from ..browser import DRAWS, FLAT, PROGRAM, Browser, browser
 from ..cli.calls import EXAMPLES, fmbs
@@ -223,6 +223,18 @@ def test_a_folder_of_results_is_shown_and_kept(run: tuple[studies.Run, Path], tm
     again = fmbs("view", folder, "--html", target, "--allow-outside")
     assert again.code == 3
     assert "expected a new file" in again.err
+
+
+def test_states_that_a_folder_has_are_shown_and_not_run_again(
+    run: tuple[studies.Run, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a run with checkpoints; its page is that of the motion itself."""
+    out = tmp_path / "out"
+    studies.run(run[1].parents[1] / "rod.yaml", checkpoint=0.0, out=out, plots=False, allow_outside=True)
+    monkeypatch.setattr(viewing, "attempt", lambda *_: pytest.fail("it ran again"))
+    done = fmbs("view", out)
+    assert done.code == 0, done.err
+    assert (out / "page.html").read_bytes() == run[1].read_bytes()
 
 
 def test_a_folder_of_another_scene_is_refused(run: tuple[studies.Run, Path], tmp_path: Path) -> None:

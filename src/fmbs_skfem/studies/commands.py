@@ -291,6 +291,7 @@ def render(
     gif: Annotated[bool, Option("Draw the animation.")] = True,
     mp4: Annotated[bool, Option("Write the animation as MP4 in place of GIF; takes the program ffmpeg.")] = False,
     scale: Annotated[float, Option("Draw displacements so many times as large.", "FACTOR", least=0.0, above=True)] = 1.0,
+    html: Html = False,
     **shared: Unpack[Shared],
 ) -> "Run":
     """Solve a scene and draw pictures (PNG) and an animation (GIF, or MP4).
@@ -305,7 +306,7 @@ def render(
     from .running import runs
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return runs.render_scene(job, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale)
+        return runs.render_scene(job, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale, html)
 
 
 def view(

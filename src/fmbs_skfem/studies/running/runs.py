@@ -47,22 +47,32 @@ def run_source(job: Job, step: float | None = None, picture: bool = False, html:
         raise InputError(say(given, "a folder for the results", "none", "give one: out"))
     if not html:
         return solve_scene(job, scene)
-    if isinstance(scene.analysis, States):
-        raise InputError(say("--html", "a motion or an equilibrium", scene.analysis.word, "draw modes with fmbs render"))
+    require_motion(scene, "draw modes with fmbs render")
     job.states = True
     return solve_scene(job, scene, webpages.drawing(jobs.title(scene), scene), [webpages.PAGE])
 
 
-def render_scene(job: Job, frames: int, ending: str, scale: float) -> Run:
-    """A scene, with its picture and its animation of `frames` instants (none for 0), `.gif` or `.mp4`."""
-    scene = jobs.read_scene(job, within=True)
+def require_motion(scene: Scene, remedy: str) -> None:
+    """InputError where a page is wanted of something else than a motion or an equilibrium."""
     if isinstance(scene.analysis, States):
+        raise InputError(say("--html", "a motion or an equilibrium", scene.analysis.word, remedy))
+
+
+def render_scene(job: Job, frames: int, ending: str, scale: float, html: bool = False) -> Run:
+    """A scene, with its picture and its animation of `frames` instants (none for 0), `.gif` or `.mp4`, and its page (`html`)."""
+    scene = jobs.read_scene(job, within=True)
+    draw: webpages.Draw | near_states.Draw | None
+    if isinstance(scene.analysis, States):
+        if html:
+            require_motion(scene, "leave it out: modes get pictures and animations")
         if scale != 1.0:
             raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
         names, draw = [near_states.PICTURE], partial(near_states.pictures, jobs.title(scene), frames, ending)
     else:
         names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
-        draw = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
+        drawn = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
+        draw = webpages.together(drawn, webpages.drawing(jobs.title(scene), scene) if html else None)
+        names += [webpages.PAGE] if html else []
     with painter.at_hand(job.out is not None):
         return solve_scene(job, scene, draw, names)
 
