@@ -29,7 +29,7 @@ INSTANTS = 601  #: of a motion, at most; the page goes through them smoothly
 VALUES = 4_000_000  #: points times instants, at most
 TOLERANCE = 1e-4  #: of positions, over the longest side of the scene: a tenth of a pixel
 SHADES = 250  #: of a colour scale that are told apart
-DRAWN = 1000  #: bins of a curve, of which its smallest and largest values are drawn
+DRAWN = 500  #: bins of a curve, more than it has pixels, of which its smallest and largest values are drawn
 #: what bodies can be coloured by: scalars that pictures have a name for, without what needs a vector or a second motion
 FIELDS = tuple(name for name in pictures.LABELS if name not in ("displacement", "velocity", "von_mises_recovered"))
 

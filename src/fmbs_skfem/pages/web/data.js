@@ -65,5 +65,5 @@ function short(value, digits = 4) {
   if (!Number.isFinite(value)) return "-";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  return size >= 1e-3 && size < 1e5 ? String(Number(value.toPrecision(digits))) : value.toExponential(Math.max(digits - 2, 1)).replace("e+", "e");
+  return size >= 1e-3 && size < 1e5 ? String(Number(value.toPrecision(digits))) : Number(value.toPrecision(digits - 1)).toExponential().replace("e+", "e");
 }

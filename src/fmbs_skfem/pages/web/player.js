@@ -76,7 +76,7 @@ async function begin() {
     state.frames++;
     const time = state.live ? state.live.time : shownTime();
     if (scene) scene.draw(state.time, look);
-    plots.move(time);
+    plots.move(time, !state.playing);
     find("scrub").value = (state.time - first) / (last - first || 1);
     find("time").textContent = content.clock === "s" ? `t = ${time.toFixed(digits)} s` : `${content.clock} ${short(time)}`;
   }
@@ -194,7 +194,7 @@ async function begin() {
 
   if (scene) gestures(find("scene"), scene, () => seek(state.time));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { key(); seek(state.time); });
-  new ResizeObserver(() => seek(state.time)).observe(find("stage"));
+  new ResizeObserver(() => { if (scene) seek(state.time); }).observe(find("stage"));
   window.fmbs = {
     content, scene, state, look, seek, play, go, setShade, draw, picture, first, last,
     attach(model) { find("sliders").replaceChildren(); state.live = new Live(model, content, scene, find("sliders"), () => seek(state.time)); },

@@ -26,10 +26,14 @@ class Plots {
     this.place = place;
     this.unit = unit;
     this.seek = seek;
-    this.now = 0;
+    this.now = this.told = 0;
     this.figures = panels.map((panel) => this.make(panel, names));
-    new ResizeObserver(() => this.draw()).observe(place);
+    this.width = place.clientWidth;
     this.draw();
+    new ResizeObserver(() => {
+      if (place.clientWidth !== this.width) this.draw(); // its height changes with the values that are shown
+      this.width = place.clientWidth;
+    }).observe(place);
   }
 
   make(panel, names) {
@@ -49,7 +53,8 @@ class Plots {
       curve.shown = element(entry, "span");
       curve.label = panel.curves.length > 1 ? `${label} ` : "";
     }
-    const svg = element(figure, "svg", { role: "img", "aria-label": panel.label });
+    const place = element(figure, "div", { class: "plot" });
+    const svg = element(place, "svg", { role: "img", "aria-label": panel.label });
     const point = (event) => {
       const box = svg.getBoundingClientRect(), { left, right, first, last } = panel;
       const part = (event.clientX - box.left - left) / (box.width - left - right);
@@ -57,6 +62,7 @@ class Plots {
     };
     svg.addEventListener("pointerdown", (event) => { svg.setPointerCapture(event.pointerId); point(event); });
     svg.addEventListener("pointermove", (event) => { if (event.buttons) point(event); });
+    panel.cursor = element(place, "div", { class: "now" }); // a layer of its own: the curves are not drawn again when it moves
     return { panel, svg };
   }
 
@@ -94,24 +100,23 @@ class Plots {
         const path = points.map(([px, py]) => `${px.toFixed(1)},${py.toFixed(1)}`).join(" ");
         element(svg, "polyline", { points: path, fill: "none", stroke: curve.colour, "stroke-width": 1.5, "stroke-dasharray": curve.dash });
       }
-      panel.cursor = element(svg, "line", { class: "now", y1: panel.top, y2: height - panel.bottom });
+      Object.assign(panel.cursor.style, { top: `${panel.top}px`, height: `${height - panel.top - panel.bottom}px` });
     }
     this.move(this.now);
   }
 
-  /** The cursor at a time, and the values there. */
-  move(time) {
+  /** The cursor at a time, and the values there, which change `often` or ten times a second. */
+  move(time, often = true) {
     this.now = time;
     for (const { panel } of this.figures) {
-      const at = panel.x(Math.min(Math.max(time, panel.first), panel.last));
-      panel.cursor.setAttribute("x1", at);
-      panel.cursor.setAttribute("x2", at);
-      for (const curve of panel.curves) {
-        const [i, part] = locate(curve.times, time);
-        const next = Math.min(i + 1, curve.values.length - 1);
-        const value = curve.values[i] + part * (curve.values[next] - curve.values[i]);
-        curve.shown.textContent = `${curve.label}${short(value)}`;
-      }
+      panel.cursor.style.transform = `translateX(${panel.x(Math.min(Math.max(time, panel.first), panel.last)).toFixed(1)}px)`;
+    }
+    if (!often && performance.now() - this.told < 100) return;
+    this.told = performance.now();
+    for (const curve of this.figures.flatMap(({ panel }) => panel.curves)) {
+      const [i, part] = locate(curve.times, time);
+      const next = Math.min(i + 1, curve.values.length - 1);
+      curve.shown.textContent = `${curve.label}${short(curve.values[i] + part * (curve.values[next] - curve.values[i]))}`;
     }
   }
 }

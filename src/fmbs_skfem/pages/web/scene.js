@@ -6,6 +6,7 @@ const STOPS = { // of matplotlib, CC0
   coolwarm: "3b4cc04e68d86282ea779af78db0fea3c2feb9d0f9ccd9eddddcdcecd3c5f5c4acf7b093f4987aeb7d62dd5f4bca3b37b40426",
 };
 const SIDES = 8; // of a tube
+const SHORTEST = 5, COARSEST = 16; // pixels of a segment that is drawn, and segments of a line, at least
 const GLYPH = 3.1, REACH = 22; // of joints and arrows, over the thinnest tube
 
 function rgb(text) {
@@ -252,9 +253,23 @@ class Scene {
     return data.kind === "line" ? this.tube(made) : this.surface(made);
   }
 
-  /** Prisms around all segments and discs on both ends, as strips of triangles: one call, since software draws every call for itself. */
+  /** A tube, and coarser ones of every second, fourth and eighth point, for segments that are shorter than some pixels. */
   tube(made) {
-    const gl = this.gl, count = made.cells.shape[0], runs = [], corners = [], strips = [];
+    const count = made.cells.shape[0], along = made.cells.every((point, k) => point === (k + 1) >> 1), r = made.reference;
+    const length = (a, b) => Math.hypot(...[0, 1, 2].map((k) => r[3 * a + k] - r[3 * b + k]));
+    made.segment = Array.from({ length: count }, (_, e) => length(made.cells[2 * e], made.cells[2 * e + 1])).reduce((a, b) => a + b, 0) / count;
+    made.levels = [this.strips(made.cells)];
+    for (let every = 2; along && every <= 8 && count / every >= COARSEST; every *= 2) {
+      const cells = [];
+      for (let k = 0; k < count; k += every) cells.push(k, Math.min(k + every, count));
+      made.levels.push(this.strips(cells));
+    }
+    return made;
+  }
+
+  /** Prisms around all segments and discs on both ends, as strips of triangles: one call, since software draws every call for itself. */
+  strips(cells) {
+    const gl = this.gl, count = cells.length / 2, runs = [], corners = [], strips = [];
     const strip = (run, corner) => {
       for (let k = 0; k <= SIDES; k++) {
         for (const one of corner) {
@@ -266,9 +281,8 @@ class Scene {
       strips.push(0xffffffff); // a new strip
     };
     for (let e = 0; e < count; e++) {
-      const [a, b] = made.cells.subarray(2 * e, 2 * e + 2);
-      const joined = (other, side) => other >= 0 && other < count && made.cells[2 * other + 1 - side] === (side ? b : a);
-      const before = joined(e - 1, 0) ? made.cells[2 * (e - 1)] : a, behind = joined(e + 1, 1) ? made.cells[2 * (e + 1) + 1] : b;
+      const [a, b] = [cells[2 * e], cells[2 * e + 1]];
+      const before = e > 0 && cells[2 * e - 1] === a ? cells[2 * e - 2] : a, behind = e + 1 < count && cells[2 * e + 2] === b ? cells[2 * e + 3] : b;
       strip([before, a, b, behind], [[0, 0], [1, 0]]);
       if (before === a) strip([a, a, b, behind], [[0, 1], [0, 2]]);
       if (behind === b) strip([before, a, b, b], [[1, 1], [1, 2]]);
@@ -284,8 +298,7 @@ class Scene {
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint32Array.from(strips), gl.STATIC_DRAW);
     gl.bindVertexArray(null);
-    made.strips = { array, count: strips.length };
-    return made;
+    return { array, count: strips.length };
   }
 
   surface(made) {
@@ -450,8 +463,10 @@ class Scene {
         gl.uniform1i(places.lit, body.lit ? 1 : 0);
         if (line) {
           gl.uniform1f(places.radius, body.size > 0 ? Math.max(body.size, thin) : 0.5 * thin);
-          gl.bindVertexArray(body.strips.array);
-          gl.drawElements(gl.TRIANGLE_STRIP, body.strips.count, gl.UNSIGNED_INT, 0);
+          const level = Math.floor(Math.log2(Math.max(SHORTEST * ratio * metres / body.segment, 1)));
+          const strips = body.levels[Math.min(level, body.levels.length - 1)];
+          gl.bindVertexArray(strips.array);
+          gl.drawElements(gl.TRIANGLE_STRIP, strips.count, gl.UNSIGNED_INT, 0);
           return;
         }
         gl.uniform1f(places.nearer, 0);
