@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from fmbs_skfem.pages import report
+from fmbs_skfem.studies import folder_report
 
 from ..browser import DRAWS, PROGRAM, browser
 from ..cli.calls import EXAMPLES, fmbs
@@ -131,3 +132,23 @@ def test_nested_values_become_tables() -> None:
     assert "<td>1; 2</td>" in text
     assert '<td class=number data-value="2">2</td>' in text
     assert "<td>yes</td>" in text
+
+
+def test_tables_within_tables_stand_behind_them() -> None:
+    """Errors of outputs by model: a row a model, and what is nested opens below, by the name of its row."""
+    models = [{"name": name, "cpu_s": 1.0, "outputs": {"tip": {"error": 1e-3, "unit": "m"}}} for name in ("full", "reduced")]
+    text = report.facts("", {"models": models})
+    assert text.count("<table") == 3
+    assert "<summary>models: outputs</summary>" in text
+    assert text.index("<details>") > text.index("</table>")
+
+
+def test_a_comparison_is_repeated_as_it_was_made() -> None:
+    told = {
+        "file": None,
+        "quick": True,
+        "truth": "a run of 80 cells",
+        "provenance": {"file": "my scene.yaml"},
+        "parameters": {"E": 2e9},
+    }
+    assert folder_report.repeat("compare.json", told) == "fmbs compare 'my scene.yaml' --quick --true --set E=2000000000.0"

@@ -71,10 +71,16 @@ def tree(title: str, value: Any) -> str:
     pairs = list(items)
     if not pairs or not all(isinstance(one, Mapping) for _, one in pairs):
         return facts(title, {str(name): one for name, one in pairs})
-    heads = list(dict.fromkeys(key for _, one in pairs for key in one))
+    deep = dict.fromkeys(key for _, one in pairs for key, inside in one.items() if nested(inside))
+    heads = [key for key in dict.fromkeys(key for _, one in pairs for key in one) if key not in deep]
     named = isinstance(value, Mapping)
     rows = [[*([str(name)] if named else []), *(one.get(key) for key in heads)] for name, one in pairs]
-    return table(words(title), [*([""] if named else []), *map(words, heads)], rows)
+    found = table(words(title), [*([""] if named else []), *map(words, heads)], rows)
+    called = [str(name) if named else str(next(iter(one.values()), "")) for name, one in pairs]
+    for key in deep:
+        inside = [tree(name, one[key]) for name, (_, one) in zip(called, pairs, strict=True) if nested(one.get(key))]
+        found += f"<details><summary>{escape(words(f'{title}: {key}'))}</summary>{''.join(inside)}</details>"
+    return found
 
 
 def words(name: str) -> str:

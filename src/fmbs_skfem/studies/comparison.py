@@ -127,7 +127,7 @@ def comparison(
     with drawing_beside(scene, shown if out else None) as gallery:
         study = run(scene, quick, job.allow_outside, job.progress("comparing"), gallery.begin if gallery else None, wanted)
         report, drawn = report_of(scene, study), figures.draw(scene, study)
-        report |= {"fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
+        report |= {"quick": quick, "fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
 
         def orders(folder: Path) -> list[pictures.Order]:
             page = [partial(webpages.compared, scene, study, folder / webpages.PAGE)] if html else []

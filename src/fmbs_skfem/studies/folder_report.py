@@ -182,7 +182,13 @@ def repeat(name: str, one: Mapping[str, Any]) -> str:
         return "fmbs verify"
     if not source or "members" in one:
         return ""
-    words = ["fmbs", *command.split(), str(source)]
+    words = [
+        "fmbs",
+        *command.split(),
+        str(source),
+        *(["--quick"] if one.get("quick") else []),
+        *(["--true"] if one.get("truth") else []),
+    ]
     if command != "train":
         values = {key: value for key, value in (one.get("parameters") or {}).items() if isinstance(value, int | float)}
         words += [part for key, value in values.items() for part in ("--set", f"{key}={value!r}")]
