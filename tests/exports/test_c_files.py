@@ -13,6 +13,9 @@ import pytest
 
 from fmbs_skfem import dynamics, reduction
 from fmbs_skfem.bodies import body, own_laws, sections
+from fmbs_skfem.bodies.beams.beam import beam
+from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.control.controllers import Controlled, PidLaw
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.inputs import Input
@@ -21,11 +24,13 @@ from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.exports import c_files
 from fmbs_skfem.reduction import affine
 from fmbs_skfem.reduction.cases import Case
+from fmbs_skfem.reduction.hyper import polynomial
 from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, signals
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.measures import probes
+from fmbs_skfem.verification.plates import rectangle
 from tests import models
 from tests.exports.c_library import COMPILER, STRICT, CRun
 from tests.reduction.conftest import full_of, hyper_reduced, reduced
@@ -81,7 +86,33 @@ def turning(t: np.ndarray) -> np.ndarray:
     return 3.0 * t
 
 
+def shaft() -> System:
+    """A bent beam that twists, under a moment at its end, in few modes with all points."""
+    section = sections.BeamSection(np.diag([2e4, 1e4, 1e4, 2.0, 3.0, 4.0]), np.diag([0.2, 1e-5, 1e-5]))
+    part = beam("beam", segment(4), section, direction=(0.0, 0.0, 1.0))
+    tip = At("beam", "right")
+    turn = loads.Moment("turn", tip, (0.3, 0.2, 0.1), history=of_time("sin(15*t)"))
+    outputs = {"tip": probes.Position(tip), "energy": probes.Energy()}
+    raw = assemble([part], [joints.Clamp("wall", At("beam", "left"))], [turn], outputs=outputs, damping=Rayleigh(stiffness=1e-4))
+    full = full_of(raw, STEP, 0.4)
+    return reduced(full, reduction.body_level(full.raw), 1e-8).system
+
+
+def sheet(exact: bool = False) -> System:
+    """A plate in its plane that swings, in few modes, with all points or as a polynomial."""
+    part = plate("sheet", rectangle("nurbs", 4, 2, 0.4, 0.1), 0.01, sections.Material(1e7, 1000.0, 0.3), dim=2)
+    corner = At("sheet", "c")
+    outputs = {"corner": probes.Position(corner), "energy": probes.Energy()}
+    raw = assemble([part], [joints.Pin("pin", At("sheet", "a"))], [loads.Gravity((0, -9.81))], outputs=outputs)
+    full = full_of(raw, STEP, 0.4)
+    made = reduced(full, reduction.body_level(full.raw), 1e-8).system
+    return polynomial.exact(made) if exact else made
+
+
 CASES = {
+    "a beam that twists": shaft,
+    "a plate in its plane": sheet,
+    "a plate as a polynomial": lambda: sheet(True),
     "points in space": pendulum,
     "damped, in space": lambda: pendulum(damping=Rayleigh(stiffness=1e-4, mass=0.1)),
     "a force": lambda: arm(loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=of_time("sin(9*t)"))),
@@ -310,6 +341,9 @@ def test_what_has_no_c_is_refused() -> None:
     python = replace(made, signals=(turning,), loads=replace(made.loads, forces=()))
     with pytest.raises(InputError, match="expressions of t and of inputs"):
         c_files.write(case_of(python), "python", "a model")
+    controlled = replace(made, signals=(Controlled("servo", "N m", 0.0, sample=1e-3, law=PidLaw(1.0, 0.0, 0.0, -1.0, 1.0, 1e-3)),))
+    with pytest.raises(InputError, match="a model without controllers"):
+        c_files.write(case_of(controlled), "controlled", "a model")
 
 
 @pytest.mark.parametrize("name", ['a "quoted" name', "*/ int x; /*", "</script>", "3 beams", "pendel-mit-ö", ""])

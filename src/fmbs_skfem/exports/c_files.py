@@ -21,6 +21,7 @@ from scipy.sparse.csgraph import connected_components
 from .. import __version__
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
+from ..core.values.inputs import Input
 from ..dynamics import initial, rest, scheme
 from ..dynamics.compiled_step import settling, stepping
 from ..reduction.affine import ParametricCase
@@ -65,7 +66,10 @@ def check(system: System, where: str) -> None:
     """InputError for what a C file cannot do."""
     if not isinstance(system.mass, np.ndarray) and system.size > 0 and len(system.components) == 0 and system.elastic:
         raise InputError(say(where, "a reduced model", "a full one", "reduce it with fmbs reduce"))
-    for what, there in (("events", system.triggers), ("joints that are let loose", system.locks), ("monitors", system.monitors)):
+    parts = ("events", system.triggers), ("joints that are let loose", system.locks), ("monitors", system.monitors)
+    # inputs of a kind of their own are given by what runs beside the steps
+    controlled = [one.name for one in inputs_of(system).values() if type(one) is not Input]
+    for what, there in (*parts, ("controllers", controlled)):
         if there:
             raise InputError(say(where, f"a model without {what}", f"{len(there)}", "leave them out of the scene"))
     if system.constraints.laws:
