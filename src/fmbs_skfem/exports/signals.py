@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from functools import singledispatch
 from typing import Any
@@ -28,8 +29,9 @@ T = sympy.Symbol("t", real=True)
 
 
 def input_symbol(name: str) -> Any:
-    """The symbol of an input."""
-    return sympy.Symbol(f"input_{name}", real=True)
+    """The symbol of an input, which C can read: other than letters and digits as their numbers."""
+    plain = re.sub(r"\W", lambda found: f"_{ord(found[0]):x}_", name, flags=re.ASCII)
+    return sympy.Symbol(f"input_{plain}", real=True)
 
 
 @singledispatch
