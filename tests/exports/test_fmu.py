@@ -17,8 +17,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from fmbs_skfem import dynamics
+from fmbs_skfem import dynamics, studies
 from fmbs_skfem.core import extras
+from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.inputs import Input
 from fmbs_skfem.core.values.ranges import Parameter
@@ -27,6 +28,7 @@ from fmbs_skfem.exports.fmu import FMU
 from fmbs_skfem.reduction import affine
 from fmbs_skfem.reduction.affine import ParametricCase
 from fmbs_skfem.reduction.cases import Case
+from fmbs_skfem.studies import exporting
 from fmbs_skfem.systems import At, System, signals
 from fmbs_skfem.systems.forces import loads
 from tests.exports.c_library import COMPILER
@@ -405,3 +407,22 @@ def test_zig_makes_libraries_of_all_machines(version: int, model: ParametricCase
     archive.write_bytes(fmu.pack(unit, built.binaries))
     got = Instance(archive, tmp_path / "unit").start().run([h] * 50)
     assert np.abs(got - in_python(model, 9.81, "0*t", 50)).max() < 2e-7 * np.abs(got).max()
+
+
+def test_the_command_says_which_binaries_there_are(model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(exporting, "written", lambda job, name: (c_files.write(model, name, "m"), "m", ""))
+    monkeypatch.setattr(extras, "there", lambda extra: False)
+    own = binaries.this_machine()
+    assert own is not None
+    (tmp_path / "m.h5").touch()
+    place = tmp_path / "new" / "m.fmu"
+    told = studies.export_model(tmp_path / "m.h5", fmu=place, fmi=3, name="arm")
+    assert (told.report["fmi"], told.report["binaries"], told.report["files"]) == (3, [own.folder], [place])
+    lines = [one for one in told.lines if isinstance(one, str)]
+    assert any(line.startswith("binaries by ") and own.folder in line for line in lines)
+    assert any('pip install "fmbs_skfem[fmu]"' in line for line in lines)
+    with pytest.raises(InputError, match="a place without these files"):
+        studies.export_model(tmp_path / "m.h5", fmu=place)
+    for given in ({}, {"fmu": place, "c": tmp_path}):
+        with pytest.raises(InputError, match="--c DIR, or a file for an FMU, --fmu FILE"):
+            studies.export_model(tmp_path / "m.h5", **given)
