@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.control.controllers import Controlled, PidLaw
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.inputs import Input
 from fmbs_skfem.core.values.ranges import Parameter
@@ -341,6 +343,9 @@ def test_what_has_no_c_is_refused() -> None:
     python = replace(made, signals=(turning,), loads=replace(made.loads, forces=()))
     with pytest.raises(InputError, match="expressions of t and of inputs"):
         c_files.write(case_of(python), "python", "a model")
+    parts = GeneralizedAlpha(1e-3, local_error=1e-6)
+    with pytest.raises(InputError, match="equal steps, got steps in parts"):
+        c_files.write(case_of(made, parts), "parts", "a model")
     controlled = replace(made, signals=(Controlled("servo", "N m", 0.0, sample=1e-3, law=PidLaw(1.0, 0.0, 0.0, -1.0, 1.0, 1e-3)),))
     with pytest.raises(InputError, match="a model without controllers"):
         c_files.write(case_of(controlled), "controlled", "a model")
@@ -352,6 +357,17 @@ def test_names_end_no_comment_and_are_identifiers(name: str, small: System, tmp_
     assert model.name.isidentifier()
     assert model.name.isascii()
     CRun(model, tmp_path).run(1)
+
+
+def test_loads_that_jump_within_a_step_are_told() -> None:
+    """A run ends a step at the jump; a step in C has the load of its end."""
+    kicked = arm(loads.PointForce("kick", At("beam", "right"), (0.0, 0.3), history=of_time("where(t < 0.0505, 0, 1)")))
+    with pytest.warns(Notice, match=r"loads jump, first at t = 0\.0505 s"):
+        c_files.write(case_of(kicked), "kicked", "a model")
+    smooth = arm(loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=of_time("sin(9*t)")))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        c_files.write(case_of(smooth), "smooth", "a model")
 
 
 def test_the_program_of_the_guide_runs(small: System, tmp_path: Path) -> None:

@@ -20,10 +20,11 @@ from scipy.sparse.csgraph import connected_components
 
 from .. import __version__
 from ..core.errors import InputError, say
+from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
 from ..dynamics import initial, rest, scheme
-from ..dynamics.compiled_step import settling, stepping
+from ..dynamics.compiled_step import jumps, settling, stepping
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
 from ..systems import compiled
@@ -62,8 +63,12 @@ def identifier(name: str) -> str:
     return f"model_{found}" if found[0].isdigit() else found
 
 
-def check(system: System, where: str) -> None:
-    """InputError for what a C file cannot do."""
+def check(case: Case, where: str) -> None:
+    """InputError for what a C file cannot do, and a notice where it does it less well: loads that jump within a step."""
+    system = case.system
+    if case.scheme.local_error > 0.0:
+        remedy = "train the model with steps of one length, `accuracy` left out"
+        raise InputError(say(where, "equal steps", f"steps in parts (local error {case.scheme.local_error:g})", remedy))
     if not isinstance(system.mass, np.ndarray) and system.size > 0 and len(system.components) == 0 and system.elastic:
         raise InputError(say(where, "a reduced model", "a full one", "reduce it with fmbs reduce"))
     parts = ("events", system.triggers), ("joints that are let loose", system.locks), ("monitors", system.monitors)
@@ -75,6 +80,10 @@ def check(system: System, where: str) -> None:
     if system.constraints.laws:
         names = sorted({own.law.name.partition("|")[0] for own in system.constraints.laws})
         raise InputError(say(where, "joints that are polynomials of positions", f"the joint law {', '.join(names)}"))
+    if found := jumps.jumps_of_loads(system, case.scheme.step, scheme.steps_in(case.scheme, case.duration)):
+        first = min(before for places in found.values() for _, before, _ in places)
+        text = f"{where}: loads jump, first at t = {first:.6g} s; C files take them at the ends of steps, late by up to one of them"
+        notify(f"{text}, where runs end a step at each jump")
 
 
 def blocks_of(system: System, pairs: np.ndarray) -> np.ndarray:
@@ -144,7 +153,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     """
     given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
     name = identifier(name)
-    check(given.case.system, title)
+    check(given.case, title)
     case, memory = at_start(given, title)
     given = replace(given, case=case)
     system = case.system
