@@ -285,6 +285,8 @@ def test_derivatives_are_those_of_a_step(plant: System, tmp_path: Path) -> None:
         run.set("input", 0, side)
         assert run.step(model.step) == 0
         found.append(run.outputs)
+    for number in (-1, 1, 1000):
+        assert run.message(run.call("derivative", number, None)) == b"there is no such input"
     exact, slopes = (found[0] - found[1]) / (2 * change), run.derivative(0)
     assert np.abs(exact).max() > 1e-4
     steady = [k for k, one in enumerate(model.columns) if not one.name.startswith("root")]  # forces of joints are of another kind

@@ -154,11 +154,10 @@ NAME_status NAME_start(NAME_memory *m)
 /* Derivatives of all outputs by one input, at the end of a step in which it changes: the step's own tangent. */
 NAME_status NAME_derivative(NAME_memory *m, int input, double out[])
 {
-    static const double part = 1e-6;
-    const double value = m->inputs[input], change = part * most(1.0, size_of(value));
     double before[NAME_OUTPUTS > 0 ? NAME_OUTPUTS : 1];
     if (input < 0 || input >= INPUTS)
         return NAME_NO_SUCH_INPUT;
+    const double value = m->inputs[input], change = 1e-6 * most(1.0, size_of(value));
     EACH (i, UNKNOWNS) {
         m->trial_x[i] = m->x[i];
         m->trial_v[i] = m->v[i];
