@@ -258,7 +258,6 @@ def symbols_of(name: str) -> ForceSymbols:
     return written_as(name)[0]
 
 
-@cache
 def written_as(name: str) -> tuple[ForceSymbols, tuple[int, ...]]:
     """The same, and which (i,) of the rows that it is given these are."""
     extras.need("symbols", "expression of the state")
