@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fmbs_skfem.core.compiling import curves
 from fmbs_skfem.exports import text
 from tests.exports.c_library import COMPILER, compiled
 
@@ -76,6 +78,21 @@ def test_what_is_no_number_stays_none(library: ctypes.CDLL) -> None:
     assert [library.own_sqrt(0.0), library.own_exp(-1e4), library.own_exp(1e4), library.own_log(0.0)] == [0.0, 0.0, np.inf, -np.inf]
     assert library.own_sqrt(np.inf) == np.inf
     assert [library.own_round(one) for one in (0.5, 1.5, 2.5, -0.5, 2.4999, 1e300)] == [0.0, 2.0, 2.0, 0.0, 2.0, 1e300]
+
+
+def test_curves_through_points_are_those_of_compiled_code(tmp_path: Path) -> None:
+    """Inside, at a point, at both ends and beyond them."""
+    places, pieces = np.array([0.0, 0.4, 1.5, 2.0]), np.random.default_rng(5).normal(size=(3, 4))
+    T = np.concatenate([[0.0, 4.0], places, pieces.ravel()])
+    names = "lookup", "lookup_slope"
+    heads = [f"double own_{name}(double x, const double *T)" for name in names]
+    wrappers = "\n".join(f"{head};\n{head} {{ return {name}(x, T); }}" for name, head in zip(names, heads, strict=True))
+    found = compiled(tmp_path, [text.maths(wrappers) + wrappers], "curves")
+    for name in names:
+        function, exact = getattr(found, f"own_{name}"), getattr(curves, name)
+        function.restype, function.argtypes = ctypes.c_double, [ctypes.c_double, ctypes.c_void_p]
+        for x in (-1.0, 0.0, 0.2, 0.4, 1.0, 1.5, 1.7, 2.0, 3.0):
+            assert function(x, T.ctypes.data) == pytest.approx(exact(x, T), rel=1e-14, abs=1e-14)
 
 
 def test_powers(library: ctypes.CDLL) -> None:

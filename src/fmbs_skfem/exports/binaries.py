@@ -16,6 +16,7 @@ from typing import NamedTuple
 from ..core import extras
 from .text import template
 
+ZIG = sys.executable, "-m", "ziglang", "cc"  #: of the extra `fmu`
 #: the same round-off everywhere: no products are fused with sums
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
 
@@ -60,7 +61,7 @@ class Built(NamedTuple):
 def find_compiler() -> tuple[str, list[str]]:
     """zig where it is installed, else the machine's own C compiler; its name and its command, both empty where there is none."""
     if extras.there("fmu"):
-        return "zig", [sys.executable, "-m", "ziglang", "cc", "-fno-sanitize=all"]
+        return "zig", [*ZIG, "-fno-sanitize=all"]
     own = next((path for name in ("cc", "gcc", "clang") if (path := shutil.which(name))), None)
     return (Path(own).stem, [own]) if own else ("", [])
 

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.sparse.csgraph import connected_components
 
 from .. import __version__
+from ..core.algebra.linalg import as_dense
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
@@ -89,11 +90,13 @@ def check(case: Case, where: str) -> None:
 def blocks_of(system: System, pairs: np.ndarray) -> np.ndarray:
     """First unknowns (b + 1,) of blocks that nothing but joints couples; `pairs` (h, 2) are probe rows with second derivatives."""
     n = system.size
-    near = sum((np.asarray(abs(dense(A)) > 0.0) for A in (system.mass, system.damping, system.stiffness)), np.zeros((n, n), bool))
+    near = np.zeros((n, n), bool)
+    for A in (system.mass, system.damping, system.stiffness):
+        near |= as_dense(A) != 0.0
     for elastic in system.elastic:
         columns = getattr(elastic.gather, "columns", slice(0, n))
         near[columns, columns] = True
-    P = abs(dense(system.probes.matrix)) > 0.0
+    P = abs(as_dense(system.probes.matrix)) > 0.0
     for i, j in pairs:
         near |= np.outer(P[i], P[j]) | np.outer(P[j], P[i])
     count, of = connected_components(near, directed=False)
@@ -107,13 +110,9 @@ def blocks_of(system: System, pairs: np.ndarray) -> np.ndarray:
     return np.array([0, *ends])
 
 
-def dense(A: Any) -> np.ndarray:
-    return A if isinstance(A, np.ndarray) else A.toarray()
-
-
 def by_blocks(blocks: np.ndarray, A: Any) -> np.ndarray:
     """The blocks of a symmetric matrix (n, n), column by column, behind each other."""
-    A = dense(A)
+    A = as_dense(A)
     return np.concatenate([np.zeros(0), *(A[a:b, a:b].T.ravel() for a, b in pairwise(blocks))])
 
 
@@ -169,9 +168,9 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     turn = None if turn is None or given.varies(("system", "x0")) or given.varies(("system", "lift")) else turn
     arrays = {**arrays_of(frame), "START_KEPT": Array(np.zeros(whole.kept) if memory is None else memory), **whole.arrays}
     constants, fields, setting = numbers.write(given, arrays, title)
-    before, after = split_template()
     parts = [*whole.functions.values(), hooks(whole, len(system.elastic))]
-    text = "\n".join([before, *parts, template("ports.c"), reading, after, energies(whole), setting, template("start.c")])
+    text = "\n".join([template("begin.c"), *parts, template("ports.c"), reading, template("step.c"), energies(whole)])
+    text = "\n".join([text, setting, template("start.c")])
     fixed = "\n".join([controls(frame, whole, columns, inputs, given, turn), tables_of(frame, inputs, given, turn), constants])
     head = f'/* {clean(title)}: the equations of NAME.h. */\n#include "NAME.h"\n'
     source = replaced("\n".join([head, fixed, maths(text), text]), {"NAME": name})
@@ -216,23 +215,23 @@ def write_elastic(frame: Frame, given: Numbers, k: int) -> Piece:
 def arrays_of(frame: Frame) -> dict[str, Array]:
     """Constant numbers of the system beside those of its parts."""
     system = frame.case.system
-    P = dense(system.probes.matrix)
+    P = as_dense(system.probes.matrix)
     begins, ends = support(P)
 
-    def of(*place: str, make: Callable[[Any], np.ndarray] = dense) -> Array:
+    def of(*place: str, make: Callable[[Any], np.ndarray] = as_dense) -> Array:
         leaf: Any = system
         for one in place:
             leaf = getattr(leaf, one)
         return Array(make(leaf), ("system", *place), make)
 
     def rows(P: np.ndarray) -> np.ndarray:
-        return np.concatenate([np.zeros(0), *(row[a:b] for row, a, b in zip(dense(P), begins, ends, strict=True))])
+        return np.concatenate([np.zeros(0), *(row[a:b] for row, a, b in zip(as_dense(P), begins, ends, strict=True))])
 
     square = partial(by_blocks, frame.blocks)
     return {
         "MASS": of("mass", make=square),
-        "DAMPING": of("damping", make=square) if dense(system.damping).any() else Array(np.zeros(0)),
-        "SPRINGS": of("stiffness", make=square) if dense(system.stiffness).any() else Array(np.zeros(0)),
+        "DAMPING": of("damping", make=square) if as_dense(system.damping).any() else Array(np.zeros(0)),
+        "SPRINGS": of("stiffness", make=square) if as_dense(system.stiffness).any() else Array(np.zeros(0)),
         "LOAD": of("loads", "constant"),
         "PROBE_ROWS": of("probes", "matrix", make=rows),
         "PROBE_OFFSET": of("probes", "offset"),
@@ -241,7 +240,7 @@ def arrays_of(frame: Frame) -> dict[str, Array]:
         "SENSOR_OFFSET": of("sensors", "offset"),
         "START_X": of("x0"),
         "START_V": start_velocities(frame),
-        "NORM": Array(dense(system.metric).diagonal() / system.weight),
+        "NORM": Array(as_dense(system.metric).diagonal() / system.weight),
     }
 
 
@@ -257,15 +256,6 @@ def start_velocities(frame: Frame) -> Array:
 def clean(text: str) -> str:
     """A text that ends no comment."""
     return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", "\n * ")
-
-
-def split_template() -> tuple[str, str]:
-    """What of `step.c` stands before the parts of a system, and what behind them."""
-    text = template("step.c")
-    cut = text.index("/* Numbers of the method")
-    pair = text.index("/* W += P^T H P of one pair")
-    end = text.index("/* W += (1 + gh beta)")
-    return text[:cut] + text[pair:end], text[cut:pair] + text[end:]
 
 
 def hooks(whole: Piece, elastic: int) -> str:
@@ -319,7 +309,7 @@ def controls(
         "TURNED": sum(bool(one.turns) for one in columns), "BLOCKS": len(frame.blocks) - 1, "ENTRIES": frame.places[-1],
         "SECANTS": secants_of(system), "ITERATIONS": method.iterations, "PATIENT": stepping.PATIENT, "HELD": stepping.HELD,
         "SMOOTH": int(frame.smooth), "STEADY": int(steady), "READS_RATES": int(frame.damped),
-        "HAS_DAMPING": int(dense(system.damping).any()), "HAS_SPRINGS": int(dense(system.stiffness).any()),
+        "HAS_DAMPING": int(as_dense(system.damping).any()), "HAS_SPRINGS": int(as_dense(system.stiffness).any()),
         "FILTERED": int(initial.is_filtered(system)), "TURNING": 0 if turn is None else len(turn.table),
     }  # fmt: skip
     lines = [f"#define {key} {number(value)}" for key, value in reals.items()]
@@ -333,7 +323,7 @@ def secants_of(system: System) -> int:
 
 def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Turning | None) -> str:
     """Tables of a system whose numbers no parameter changes."""
-    own, P = frame.case.system.constraints, dense(frame.case.system.probes.matrix)
+    own, P = frame.case.system.constraints, as_dense(frame.case.system.probes.matrix)
     begins, ends = support(P)
     lines = [
         array("BLOCK", frame.blocks, "int"), array("BLOCK_AT", frame.places, "int"),

@@ -6,7 +6,6 @@ a(mu) = a_0 + sum_q w_q(mu) a_q,    w = P(mu)^T mixture,    P the Lagrange polyn
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from ..reduction import cases
 from ..reduction.affine import Order, ParametricCase, Varying
 from ..reduction.cases import Case, Place
 from .pieces import Array
-from .text import array, number
+from .text import array, number, replaced, template
 
 #: leaves of a system that a step reads; all others are for pictures, or fixed
 READ = "elastic", "mass", "damping", "stiffness", "probes", "constraints", "loads", "signals", "sensors", "x0", "v0"
@@ -54,20 +53,18 @@ def write(numbers: Numbers, arrays: Mapping[str, Array], where: str) -> tuple[st
 
     InputError, after `where`, where parameters change what no array here holds.
     """
-    varying, text, fields, lines = numbers.varying, [], [], []
+    varying, text, fields = numbers.varying, [], []
     if lost := set(varying) - {one.place for one in arrays.values()}:
         raise InputError(
             say(where, "parameters that change numbers of C files", cases.label(min(lost, key=str)), "fix it with --set")
         )
-    orders: list[Order] = []
+    mixed: dict[Order, list[str]] = {}
     longest = 1
     for name, one in arrays.items():
         part = varying.get(one.place)
         if part is None:
             text.append(array(name, one.values))
             continue
-        if part.order not in orders:
-            orders.append(part.order)
         leaf = np.asarray(cases.leaf_at(numbers.case, part.place), dtype=float)
         base, changes = leaf.copy().ravel(), []
         base[part.positions] = 0.0
@@ -82,9 +79,11 @@ def write(numbers: Numbers, arrays: Mapping[str, Array], where: str) -> tuple[st
         text += [array(f"{name}_BASE", start), array(f"{name}_CHANGES", np.array(changes)), array(f"{name}_MIXTURE", part.mixture)]
         text.append(f"#define {name} (m->numbers_{name})")
         fields.append(f"    double numbers_{name}[{size}];")
-        lines.append(f"    weigh(m, {orders.index(part.order)}, weights);")
-        lines.append(f"    mix(weights, {t}, {q}, {size}, {name}_BASE, {name}_CHANGES, {name}_MIXTURE, m->numbers_{name});")
-    return "\n".join([*text, *tables(numbers, orders)]), "\n".join(fields), function(lines, longest)
+        arrays_of = f"{name}_BASE, {name}_CHANGES, {name}_MIXTURE, m->numbers_{name}"
+        mixed.setdefault(part.order, []).append(f"    mix(weights, {t}, {q}, {size}, {arrays_of});")
+    # polynomials of one order are evaluated once for all that have it
+    lines = [line for k, found in enumerate(mixed.values()) for line in (f"    weigh(m, {k}, weights);", *found)]
+    return "\n".join([*text, *tables(numbers, list(mixed))]), "\n".join(fields), function(lines, longest)
 
 
 def tables(numbers: Numbers, orders: Sequence[Order]) -> list[str]:
@@ -107,53 +106,7 @@ def function(lines: Sequence[str], longest: int) -> str:
     """`set_numbers`, with what it calls."""
     if not lines:
         return "static void set_numbers(NAME_memory *m)\n{\n    (void)m;\n}\n"
-    body = "\n".join(lines)
-    return f"""/* P (t,): products of Lagrange polynomials of all parameters; the last parameter changes first. */
-static void weigh(const NAME_memory *m, int order, double *weights)
-{{
-    int count = 1;
-    weights[0] = 1.0;
-    for (int p = 0; p < PARAMETERS; p++) {{
-        const int degree = ORDER[order][p], logarithmic = ORDER[order][PARAMETERS + p];
-        const double *node = NODE + p * NODES;
-        const double x = logarithmic ? math_log(m->parameters[p]) : m->parameters[p];
-        if (degree == 0)
-            continue;
-        for (int k = count - 1; k >= 0; k--)
-            for (int j = degree; j >= 0; j--) {{
-                const double own = logarithmic ? math_log(node[j]) : node[j];
-                double value = weights[k];
-                for (int i = 0; i <= degree; i++) {{
-                    const double other = logarithmic ? math_log(node[i]) : node[i];
-                    if (i != j)
-                        value *= (x - other) / (own - other);
-                }}
-                weights[k * (degree + 1) + j] = value;
-            }}
-        count *= degree + 1;
-    }}
-}}
-
-/* a = a_0 + sum_q (sum_t P_t mixture_tq) a_q. */
-static void mix(const double *weights, int t, int q, int n, const double *base, const double *changes, const double *mixture,
-                double *a)
-{{
-    for (int i = 0; i < n; i++)
-        a[i] = base[i];
-    for (int k = 0; k < q; k++) {{
-        double weight = 0.0;
-        for (int j = 0; j < t; j++)
-            weight += weights[j] * mixture[j * q + k];
-        add_row(weight, changes + k * n, a, n);
-    }}
-}}
-
-static void set_numbers(NAME_memory *m)
-{{
-    double weights[{longest}];
-{body}
-}}
-"""
+    return replaced(template("numbers.c"), {"LONGEST": longest, "    LINES": "\n".join(lines)})
 
 
 def parameters_of(numbers: Numbers) -> dict[str, tuple[str, float, float, float]]:
@@ -166,8 +119,3 @@ def table_of(numbers: Numbers) -> str:
     """The ranges of the parameters as a table of C: least, largest, nominal."""
     rows = [", ".join(map(number, values[1:])) for values in parameters_of(numbers).values()] or ["0.0, 0.0, 0.0"]
     return f"static const double PARAMETER[{len(rows)}][3] = {{{', '.join('{' + row + '}' for row in rows)}}};"
-
-
-def places_of(prefix: Sequence[str | int], values: Any) -> dict[int, Place]:
-    """Places of the numbers of a program, by their positions in it."""
-    return {k: (*prefix, k) for k, one in enumerate(values) if isinstance(one, float)}

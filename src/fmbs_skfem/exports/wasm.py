@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 import tempfile
-from importlib.util import find_spec
 from pathlib import Path
 
+from ..core import extras
 from ..core.errors import InputError, say
+from .binaries import ZIG
 from .c_files import CModel
 
 EXPORTED = "init", "start", "step", "inputs", "parameters", "unknowns", "outputs", "now"
@@ -29,15 +29,9 @@ double now(void) { return m.time; }
 FLAGS = ("-target", "wasm32-freestanding", "-std=c99", "-O3", "-msimd128", "-ffp-contract=off", "-nostdlib", "-Wl,--no-entry")
 
 
-def compiler() -> list[str] | None:
-    """The command that compiles WebAssembly, of the package `ziglang`; None where it is not installed."""
-    return [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") else None
-
-
 def module(model: CModel) -> bytes | None:
-    """The module of a model; None without a compiler, InputError where it fails."""
-    command = compiler()
-    if command is None:
+    """The module of a model; None without the extra `fmu`, InputError where its compiler fails."""
+    if not extras.there("fmu"):
         return None
     with tempfile.TemporaryDirectory(prefix="fmbs_wasm_") as place:
         folder = Path(place)
@@ -46,7 +40,7 @@ def module(model: CModel) -> bytes | None:
         (folder / "door.c").write_text(DOOR.replace("NAME", model.name), encoding="utf-8")
         exported = [f"-Wl,--export={name}" for name in EXPORTED]
         done = subprocess.run(
-            [*command, *FLAGS, *exported, "model.c", "door.c", "-o", "model.wasm"], cwd=folder, capture_output=True, text=True
+            [*ZIG, *FLAGS, *exported, "model.c", "door.c", "-o", "model.wasm"], cwd=folder, capture_output=True, text=True
         )
         if done.returncode != 0:
             raise InputError(say("C compiler", "a model that it compiles", done.stderr.strip()[:500]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import zlib
-from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from ..core.storage.records import dataclass
@@ -34,14 +34,10 @@ class LiveModel:
 
 def describe(model: LiveModel) -> dict[str, Any]:
     """What the page needs to run it."""
-
-    def sliders(listed: tuple[Slider, ...]) -> list[Mapping[str, Any]]:
-        return [{"name": one.name, "unit": one.unit, "low": one.low, "high": one.high, "value": one.value} for one in listed]
-
     return {
         "stepSize": model.step,
-        "parameters": sliders(model.parameters),
-        "inputs": sliders(model.inputs),
+        "parameters": [asdict(one) for one in model.parameters],
+        "inputs": [asdict(one) for one in model.inputs],
         "unknowns": model.unknowns,
         "module": base64.b64encode(zlib.compress(model.module, 9)).decode("ascii"),
     }

@@ -264,43 +264,43 @@ static double continued(double value, double last)
     return last + (off - turn * math_round(off / turn));
 }
 
-//: lookup
-/* The value of a cubic from point to point, constant beyond the last ones: T = (hold, n, places, four coefficients a piece). */
+//: piece_of
+/* The cubic of a curve in which a place is: T = (hold, n, places, four coefficients a piece); how far behind its begin. */
+static const double *piece_of(double x, const double *T, double *behind)
+{
+    const int n = (int)T[1];
+    int low = 0, high = n - 1;
+    while (high - low > 1) {
+        const int middle = (low + high) / 2;
+        if (x < T[2 + middle])
+            high = middle;
+        else
+            low = middle;
+    }
+    *behind = x - T[2 + low];
+    return T + 2 + n + 4 * low;
+}
+
+//: lookup piece_of
+/* The value of a curve, constant beyond its ends. */
 static double lookup(double x, const double *T)
 {
     const int n = (int)T[1];
-    int low = 0, high = n - 1;
+    double s;
     if (x != x)
         return x;
-    x = x < T[2] ? T[2] : x > T[n + 1] ? T[n + 1] : x;
-    while (high - low > 1) {
-        const int middle = (low + high) / 2;
-        if (x < T[2 + middle])
-            high = middle;
-        else
-            low = middle;
-    }
-    const double *c = T + 2 + n + 4 * low;
-    const double s = x - T[2 + low];
+    const double *c = piece_of(x < T[2] ? T[2] : x > T[n + 1] ? T[n + 1] : x, T, &s);
     return c[3] + s * (c[2] + s * (c[1] + s * c[0]));
 }
 
-//: lookup_slope
+//: lookup_slope piece_of
 static double lookup_slope(double x, const double *T)
 {
     const int n = (int)T[1];
-    int low = 0, high = n - 1;
+    double s;
     if (!(x >= T[2] && x <= T[n + 1]))
         return 0.0;
-    while (high - low > 1) {
-        const int middle = (low + high) / 2;
-        if (x < T[2 + middle])
-            high = middle;
-        else
-            low = middle;
-    }
-    const double *c = T + 2 + n + 4 * low;
-    const double s = x - T[2 + low];
+    const double *c = piece_of(x, T, &s);
     return c[2] + s * (2.0 * c[1] + s * 3.0 * c[0]);
 }
 

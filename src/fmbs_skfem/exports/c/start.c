@@ -38,6 +38,16 @@ static int fill_turned_tangents(NAME_memory *m)
     return alike;
 }
 
+/* out = - (second D2 + third D3) of the joints: the sums of `find_drift` less what it makes of first derivatives alone. */
+static void find_curvature(NAME_memory *m, double second, double third, double *out)
+{
+    double *whole = m->past[1];
+    find_drift(m, m->moved, second, third, whole);
+    find_drift(m, m->moved, 0.0, 0.0, out);
+    EACH (k, EQUATIONS)
+        out[k] -= whole[k];
+}
+
 /* Accelerations and multipliers of the start:
  *     [ M J^T; J 0 ] (q'', lambda) = - (f, D2),   M + (K + gh C) / bh in place of M where a step resolves no waves,
  * and what puts velocities and algorithmic accelerations onto the path of the joints. */
@@ -68,13 +78,7 @@ static int find_accelerations(NAME_memory *m)
         return 1;
     EACH (i, UNKNOWNS)
         m->moved_twice[i] = m->rhs[i];
-    /* D2, and below D3, as differences of the sums that `find_drift` makes of rates alone */
-    find_drift(m, m->moved, 1.0, 0.0, mu);
-    EACH (k, EQUATIONS)
-        m->past[1][k] = mu[k];
-    find_drift(m, m->moved, 0.0, 0.0, mu);
-    EACH (k, EQUATIONS)
-        mu[k] -= m->past[1][k];
+    find_curvature(m, 1.0, 0.0, mu);
     EACH (i, UNKNOWNS)
         m->rhs[i] = -scale * m->moved_twice[i];
     solve(m);
@@ -82,12 +86,7 @@ static int find_accelerations(NAME_memory *m)
         m->acceleration[i] = m->a[i] = m->rhs[i];
     EACH (k, EQUATIONS)
         m->multipliers[k] = m->past[0][k] = mu[k] / scale * m->c;
-    find_drift(m, m->moved, 0.0, 1.0, mu);
-    EACH (k, EQUATIONS)
-        m->past[1][k] = mu[k];
-    find_drift(m, m->moved, 0.0, 0.0, mu);
-    EACH (k, EQUATIONS)
-        mu[k] -= m->past[1][k];
+    find_curvature(m, 0.0, 1.0, mu);
     EACH (i, UNKNOWNS)
         m->rhs[i] = 0.0;
     solve(m);
