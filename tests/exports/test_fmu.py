@@ -378,7 +378,6 @@ def test_without_a_compiler_there_are_sources_only(model: ParametricCase, monkey
     assert names == ["modelDescription.xml", "sources/m.c", "sources/m.h", "sources/m_fmi2.c"]
 
 
-@pytest.mark.skipif(not extras.there("fmu"), reason="no ziglang")
 @pytest.mark.parametrize("version", [2, 3])
 def test_zig_makes_libraries_of_all_machines(version: int, model: ParametricCase, tmp_path: Path) -> None:
     """What they are, what they show, and that Windows needs no library of C; that of this machine runs."""

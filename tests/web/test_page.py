@@ -300,7 +300,6 @@ def test_two_motions_are_overlaid_or_side_by_side(run: tuple[studies.Run, Path],
 
 def test_a_saved_model_runs_in_its_page_as_in_python(chromium: Browser, tmp_path: Path) -> None:
     """Its tip is that of the run, to the error of the shapes; started again it goes the same way, to the bit."""
-    pytest.importorskip("ziglang", reason="WebAssembly takes a compiler")
     (tmp_path / "rod.yaml").write_text(SCENE + "reduction: {snapshots: 10 ms}\n", encoding="utf-8")
     studies.reduce(tmp_path / "rod.yaml", out=tmp_path / "rod.h5", allow_outside=True)
     motion = studies.run_model(tmp_path / "rod.h5")
