@@ -72,9 +72,9 @@ class Browser:
             found[width] = int(self.run(LAYOUT))
         return found
 
-    def load(self, page: Path) -> None:
-        """A page, up to its load event."""
-        self.ask("Page.navigate", url=page.as_uri())
+    def load(self, page: Path | str) -> None:
+        """A page, a file or an address, up to its load event."""
+        self.ask("Page.navigate", url=page if isinstance(page, str) else page.as_uri())
         while self.hear().get("method") != "Page.loadEventFired":
             pass
 
@@ -83,6 +83,16 @@ class Browser:
         found = self.ask("Runtime.evaluate", expression=code, awaitPromise=True, returnByValue=True)
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"].get("value")
+
+    def click(self, selector: str) -> None:
+        """The middle of an element, by the mouse, as a person would."""
+        place = f"document.querySelector({json.dumps(selector)})"
+        x, y = self.run(
+            f"({place}.scrollIntoView({{block: 'center', behavior: 'instant'}}), (b => [b.x + b.width / 2, b.y + b.height / 2])"
+            f"({place}.getBoundingClientRect()))"
+        )
+        for kind in ("mousePressed", "mouseReleased"):
+            self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
     def press(self, key: str, **more: Any) -> None:
         """A key, down and up."""

@@ -10,8 +10,13 @@ import json
 import re
 import subprocess
 import sys
+import threading
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
 from html.parser import HTMLParser
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -23,7 +28,7 @@ from fmbs_skfem.bodies import Given, cable
 from fmbs_skfem.shapes import plate_meshes
 
 from . import pages
-from .browser import PROGRAM, browser
+from .browser import PROGRAM, Browser, browser
 
 for _package in ("sphinx", "furo", "myst_parser", "ziamath"):
     pytest.importorskip(_package, reason="the site is built with the extra docs")
@@ -110,6 +115,67 @@ def test_pages_fit_wide_and_narrow_windows_without_errors(site: Path, tmp_path: 
             for width, needed in chromium.widths(page, (1280, 400)).items():
                 assert needed <= width, (page.name, width, needed)
             assert chromium.wrong == [], page.name
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The address of a server of a folder, ended behind the block."""
+    handler = partial(SilentHandler, directory=folder)
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever).start()
+        try:
+            yield f"http://127.0.0.1:{server.server_port}"
+        finally:
+            server.shutdown()
+
+
+class SilentHandler(SimpleHTTPRequestHandler):
+    def log_message(self, *_: object) -> None:
+        """Requests are not printed."""
+
+
+def found(chromium: Browser, base: str, word: str) -> list[str]:
+    """Titles of what a search finds, once all of it stands on the page."""
+    chromium.load(f"{base}/search.html?q={word}")
+    chromium.run(
+        "new Promise(done => { const look = () => document.querySelector('.search-summary')?.innerText"
+        " ? done() : setTimeout(look, 20); look() })"
+    )
+    titles: list[str] = chromium.run("[...document.querySelectorAll('#search-results li > a')].map(each => each.innerText)")
+    return titles
+
+
+@pytest.mark.skipif(PROGRAM is None, reason="no Chromium")
+def test_a_search_finds_pages_without_errors_from_a_disk_and_from_a_server(site: Path, tmp_path: Path) -> None:
+    """Summaries are fetched from pages, which a page from a disk may not."""
+    with browser(tmp_path) as chromium, served(site) as address:
+        for base in (site.as_uri(), address):
+            titles = found(chromium, base, "ECSW")
+            assert {"reduction.hyper.ecsw", "Architecture"} <= set(titles)
+            assert found(chromium, base, "zzyzx") == []
+        found(chromium, address, "ECSW")
+        summary = "[...document.querySelectorAll('#search-results p.context')].some(each => each.innerText.includes('ECSW'))"
+        chromium.run(f"new Promise(done => {{ const look = () => {summary} ? done() : setTimeout(look, 20); look() }})")
+        assert chromium.wrong == []
+
+
+@pytest.mark.skipif(PROGRAM is None, reason="no Chromium")
+def test_blocks_are_copied_by_a_click_without_the_prompt(site: Path, tmp_path: Path) -> None:
+    """Each block has a button; the clipboard then has the block as it stands in the source of the page."""
+    with browser(tmp_path) as chromium:
+        chromium.ask("Browser.grantPermissions", permissions=["clipboardReadWrite", "clipboardSanitizedWrite"])
+        chromium.resize(1280)
+        chromium.load(site / "plant.html")
+        count = "document.querySelectorAll('article {}').length"
+        assert chromium.run(count.format("button.copy")) == chromium.run(count.format("div.highlight pre")) > 2
+        for language in ("yaml", "python"):
+            chromium.click(f".highlight-{language} button.copy")
+            copied = chromium.run("navigator.clipboard.readText()")
+            assert copied == pages.blocks("docs/plant.md", language)[0].rstrip()
+        assert chromium.run("document.querySelector('.highlight-python button.copy').innerText") == "Copied"
+        session = "$ fmbs run a.yaml \\\n    --out b\nt = 1 s\n$ fmbs view b"
+        assert chromium.run(f"typed({json.dumps(session)})") == "fmbs run a.yaml \\\n    --out b\nfmbs view b"
+        assert chromium.wrong == []
 
 
 def test_sources_of_the_theory_are_those_of_the_code() -> None:
