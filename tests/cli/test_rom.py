@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -60,7 +61,7 @@ def test_info(model: Path, tmp_path: Path) -> None:
     assert found["notes"]["scene"] == "beam"
     assert (tmp_path / "info.json").is_file()
     table = fmbs("rom", "info", model)
-    assert "E [Pa]" in table.out
+    assert re.search(r"E \[GPa\] +0\.5 ", table.out)
     assert "full_runs" in table.out
 
 

@@ -79,8 +79,8 @@ def test_every_column_has_its_unit_and_a_drive_a_torque(tmp_path: Path) -> None:
     assert (found["units"]["C_x"], found["units"]["coupler_slope_x"], found["units"]["motor_torque"]) == ("m", "", "N m")
     assert json.loads((out / "outputs.units.json").read_text()) == {"t": "s", **found["units"]}
     assert found["labels"] == {"motor_torque": "moment about z"}
-    assert "motor_torque: moment about z [N m]" in done.out
-    assert "C_x [m]" in done.out
+    assert "motor_torque: moment about z [mN m]" in done.out
+    assert "C_x [mm]" in done.out
 
 
 @pytest.mark.parametrize("wanted", [False, True])

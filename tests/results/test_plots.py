@@ -79,7 +79,7 @@ def test_a_saved_figure_has_the_pixels_of_savefig(tmp_path: Path) -> None:
 def test_slider_from_rest_and_turns_a_minute(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """x - x(0) starts at zero, and 200 pi rad/s are 6000 turns a minute."""
     drawn: dict[str, Mapping[str, np.ndarray]] = {}
-    monkeypatch.setattr(plots, "history_grid", lambda _, outputs, __: drawn.update(outputs))
+    monkeypatch.setattr(plots, "history_grid", lambda _, outputs, __, display: drawn.update(outputs))
     plots.slider(TIMES, {"full": 0.3 + 0.1 * TIMES}, {"full": 200 * np.pi / 3 * TIMES})
     (displacement, speed_) = drawn.values()
     np.testing.assert_allclose(displacement["full"][[0, -1]], [0.0, 0.3], atol=1e-15)
@@ -159,7 +159,7 @@ def test_numbers_at_an_axis_are_whole(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("size", [1.0, 1e7])
 def test_a_key_is_above_the_power_of_ten(size: float) -> None:
-    figure = plots.panel_grid(TIMES, [plots.Panel("stress [Pa]", {"11": size * SWING, "second principal value": -size * SWING})])
+    figure = plots.panel_grid(TIMES, [plots.Panel("torsion [1/m]", {"11": size * SWING, "second principal value": -size * SWING})])
     figure.canvas.draw()
     (axes,), power = figure.axes, figure.axes[0].yaxis.get_offset_text()
     assert power.get_text() == ("" if size == 1.0 else "1e7")

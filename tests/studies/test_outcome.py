@@ -28,7 +28,7 @@ def test_a_scene_runs_and_says_little(run: studies.Run) -> None:
     assert len(repr(run)) < 200
     assert repr(run.trajectory) == f"<Trajectory 11 instants from 0 to 0.01, {run.trajectory.x.shape[1]} unknowns>"
     assert len(repr(run.trajectory.system)) < 200
-    assert "<td>tip_x [m]</td>" in run._repr_html_()
+    assert "<td>tip_x [mm]</td>" in run._repr_html_()
 
 
 def test_a_table_has_units(run: studies.Run) -> None:

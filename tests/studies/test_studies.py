@@ -60,7 +60,7 @@ def test_a_run_gives_arrays_and_figures_and_writes_nothing(tmp_path: Path, monke
     assert isinstance(found.figures["outputs"], Figure)
     assert list(found.figures) == ["outputs"]
     assert repr(found) == f"<Run cantilever: 11 instants, {', '.join(found.outputs)}>"
-    assert "Outputs (SI units)" in str(found)
+    assert "\nOutputs\n" in str(found)
     assert found.files == []
     assert set(tmp_path.iterdir()) == before
 

@@ -17,6 +17,7 @@ from fmbs_skfem.studies.running import viewing, webpages
 
 from ..browser import DRAWS, FLAT, PROGRAM, Browser, browser
 from ..cli.calls import EXAMPLES, fmbs
+from ..studies.test_display_units import SCENE as ROTOR
 
 pytestmark = pytest.mark.skipif(PROGRAM is None and "CI" not in os.environ, reason="no Chromium")
 
@@ -278,6 +279,28 @@ def test_a_model_in_the_page_moves_bodies_and_joints_by_its_unknowns(chromium: B
     assert tab.wrong == []
 
 
+def test_numbers_have_the_units_that_were_typed(chromium: Browser, tmp_path: Path) -> None:
+    """300 rpm, 25 mm and 40 ms, as the scene has them; the motion itself goes on in SI units."""
+    (tmp_path / "rotor.yaml").write_text(ROTOR.format(more=""), encoding="utf-8")
+    found = studies.run(tmp_path / "rotor.yaml", html=True, out=tmp_path / "out", plots=False)
+    tab = opened(chromium, tmp_path / "out" / "page.html")
+    captions = tab.run("[...document.querySelectorAll('figcaption b')].map((one) => one.textContent)")
+    assert captions == ["w [rpm]", "angle [rad]", "rim [mm]", "drive [W]"]
+    tab.run("(fmbs.seek(0.02), fmbs.draw())")
+    assert tab.run("document.getElementById('time').textContent") == "t = 20.00 ms"
+    shown = float(tab.run("document.querySelector('figcaption span span').textContent"))
+    assert shown == pytest.approx(found.outputs["w"][20] * 30.0 / np.pi, rel=2e-4)
+    marks = tab.run(
+        "[...document.querySelectorAll('figure')[0].querySelectorAll('text[text-anchor=middle]')].map((one) => one.textContent)"
+    )
+    assert "20 ms" in marks
+    assert "grid 5 mm" in tab.run("document.getElementById('key').textContent")
+    assert tab.run("fmbs.last") == pytest.approx(0.04)
+    place = np.array(tab.run("fmbs.scene.read(0, 0)"))[:, :2]
+    assert np.abs(np.linalg.norm(place, axis=1) - 0.025).min() < 1e-6
+    assert tab.wrong == []
+
+
 def test_two_motions_are_overlaid_or_side_by_side(run: tuple[studies.Run, Path], chromium: Browser, tmp_path: Path) -> None:
     """The same motion and a heavier rod, with the distance of the two as a colour."""
     (tmp_path / "heavy.yaml").write_text(SCENE.replace("1800 kg", "3600 kg"), encoding="utf-8")
@@ -289,10 +312,10 @@ def test_two_motions_are_overlaid_or_side_by_side(run: tuple[studies.Run, Path],
     side = tab.run(f"(fmbs.setShade('error'), {PIXELS})")
     assert side["sum"] != over["sum"]
     assert tab.run("[...document.querySelectorAll('#panes span')].map((one) => one.textContent)") == ["</script>", "heavy"]
-    scale = tab.run("fmbs.content.shades.find((one) => one.name === 'error').limits")
+    scale, size = tab.run("((one) => [one.limits, one.size])(fmbs.content.shades.find((one) => one.name === 'error'))")
     shown, others = (np.array(tab.run(f"fmbs.scene.read({k}, 0)")) for k in (0, 1))
     apart = np.linalg.norm(shown[:, :3] - others[:, :3], axis=1)
-    assert np.abs(others[:, 3] - apart).max() <= (scale[1] - scale[0]) / 250 + 4e-4
+    assert np.abs(others[:, 3] - apart / size).max() <= (scale[1] - scale[0]) / 250 + 4e-4 / size
     assert apart.max() > 0.01
     assert tab.run("document.querySelectorAll('#plots polyline').length") == 6
     assert tab.wrong == []

@@ -5,7 +5,7 @@ film(name, trajectory)  ->  Film  ->  describe(title, films)  ->  JSON and a blo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from typing import Any
 
@@ -13,6 +13,8 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
+from ..core.values import display as display_units
+from ..core.values.display import SI, DisplayUnits
 from ..dynamics import Trajectory
 from ..results import frames as frames_
 from ..results import motion, pictures, surfaces
@@ -96,42 +98,63 @@ def basis_of(states: Trajectory, rows: np.ndarray) -> Basis | None:
 
 
 def describe(
-    title: str, films: Sequence[Film], shade: str | None = None, clock: str = "s", about: Sequence[str] = ()
+    title: str,
+    films: Sequence[Film],
+    shade: str | None = None,
+    clock: str = "s",
+    about: Sequence[str] = (),
+    display: DisplayUnits = SI,
 ) -> tuple[dict[str, Any], Block]:
-    """The content of a page, coloured by the field `shade` at first; `clock` is the unit of times, or `load factor`."""
+    """The content of a page, coloured by the field `shade` at first; `clock` is the unit of times, or `load factor`.
+
+    What is seen has the units of `display`; times of the motion and positions, with which the page computes, are in SI units.
+    """
     block = Block()
     every = [film.frames for film in films]
     places = [body.points.reshape(-1, 3) for one in every for body in one.bodies.values()]
     places += [points for one in every for _, points in one.joints.values()]
     flat = all(frames_.planar(one) for one in every)
-    box = camera.box(np.concatenate(places), flat)
+    box = camera.box(np.concatenate(places), flat, display=display)
     middle = (box.lower + box.upper) / 2.0
     shades = [name for name in FIELDS if any(shows(one, name) for one in every)]
-    shown = [describe_film(one, middle, TOLERANCE * box.size, shades, block) for one in films]
+    scales = {name: scale(every, name, display) for name in shades}
+    sizes = {name: one["size"] for name, one in scales.items()}
+    shown = [describe_film(one, middle, TOLERANCE * box.size, sizes, block) for one in films]
     content = {
         "title": title,
         "about": list(about),
         "planar": flat,
         "clock": clock,
+        "time": time_unit(clock, [film.times for film in films], display),
         "middle": middle.tolist(),
-        "box": {"half": ((box.upper - box.lower) / 2.0).tolist(), "step": box.step},
+        "box": {
+            "half": ((box.upper - box.lower) / 2.0).tolist(),
+            "step": box.step,
+            "cell": f"{box.step / box.scale:.6g} {box.unit}",
+        },
         "thin": 0.0045 * box.size,
-        "shades": [scale(every, name) for name in shades],
+        "shades": list(scales.values()),
         "shade": shade if shade in shades else None,
         "films": shown,
-        "panels": describe_panels([(film.times, film.panels) for film in films], block),
+        "panels": describe_panels([(film.times, film.panels) for film in films], display, block),
     }
     running = next((film.live for film, one in zip(films, shown, strict=True) if film.live and one["live"]), None)
-    return (content if running is None else {**content, "live": live.describe(running)}), block
+    return (content if running is None else {**content, "live": live.describe(running, display)}), block
 
 
 def describe_plots(
-    title: str, times: Array, panels: Sequence[Panel], clock: str = "s", about: Sequence[str] = ()
+    title: str, times: Array, panels: Sequence[Panel], clock: str = "s", about: Sequence[str] = (), display: DisplayUnits = SI
 ) -> tuple[dict[str, Any], Block]:
     """The content of a page without bodies: panels at times (t,), none for no panels."""
     block = Block()
-    found = describe_panels([(times, panels)], block)
-    return {"title": title, "about": list(about), "clock": clock, "films": [], "panels": found}, block
+    found, time = describe_panels([(times, panels)], display, block), time_unit(clock, [times], display)
+    return {"title": title, "about": list(about), "clock": clock, "time": time, "films": [], "panels": found}, block
+
+
+def time_unit(clock: str, times: Sequence[Array], display: DisplayUnits) -> dict[str, Any]:
+    """The unit in which times are read, and its size [s]; none of load factors."""
+    unit, size = display.find(clock, display_units.largest_of(np.concatenate(times))) if clock == "s" else ("", 1.0)
+    return {"unit": unit, "size": size}
 
 
 def shows(frames: Frames, name: str) -> bool:
@@ -140,15 +163,19 @@ def shows(frames: Frames, name: str) -> bool:
     return any(np.any(values) for values in found) and not pictures.is_round_off(frames, name)
 
 
-def scale(every: Sequence[Frames], name: str) -> dict[str, Any]:
-    """The colour scale of a field over all motions, in the unit of its label."""
-    ends = np.array([pictures.limits(one, name) for one in every if shows(one, name)]) / pictures.UNITS.get(name, 1.0)
-    low, high = float(ends[:, 0].min()), float(ends[:, 1].max())
-    return {"name": name, "label": pictures.LABELS[name], "limits": [low, high], "diverging": low < 0.0 < high}
+def scale(every: Sequence[Frames], name: str, display: DisplayUnits) -> dict[str, Any]:
+    """The colour scale of a field over all motions, in the unit of its label, whose size is in SI."""
+    ends = np.array([pictures.limits(one, name) for one in every if shows(one, name)])
+    label, size = display.head(pictures.LABELS[name], ends)
+    low, high = float(ends[:, 0].min()) / size, float(ends[:, 1].max()) / size
+    return {"name": name, "label": label, "limits": [low, high], "diverging": low < 0.0 < high, "size": size}
 
 
-def describe_film(film: Film, middle: Array, tolerance: float, shades: Sequence[str], block: Block) -> dict[str, Any]:
-    """A motion in a page; `live` has maps from unknowns to coordinates of bodies and places of joints, if all are linear."""
+def describe_film(film: Film, middle: Array, tolerance: float, shades: Mapping[str, float], block: Block) -> dict[str, Any]:
+    """A motion in a page, its `shades` in units of these sizes.
+
+    `live` has maps from unknowns to coordinates of bodies and places of joints, if all are linear.
+    """
     frames = film.frames
     steady = bool((np.diff(frames.times) > 0.0).all())
     shapes, maps = shapes_of(film, middle, tolerance)
@@ -215,14 +242,14 @@ def linear_shapes(
 
 
 def describe_body(
-    name: str, body: Shown, shape: Shape, number: int, middle: Array, shades: Sequence[str], block: Block
+    name: str, body: Shown, shape: Shape, number: int, middle: Array, shades: Mapping[str, float], block: Block
 ) -> dict[str, Any]:
     """A body in a page: its reference, modes and coordinates, and the same of its fields."""
     edges = surfaces.outline(body.reference, body.cells, surfaces.places(body.reference)) if body.is_surface else body.cells
     fields = {}
-    for shade in shades:
+    for shade, size in shades.items():
         if shade in body.fields:
-            values = frames_.magnitude(body, shade) / pictures.UNITS.get(shade, 1.0)
+            values = frames_.magnitude(body, shade) / size
             found = compression.of_values(values, max(float(np.ptp(values)) / SHADES, 1e-300))
             fields[shade] = {"modes": block.put(found.modes, "f2"), "coordinates": block.put(found.coordinates)}
     return {
@@ -241,21 +268,26 @@ def describe_body(
     }
 
 
-def describe_panels(motions: Sequence[tuple[Array, Sequence[Panel]]], block: Block) -> list[dict[str, Any]]:
-    """Times (t,) and panels of all motions, those of one label together."""
+def describe_panels(motions: Sequence[tuple[Array, Sequence[Panel]]], display: DisplayUnits, block: Block) -> list[dict[str, Any]]:
+    """Times (t,) [s] and panels of all motions, those of one label together, in the unit in which that is read."""
+    largest: dict[str, list[float]] = {}
+    for panel in (one for _, panels in motions for one in panels):
+        largest.setdefault(panel.label, []).extend(map(display_units.largest_of, panel.curves.values()))
+    heads = {label: display.head(label, values) for label, values in largest.items()}
     found: dict[str, list[dict[str, Any]]] = {}
     for number, (times, panels) in enumerate(motions):
         for panel in panels:
+            label, size = heads[panel.label]
             for name, values in panel.curves.items():
                 drawn = thin_out(values)
                 curve = {
                     "name": name,
                     "film": number,
                     "times": block.put(times[drawn]),
-                    "values": block.put(values[drawn]),
-                    "band": float(panel.bands.get(name, 0.0)),
+                    "values": block.put(values[drawn] / size),
+                    "band": float(panel.bands.get(name, 0.0)) / size,
                 }
-                found.setdefault(panel.label, []).append(curve)
+                found.setdefault(label, []).append(curve)
     return [{"label": label, "curves": curves} for label, curves in found.items()]
 
 

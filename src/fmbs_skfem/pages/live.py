@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ..core.storage.records import dataclass
+from ..core.values.display import DisplayUnits
 
 
 @dataclass(frozen=True)
@@ -32,12 +33,17 @@ class LiveModel:
     inputs: tuple[Slider, ...] = ()
 
 
-def describe(model: LiveModel) -> dict[str, Any]:
-    """What the page needs to run it."""
+def describe(model: LiveModel, display: DisplayUnits) -> dict[str, Any]:
+    """What the page needs to run it; values in SI units, and of each the unit in which it is read, with its size."""
+
+    def slider(one: Slider) -> dict[str, Any]:
+        unit, size = display.find(one.unit, max(abs(one.low), abs(one.high)))
+        return {**asdict(one), "unit": unit, "size": size}
+
     return {
         "stepSize": model.step,
-        "parameters": [asdict(one) for one in model.parameters],
-        "inputs": [asdict(one) for one in model.inputs],
+        "parameters": list(map(slider, model.parameters)),
+        "inputs": list(map(slider, model.inputs)),
         "unknowns": model.unknowns,
         "module": base64.b64encode(zlib.compress(model.module, 9)).decode("ascii"),
     }

@@ -30,20 +30,18 @@ LABELS = {
     "strain": "axial strain [-]",
     "curvature": "curvature [1/m]",
     "error": "position error [m]",
-    "von_mises": "von Mises stress [MPa]",
-    "von_mises_recovered": "von Mises stress, recovered [MPa]",
-    "von_mises_top": "von Mises stress, top [MPa]",
-    "von_mises_bottom": "von Mises stress, bottom [MPa]",
+    "von_mises": "von Mises stress [Pa]",
+    "von_mises_recovered": "von Mises stress, recovered [Pa]",
+    "von_mises_top": "von Mises stress, top [Pa]",
+    "von_mises_bottom": "von Mises stress, bottom [Pa]",
     "axial_force": "axial force [N]",
     "bending_moment": "bending moment [N m]",
     "shear_force": "shear force [N]",
     "torque": "torque [N m]",
     "torsion": "torsion [1/m]",
-    "normal_stress": "stress along the beam [MPa]",
+    "normal_stress": "stress along the beam [Pa]",
 }
-UNITS = dict.fromkeys(
-    (name for name, label in LABELS.items() if "[MPa]" in label), 1e6
-)  #: of the colour scale, in SI; 1 for others
+STRESSES = frozenset(name for name, label in LABELS.items() if "[Pa]" in label)
 STRESS = "YlOrRd"  #: colour map of stresses, so that unloaded plates stay pale behind their outline
 ADVICE = (
     "install an off-screen OpenGL (Debian, Ubuntu: `apt-get install libegl1 libgl1-mesa-dri` or `libosmesa6`; "
@@ -136,7 +134,7 @@ def limits(frames: Frames, name: str, logarithmic: bool = False) -> tuple[float,
     low, high = float(values.min()), float(values.max())
     if logarithmic:
         return min(max(low, 1e-5 * high), 0.5 * high), high
-    if name in UNITS and low >= 0.0 < high:
+    if name in STRESSES and low >= 0.0 < high:
         return 0.0, high
     if low < 0 < high:
         largest = max(-low, high)
@@ -170,14 +168,15 @@ def make_job(frames: Frames, look: Look, layout: str, rate: float, target: Path)
         look = replace(look, label="", limits=(0.0, 1.0), logarithmic=False)
         bodies = {key: replace(body, fields={}) for key, body in bodies.items()}
     else:
-        unit, silent = UNITS.get(name, 1.0), is_round_off(frames, name)
+        silent = is_round_off(frames, name)
         low, high = look.limits or limits(frames, name, look.logarithmic)
-        label = (look.label or LABELS.get(name, name)) + SILENT * silent
+        label, unit = look.display.head(look.label or LABELS.get(name, name), [0.0] if silent else [low, high])
+        label += SILENT * silent
         look = replace(look, label=label, limits=(low / unit, high / unit))
         bodies = {
             key: replace(body, fields={name: frames_.magnitude(body, name) / unit * (not silent)}) for key, body in bodies.items()
         }
-        colours = "coolwarm" if low < 0.0 < high else STRESS if name in UNITS else "viridis"
+        colours = "coolwarm" if low < 0.0 < high else STRESS if name in STRESSES else "viridis"
     drawn = replace(frames, bodies=bodies)
     return PictureJob(layout, drawn, frames_.planar(frames), look, colours, rate, target.suffixes[-2].lower(), target)
 

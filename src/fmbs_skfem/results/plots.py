@@ -17,6 +17,7 @@ import numpy as np
 
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
+from ..core.values.display import SI, DisplayUnits, largest_of
 from . import charts, palette, speed
 from .frames import Array
 from .rendering.decor import plain
@@ -52,28 +53,42 @@ FAMILIES = {
 
 @dataclass(frozen=True)
 class Panel:
-    """Curves (s,) of one unit that share axes, such as the components of a vector; the label has the unit."""
+    """Curves (s,) of one unit that share axes, such as the components of a vector; the label has the unit, `tip [m]`."""
 
     label: str
     curves: Mapping[str, Array]
     bands: Mapping[str, float] = field(default_factory=dict)  #: errors of some of them, drawn as a band on both sides
 
+    def read_in(self, display: DisplayUnits) -> Panel:
+        """The same in the unit in which people read it."""
+        label, size = display.head(self.label, [largest_of(values) for values in self.curves.values()])
+        if size == 1.0:
+            return self
+        curves = {name: np.asarray(values) / size for name, values in self.curves.items()}
+        return Panel(label, curves, {name: band / size for name, band in self.bands.items()})
+
 
 def panel_grid(
-    times: Array, shown: Sequence[Panel], title: str = "", across: str = "time [s]", marks: Sequence[tuple[float, str]] = ()
+    times: Array,
+    shown: Sequence[Panel],
+    title: str = "",
+    across: str = "time [s]",
+    marks: Sequence[tuple[float, str]] = (),
+    display: DisplayUnits = SI,
 ) -> Figure:
     """Panels over one axis of time or load factor `times` (s,), whose label is `across`; a key where a panel has several curves.
 
-    `marks` are instants with names, such as those of events. Raises InputError for more than PANELS panels, for none, and for
+    `marks` are instants with names, such as those of events. Numbers and labels are in SI units, and drawn in those of `display`,
+    else with prefixes. Raises InputError for more than PANELS panels, for none, and for
     curves that are not at `times`.
     """
-    figure, grid = _grid(times, shown, title, across)
+    figure, grid, shown, times, clock = _grid(times, shown, title, across, display)
     for axes, panel in zip(grid.flat, shown, strict=False):
         for number, (name, values) in enumerate(panel.curves.items()):
             axes.plot(times, values, label=plain(name), color=palette.colour(number), ls=charts.dashes(number), lw=1.3)
             if band := panel.bands.get(name):
                 axes.fill_between(times, values - band, values + band, color=palette.colour(number), alpha=0.25, lw=0.0)
-        _mark(axes, marks)
+        _mark(axes, [(time / clock, name) for time, name in marks])
         _finish(axes, panel.label)
         if len(panel.curves) > 1:
             pad = ABOVE if has_power(axes) else 0.1
@@ -83,13 +98,18 @@ def panel_grid(
     return figure
 
 
-def history_grid(times: Array, outputs: Mapping[str, Mapping[str, Array]], title: str = "", across: str = "time [s]") -> Figure:
+def history_grid(
+    times: Array,
+    outputs: Mapping[str, Mapping[str, Array]],
+    title: str = "",
+    across: str = "time [s]",
+    display: DisplayUnits = SI,
+) -> Figure:
     """Outputs of several models over `times` (s,), a panel each: label with unit -> {model: (s,)}; errors as of `panel_grid`.
 
     One legend for all: the first model is drawn broad and pale, as the reference of the others.
     """
-    shown = [Panel(label, models) for label, models in outputs.items()]
-    figure, grid = _grid(times, shown, title, across)
+    figure, grid, shown, times, _ = _grid(times, [Panel(*one) for one in outputs.items()], title, across, display)
     for axes, panel in zip(grid.flat, shown, strict=False):
         for number, (name, values) in enumerate(panel.curves.items(), start=-1):
             if number < 0 and len(panel.curves) > 1:
@@ -103,13 +123,16 @@ def history_grid(times: Array, outputs: Mapping[str, Mapping[str, Array]], title
     return figure
 
 
-def _grid(times: Array, shown: Sequence[Panel], title: str, across: str) -> tuple[Figure, np.ndarray]:
-    """A figure with axes for panels that fit."""
+def _grid(
+    times: Array, shown: Sequence[Panel], title: str, across: str, display: DisplayUnits
+) -> tuple[Figure, np.ndarray, list[Panel], Array, float]:
+    """A figure with axes for panels that fit; these and the times as they are read, and the size of the unit of times."""
     if not 0 < len(shown) <= PANELS:
         raise InputError(say("plots: outputs", f"1 to {PANELS}", len(shown)))
     for panel in shown:
         _check_curves(f"plots: {panel.label}", times, panel.curves)
-    return charts.stack(len(shown), title, across)
+    label, clock = display.head(across, times)
+    return *charts.stack(len(shown), title, label), [one.read_in(display) for one in shown], np.asarray(times) / clock, clock
 
 
 def has_power(axes: Axes) -> bool:
@@ -144,19 +167,22 @@ def errors(
     across: str = "time [s]",
     level: float | None = None,
     named: str = "time discretisation",
+    display: DisplayUnits = SI,
 ) -> Figure:
     """Errors or norms (s,) by name over times or values of a parameter (s,), log scale, as Figs 4, 5, 9 and 12 to 14.
 
     `level` is a line in the key as `named`: the error of the full model's own time discretisation, or a tolerance. Values that
-    have no logarithm are gaps. Raises InputError for other shapes.
+    have no logarithm are gaps. The units of `display` are those of `across` alone: a log scale shows powers of ten. Raises
+    InputError for other shapes.
     """
     _check_curves(f"plots: {label}", times, models)
     figure = charts.figure(7.2, 4.4)
     axes, order = figure.subplots(), np.argsort(times, kind="stable")
+    across, clock = display.head(across, times)
     for number, (name, values) in enumerate(models.items()):
         every = charts.stagger(len(times), number, len(models), 10)
         own = charts.style(number, ls=charts.dashes(number))
-        axes.plot(times[order], charts.positive(values)[order], markevery=every, label=plain(name), **own)
+        axes.plot(times[order] / clock, charts.positive(values)[order], markevery=every, label=plain(name), **own)
     if any((np.asarray(values) > 0).any() for values in models.values()):
         axes.set_yscale("log")
     charts.level(axes, level, named)
@@ -167,7 +193,14 @@ def errors(
     return figure
 
 
-def slider(times: Array, position: Mapping[str, Array], speed: Mapping[str, Array], axis: str = "x", title: str = "") -> Figure:
+def slider(
+    times: Array,
+    position: Mapping[str, Array],
+    speed: Mapping[str, Array],
+    axis: str = "x",
+    title: str = "",
+    display: DisplayUnits = SI,
+) -> Figure:
     """Displacement x(t) - x(0) [m] of a slider along an axis, and the crank's speed [rad/s] in turns a minute, as Fig. 11.
 
     Positions and speeds (s,) are those of models by name.
@@ -175,7 +208,7 @@ def slider(times: Array, position: Mapping[str, Array], speed: Mapping[str, Arra
     displacement = {name: np.asarray(x) - np.asarray(x)[0] for name, x in position.items()}
     turns = {name: np.asarray(w) * 30 / np.pi for name, w in speed.items()}
     outputs = {f"{axis}-displacement of the slider [m]": displacement, "speed of the crank [rpm]": turns}
-    return history_grid(times, outputs, title)
+    return history_grid(times, outputs, title, display=display)
 
 
 def singular_values(values: Mapping[str, Array], modes: Mapping[str, int] | None = None, eps: float | None = None) -> Figure:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import InputError, say
+from ..core.values.display import SI, DisplayUnits
 from . import charts, palette
 from .frames import Array
 from .plots import PANELS
@@ -31,26 +32,36 @@ def magnitudes(frequencies: Array, curves: Mapping[str, Mapping[str, Array]], ti
     return figure
 
 
-def campbell(values: Array, frequencies: Array, unstable: np.ndarray, label: str, orders: int = 0, title: str = "") -> Figure:
+def campbell(
+    values: Array,
+    frequencies: Array,
+    unstable: np.ndarray,
+    label: str,
+    orders: int = 0,
+    title: str = "",
+    display: DisplayUnits = SI,
+) -> Figure:
     """Frequencies (s, i) [Hz] over a parameter (s,), `unstable` ones marked; lines of `orders` multiples of it [rad/s]."""
+    label, size = display.head(label, values)
+    read = values / size
     figure = charts.figure(7.2, 4.8, title)
     axes = figure.subplots()
     for k, column in enumerate(frequencies.T):
-        axes.plot(values, column, label=f"mode {k + 1}", **charts.style(k, marker=""))
+        axes.plot(read, column, label=f"mode {k + 1}", **charts.style(k, marker=""))
     if unstable.any():
-        across = np.broadcast_to(values[:, None], unstable.shape)
+        across = np.broadcast_to(read[:, None], unstable.shape)
         axes.plot(across[unstable], frequencies[unstable], "x", color=palette.BLACK, ms=5, label="unstable", ls="")
     top = 1.05 * float(frequencies.max())
     for order in range(1, orders + 1):
-        axes.plot(values, order * values / (2.0 * np.pi), color=palette.GREY, lw=1.0, ls=(0, (4, 3)), zorder=1)
+        axes.plot(read, order * values / (2.0 * np.pi), color=palette.GREY, lw=1.0, ls=(0, (4, 3)), zorder=1)
         end = min(float(values[-1]), top * 2.0 * np.pi / order)
         over = end < float(values[-1])
         # outside of the axes, where no curve runs through it
         beside: dict[str, Any] = {"xytext": (0, 3) if over else (4, 0), "ha": "center" if over else "left"}
         beside |= {"va": "bottom" if over else "center", "textcoords": "offset points", "annotation_clip": False}
-        axes.annotate(f"{order} x", (end, order * end / (2.0 * np.pi)), color=palette.GREY, fontsize=9, **beside)
+        axes.annotate(f"{order} x", (end / size, order * end / (2.0 * np.pi)), color=palette.GREY, fontsize=9, **beside)
     axes.set_ylim(0.0, top)
-    axes.set_xlim(float(values[0]), float(values[-1]))
+    axes.set_xlim(float(read[0]), float(read[-1]))
     axes.set_xlabel(plain(label))
     axes.set_ylabel("frequency [Hz]")
     charts.fit_numbers(axes.xaxis)

@@ -11,7 +11,7 @@ from ..bodies.beams.drawn_sections import POINT
 from ..bodies.plate import Rim
 from ..core.algebra.rotations import rotation
 from ..core.storage.records import dataclass
-from ..core.values import units
+from ..core.values import display, units
 from ..core.values.fields import (
     NAMES,
     Context,
@@ -117,6 +117,19 @@ def every(value: object, context: Context) -> int | Spans:
     return STEPS_OR_SPANS.read(value, context)
 
 
+def read_display_units(value: object, context: Context) -> tuple[str, ...]:
+    """Units in which results are read, one a dimension."""
+    found: dict[str, str] = {}
+    for one in read_names(value, context):
+        base = display.describe(one)[0]
+        if not base:
+            raise Problem("a unit such as mm, MPa or rpm", shown(one), "one that a quantity may have in a scene")
+        if base in found:
+            raise Problem("one unit of each dimension", f"{shown(found[base])} and {shown(one)}")
+        found[base] = one
+    return tuple(found.values())
+
+
 def parts_or(told: str, single: Takes, parts: Takes, kind: type) -> Takes:
     """One value for everything, or parts in a mapping or a list."""
 
@@ -172,6 +185,9 @@ Rotation = Annotated[Turn, ROTATION]
 Counts = Annotated[int | dict[str, int], COUNTS]
 Every = Annotated[int | Spans, EVERY]
 Snapshots = Annotated[float | Spans, SNAPSHOTS]
+DisplayUnits = Annotated[
+    tuple[str, ...], Takes(read_display_units, NAMES | {"description": "units of results, such as [mm, MPa, rpm]"})
+]
 Instant = Annotated[float, quantity("s", ">= 0")]
 MeshFile = Annotated[str, "a mesh file (.msh, .vtu), its path from the folder of the scene"]
 NewtonTolerance = Annotated[float, quantity("", "> 0", "< 0.01")]

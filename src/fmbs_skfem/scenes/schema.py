@@ -19,6 +19,7 @@ from ..control.monitors import Monitor
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from ..core.values import mappings
+from ..core.values.display import DisplayUnits, typed_in
 from ..core.values.fields import Count, Takes, Time, Tolerance, word
 from ..core.values.inputs import Input
 from ..core.values.mappings import HIDDEN, names
@@ -148,6 +149,7 @@ class Scene:
     name: str = ""
     description: str = ""
     units: Literal["SI"] = "SI"
+    display_units: fields.DisplayUnits = ()
     dimension: Literal[2, 3] = 3
     extensions: Annotated[list[str] | None, "a list of Python files with more types; they are run"] = None
     parameters: dict[str, Annotated[float, PARAMETER]] = field(default_factory=dict)
@@ -179,6 +181,13 @@ class Scene:
     read: Callable[[Changes], Scene] | None = field(default=None, metadata=HIDDEN, repr=False, compare=False)  #: for other values
     #: what was found for an accuracy, as `chosen` takes it
     choice: tuple[Any, ...] | None = field(default=None, metadata=HIDDEN)
+
+    @property
+    def display(self) -> DisplayUnits:
+        """The units in which its results are read, see `core.values.display`."""
+        return DisplayUnits(
+            self.display_units, () if self.node is None else tuple(dict.fromkeys(typed_in(yamlfile.plain(self.node))))
+        )
 
     def again(self, changed: Changes) -> Scene:
         """The same scene with other values of parameters, on top of those it was read with; warnings are not repeated."""

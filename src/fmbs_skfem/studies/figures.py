@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .. import dynamics
+from ..core.values.display import DisplayUnits
 from ..core.values.units import add_unit
 from ..reduction import residual_norms
 from ..results import plots
@@ -45,7 +46,7 @@ def draw(scene: Scene, study: Comparison) -> Figures:
     """Histories of the outputs, errors over time, norms of the residual, singular values, and CPU time against error."""
     rules = histories(scene, study)
     if study.errors:
-        rules["errors"] = functools.partial(errors, study)
+        rules["errors"] = functools.partial(errors, study, scene.display)
     if "component" in study.motions and study.full.system.full is not None:
         rules["norms"] = functools.partial(norms, scene, study)
     if any(spectra(study)):
@@ -53,12 +54,12 @@ def draw(scene: Scene, study: Comparison) -> Figures:
     return Figures({**rules, "speed_error": functools.partial(cloud, scene, study)})
 
 
-def errors(study: Comparison) -> Figure:
+def errors(study: Comparison, display: DisplayUnits) -> Figure:
     """Errors of all models over time, beside that of the full model's own step."""
     times = next(iter(study.errors.values())).times
     curves = {name: readable(error.distance, float(error.motion.max())) for name, error in study.errors.items()}
     floor = study.time_error.distance if study.time_error else None
-    return plots.errors(times, curves, "error, root mean square [m]", level=floor)
+    return plots.errors(times, curves, "error, root mean square [m]", level=floor, display=display)
 
 
 def cloud(scene: Scene, study: Comparison) -> Figure:
@@ -84,10 +85,11 @@ def histories(scene: Scene, study: Comparison) -> dict[str, Callable[[], Figure]
         if probes.kind_of(output).known_to_all:
             units = probes.units(name, output)
             grid = {add_unit(column, unit): curves(column) for column, unit in zip(output.columns, units, strict=True)}
-            rules[f"history_{name}"] = functools.partial(plots.history_grid, times, grid, jobs.title(scene))
+            rules[f"history_{name}"] = functools.partial(plots.history_grid, times, grid, jobs.title(scene), display=scene.display)
     if (known := slider_columns(scene)) is not None:
         axis, position, speed = known
-        rules["slider"] = functools.partial(plots.slider, times, curves(position), curves(speed), axis, jobs.title(scene))
+        shown = curves(position), curves(speed), axis, jobs.title(scene), scene.display
+        rules["slider"] = functools.partial(plots.slider, times, *shown)
     return rules
 
 
@@ -135,7 +137,7 @@ def norms(scene: Scene, study: Comparison) -> Figure:
     scheme = dataclasses.replace(build.dynamic(scene).scheme, step=study["full"].step)
     found = residual_norms(study.full.system.full, study.motions["component"], scheme)
     curves = {"two-norm": found.plain, "constraint forces": found.constraint, "gappy norm": found.gappy}
-    return plots.errors(found.times, curves, "norm of the full model's residual")
+    return plots.errors(found.times, curves, "norm of the full model's residual", display=scene.display)
 
 
 def spectra(study: Comparison) -> dict[str, Basis]:

@@ -19,6 +19,7 @@ from .. import __version__
 from ..core.errors import FmbsError, InputError, say
 from ..core.notices import Notice
 from ..core.storage import durable
+from ..core.values.display import KEY, SI, DisplayUnits
 from ..core.values.units import add_unit
 from ..pages import content, report, writing
 from ..pages.writing import Page
@@ -30,7 +31,16 @@ from .running import viewing, webpages
 from .running.outcome import OUTPUTS, UNITS
 
 NAME = "report.html"
-APART = ("provenance", "notices", "files", "units", "labels", "fingerprint", reports.CHECKSUMS)  #: shown in sections of their own
+APART = (
+    "provenance",
+    "notices",
+    "files",
+    "units",
+    "labels",
+    KEY,
+    "fingerprint",
+    reports.CHECKSUMS,
+)  #: shown in sections of their own
 LARGEST = 8_000_000  #: of a picture that is put in [bytes]
 #: record of a study -> the command that makes it; `report.json` is of several
 COMMANDS = {"compare.json": "compare", "check.json": "check", "verification.json": "verify", "info.json": "rom info"}
@@ -48,11 +58,12 @@ def write(job: Job, html: Path | None, bodies: bool, instants: int) -> Result:
     saved = models_of(folder)
     if not records and not saved:
         raise InputError(say(f"{folder}", "a folder with results of fmbs", "no report in it", "name the folder of --out"))
+    display = next((DisplayUnits.of(one) for one in records.values() if KEY in one), SI)
     title = next((str(one[key]) for one in records.values() for key in ("scene", "name") if one.get(key)), folder.resolve().name)
     told, block = scene_of(job, folder, title, records, instants) if bodies else (None, None)
     if told is None or block is None:
-        told, block = plots_of(folder, title)
-    body = "\n".join(sections(folder, records, saved))
+        told, block = plots_of(folder, title, display)
+    body = "\n".join(sections(folder, records, saved, display))
     durable.write(path, writing.text(Page(title, told, block, body)).encode())
     size = path.stat().st_size
     shown = {"status": "ok", "source": folder, "records": list(records), "files": [path], "bytes": size, "notices": job.notices}
@@ -84,7 +95,7 @@ def scene_of(job: Job, folder: Path, title: str, records: Mapping[str, Any], ins
     if "end" not in records.get(reports.REPORT, {}):
         return None, None
     try:
-        scene, _, trajectory, remarks = viewing.motion(job)
+        scene, task, trajectory = viewing.motion(job)
     except (FmbsError, OSError) as error:
         if isinstance(error, Notice):
             raise
@@ -93,14 +104,14 @@ def scene_of(job: Job, folder: Path, title: str, records: Mapping[str, Any], ins
         return None, None
     film = webpages.film_of(title, trajectory, instants)
     shade, clock = webpages.look(scene, trajectory)
-    return content.describe(title, [film], shade, clock, webpages.about(trajectory, remarks))
+    return content.describe(title, [film], shade, clock, webpages.about(trajectory, task.remarks), task.display)
 
 
-def plots_of(folder: Path, title: str) -> tuple[Any, Any]:
+def plots_of(folder: Path, title: str, display: DisplayUnits) -> tuple[Any, Any]:
     """The columns of a run over time: those of one output and unit share a panel."""
     about = [f"fmbs_skfem {__version__}"]
     if not (folder / OUTPUTS).is_file():
-        return content.describe_plots(title, np.zeros(0), [], "s", about)
+        return content.describe_plots(title, np.zeros(0), [], "s", about, display)
     heads, rows = columns(folder / OUTPUTS)
     units = read_units(folder)
     names = [head.partition(" [")[0] for head in heads]
@@ -110,7 +121,8 @@ def plots_of(folder: Path, title: str) -> tuple[Any, Any]:
         output = name.rpartition("_")[0] or name
         grouped.setdefault((output, units.get(name, "")), {})[name] = column
     panels = [Panel(add_unit(next(iter(one)) if len(one) == 1 else output, unit), one) for (output, unit), one in grouped.items()]
-    return content.describe_plots(title, values[:, 0], panels if len(rows) > 1 else [], units.get("t", "s") or "load factor", about)
+    clock = units.get("t", "s") or "load factor"
+    return content.describe_plots(title, values[:, 0], panels if len(rows) > 1 else [], clock, about, display)
 
 
 def read_units(folder: Path) -> dict[str, str]:
@@ -126,23 +138,39 @@ def columns(path: Path) -> tuple[list[str], list[list[str]]]:
     return heads, rows
 
 
-def sections(folder: Path, records: Mapping[str, Any], saved: Mapping[str, list[ReportTable]]) -> Iterator[str]:
+def sections(
+    folder: Path, records: Mapping[str, Any], saved: Mapping[str, list[ReportTable]], display: DisplayUnits
+) -> Iterator[str]:
     """The page below the bodies and plots, the most wanted first."""
     yield report.section("Warnings", report.notices([text for one in records.values() for text in one.get("notices", [])]))
     calls = list(dict.fromkeys(call for name, one in records.items() if (call := repeat(name, one))))
     yield report.section("How to repeat it", *map(report.code, calls))
     for name, one in records.items():
         heading = "What was solved" if name == reports.REPORT else name
-        yield report.section(heading, report.facts("", {key: value for key, value in one.items() if key not in APART}))
+        shown = {key: value for key, value in one.items() if key not in APART}
+        yield report.section(heading, report.facts("", shown | extremes_of(one, display)))
     for name, tables in saved.items():
         yield report.section(name, *(report.table(one.title, one.columns, one.rows) for one in tables))
     for path in sorted(folder.glob("*.csv")):
         if path.name != OUTPUTS:
             heads, rows = columns(path)
-            yield report.section(path.name, report.table("", heads, [[number(text) for text in row] for row in rows]))
+            yield report.section(
+                path.name, report.table("", *display.columns(heads, [[number(text) for text in row] for row in rows]))
+            )
     yield report.section("Pictures", *pictures(folder))
     for name, one in records.items():
         yield report.section(f"Provenance of {name}", *origin(one))
+
+
+def extremes_of(one: Mapping[str, Any], display: DisplayUnits) -> dict[str, Any]:
+    """The outputs of a run, as they are read; nothing of other studies."""
+    if "units" not in one or "outputs" not in one:
+        return {}
+    found = {}
+    for name, ends in one["outputs"].items():
+        head, values = display.row(add_unit(name, one["units"].get(name, "")), list(ends.values()))
+        found[head] = dict(zip(ends, values, strict=True))
+    return {"outputs": found}
 
 
 def number(text: str) -> object:

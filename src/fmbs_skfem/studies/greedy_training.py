@@ -18,6 +18,7 @@ from .. import scenes
 from ..core.errors import FmbsError, InputError, NoModel, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values import display
 from ..families import comparators, greedy, parametric_model, prediction
 from ..families import training as trainings
 from ..families import training_store as store
@@ -218,6 +219,7 @@ def make_product(order: TrainingOrder, found: FinishedTraining) -> ParametricMod
         "training": reports.plain(record(order, found)),
         prediction.KEY: {**prediction.record(found), "measure": order.measure},
         "provenance": reports.provenance_to_keep(reports.provenance(scene), scene),
+        display.KEY: asdict(scene.display),
     }
     return parametric_model.ParametricModel(found.model.parametric, notes)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 from .. import dynamics
 from ..core.errors import InputError, say
 from ..core.storage import container, durable
-from ..core.values import quantities, units
+from ..core.values import display, quantities, units
+from ..core.values.display import DisplayUnits
 from ..core.values.problems import Problem
 from ..core.values.units import add_unit
 from ..families import parametric_model, prediction
@@ -35,7 +37,7 @@ if TYPE_CHECKING:
 
 INFO = "info.json"
 #: notes of a model at one set of parameters that are not listed as they are
-OWN = "training", "provenance", "scheme", "newton", "choice", guarded.NOTE
+OWN = "training", "provenance", "scheme", "newton", "choice", guarded.NOTE, display.KEY
 SHORT = 12  #: entries of a list that a table shows
 
 
@@ -65,6 +67,7 @@ def task(job: Job, step: float | None = None) -> solving.RunTask:
         case.scheme,
         label="reduced model",
         remarks=remarks(facts),
+        display=DisplayUnits.of(notes),
     )
 
 
@@ -79,7 +82,7 @@ def run_saved(job: Job, step: float | None, picture: bool, html: bool = False) -
     """The run of a saved model, with a picture and a page for the browser where they are wanted."""
     made = task(job, step)
     wanted: dict[str, webpages.Draw] = {pictures.PICTURE: partial(pictures.model, made.title)} if picture else {}
-    wanted |= {webpages.PAGE: webpages.drawing(made.title)} if html else {}
+    wanted |= {webpages.PAGE: webpages.drawing(made.title, made.display)} if html else {}
     with painter.at_hand(picture and job.out is not None):
         return solving.solve(job, made.facts["fingerprint"], lambda: made, webpages.together(*wanted.values()), list(wanted))
 
@@ -130,8 +133,14 @@ def describe_box(path: Path) -> dict[str, Any]:
     """A model of a box of parameters."""
     rom = parametric_model.load(path)
     found = parametric_model.summary(rom)
-    notes = {key: value for key, value in found.pop("notes").items() if key not in (prediction.KEY, "provenance")}
-    return {"kind": "a box of parameters", **found, "predicted_error": predict_error(rom, {}), "notes": notes}
+    notes = {key: value for key, value in found.pop("notes").items() if key not in (prediction.KEY, "provenance", display.KEY)}
+    return {
+        "kind": "a box of parameters",
+        **found,
+        display.KEY: asdict(DisplayUnits.of(rom.notes)),
+        "predicted_error": predict_error(rom, {}),
+        "notes": notes,
+    }
 
 
 def describe_point(path: Path) -> dict[str, Any]:
@@ -145,6 +154,7 @@ def describe_point(path: Path) -> dict[str, Any]:
         "components": system.modes,
         "constraints": len(system.constraints.names),
         "outputs": list(system.outputs),
+        display.KEY: asdict(DisplayUnits.of(saved.notes)),
         "notes": {key: value for key, value in saved.notes.items() if key not in OWN},
     }
 
@@ -154,11 +164,13 @@ def views(found: Mapping[str, Any]) -> list[ReportTable]:
     known = {name: facts for name, facts in found["parameters"].items() if isinstance(facts, dict)}
     columns = ("parameter", "from", "to", "nominal", "scale", "degree")
     keys = ("low", "high", "nominal", "scale", "degree")
-    rows: list[tuple[object, ...]] = [
-        (add_unit(name, facts["unit"]), *(facts[key] for key in keys)) for name, facts in known.items()
-    ]
+    rows: list[tuple[object, ...]] = []
+    read = DisplayUnits.of(found)
+    for name, own in known.items():
+        head, ends = read.row(add_unit(name, own["unit"]), [own[key] for key in keys[:3]])
+        rows.append((head, *ends, *(own[key] for key in keys[3:])))
     rows = rows or [(name, "", "", value, "", "") for name, value in found["parameters"].items()]
-    facts = [(key, format_value(found[key])) for key in found if key not in ("status", "parameters", "notes")]
+    facts = [(key, format_value(found[key])) for key in found if key not in ("status", "parameters", "notes", display.KEY)]
     notes = [(key, format_value(value)) for key, value in flatten(found["notes"])]
     tables = [ReportTable("Parameters", columns, rows), ReportTable("Model", ("", "value"), facts)]
     return [*tables, *([ReportTable("Training", ("", "value"), notes)] if notes else [])]

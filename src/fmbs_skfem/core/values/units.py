@@ -140,6 +140,12 @@ def measure(text: str) -> Quantity:
     return Quantity(finite(_scaled(float(match[1]), scale), text), exponents, cycles)
 
 
+def unit_of_text(text: str) -> str:
+    """The unit that a quantity is written with; empty for a plain number."""
+    match = _QUANTITY.fullmatch(text)
+    return (match[2] or "").strip() if match else ""
+
+
 def starts_with_number(text: str) -> bool:
     """Whether a text begins as a number does."""
     return _QUANTITY.fullmatch(text) is not None

@@ -3,7 +3,7 @@
 /**
  * A model that runs in the page. Whoever has one calls `fmbs.attach(model)`; it has
  *
- *     parameters, inputs        lists of {name, unit, low, high, value}: each gets a slider
+ *     parameters, inputs        lists of {name, unit, size, low, high, value}: each gets a slider; read value / size in unit
  *     stepSize                  [s]
  *     set(parameters, inputs)   both as objects from name to value; the next step uses them
  *     reset()                   back to the state at the start, bit for bit
@@ -31,12 +31,13 @@ class Live {
 
   slider(place, kind, one) {
     this.values[kind][one.name] = one.value;
+    const told = (value) => `${short(value / (one.size ?? 1))} ${one.unit}`;
     const label = element(place, "label", {}, `${one.name} `);
     const bar = element(label, "input", { type: "range", min: one.low, max: one.high, step: "any", value: one.value });
-    const shown = element(label, "output", {}, `${short(one.value)} ${one.unit}`);
+    const shown = element(label, "output", {}, told(one.value));
     bar.addEventListener("input", () => {
       this.values[kind][one.name] = Number(bar.value);
-      shown.textContent = `${short(Number(bar.value))} ${one.unit}`;
+      shown.textContent = told(Number(bar.value));
       this.model.set(this.values.parameters, this.values.inputs);
       if (kind === "parameters") this.reset();
     });

@@ -9,7 +9,7 @@ async function begin() {
   const state = { time: 0, playing: false, speed: 1, frames: 0, dirty: true, live: null };
   const first = Math.min(...films.map((film) => film.times[0])), last = Math.max(...films.map((film) => film.times[film.times.length - 1]));
   const steady = films.every((film) => film.times[0] === film.shown[0] && film.times[film.times.length - 1] === film.shown[film.shown.length - 1]);
-  const plots = new Plots(find("plots"), content.panels, films.map((film) => film.name), content.clock, (time) => { pause(); seek(ofShown(time)); });
+  const plots = new Plots(find("plots"), content.panels, films.map((film) => film.name), content.time, (time) => { pause(); seek(ofShown(time)); });
 
   let scene = null;
   try {
@@ -78,9 +78,9 @@ async function begin() {
     if (scene) scene.draw(state.time, look);
     plots.move(time, !state.playing);
     find("scrub").value = (state.time - first) / (last - first || 1);
-    find("time").textContent = content.clock === "s" ? `t = ${time.toFixed(digits)} s` : `${content.clock} ${short(time)}`;
+    find("time").textContent = content.clock === "s" ? `t = ${(time / content.time.size).toFixed(digits)} ${content.time.unit}` : `${content.clock} ${short(time)}`;
   }
-  const digits = Math.min(Math.max(2 - Math.floor(Math.log10((last - first) / 100 || 1)) - 1, 2), 7);
+  const digits = Math.min(Math.max(2 - Math.floor(Math.log10((last - first) / content.time.size / 100 || 1)) - 1, 2), 7);
 
   // speeds: as it was, or so that a motion takes some seconds
   const span = last - first, usual = content.clock === "s" && span >= 1.5 && span <= 30 ? 1 : Number((span / 8).toPrecision(1)) || 1;
@@ -117,7 +117,7 @@ async function begin() {
     }
     const kinds = look.marks ? [...films[0].joints, ...films[0].arrows] : [];
     for (const [kind, colour] of new Map(kinds.map((one) => [one.kind === "axis" ? "joint axis" : one.kind, one.colour]))) entry(place, kind, colour);
-    if (look.grid) element(place, "div", {}, `grid ${short(content.box.step)} m`);
+    if (look.grid) element(place, "div", {}, `grid ${content.box.cell}`);
     find("panes").replaceChildren();
     if (look.side) for (const film of films) element(find("panes"), "span", {}, film.name);
   }
@@ -226,7 +226,7 @@ function plain(content) {
   for (const id of ["stage", "controls"]) document.getElementById(id).hidden = true;
   document.getElementById("motion").className = "plain";
   document.getElementById("motion").hidden = !content.panels.length;
-  const plots = new Plots(document.getElementById("plots"), content.panels, [""], content.clock, (time) => plots.move(time));
+  const plots = new Plots(document.getElementById("plots"), content.panels, [""], content.time, (time) => plots.move(time));
   document.body.dataset.ready = "true";
 }
 

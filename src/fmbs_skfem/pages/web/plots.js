@@ -22,9 +22,9 @@ function ticks(low, high, count) {
 
 /** Outputs over time as SVG, with a cursor; `seek` is called with the time that was pointed at. */
 class Plots {
-  constructor(place, panels, names, unit, seek) {
+  constructor(place, panels, names, clock, seek) {
     this.place = place;
-    this.unit = unit;
+    this.clock = clock; // unit in which times are read, and its size [s]
     this.seek = seek;
     this.now = this.told = 0;
     this.figures = panels.map((panel) => this.make(panel, names));
@@ -86,9 +86,11 @@ class Plots {
         element(svg, "text", { x: panel.left - 5, y: y(v) + 3.5, "text-anchor": "end" }, short(v, 6));
       }
       if (panel.last > panel.first) {
-        for (const t of ticks(panel.first, panel.last, Math.max(2, Math.floor(width / 90)))) {
+        const { unit, size } = this.clock;
+        for (const read of ticks(panel.first / size, panel.last / size, Math.max(2, Math.floor(width / 90)))) {
+          const t = read * size;
           element(svg, "line", { class: "frame", x1: x(t), x2: x(t), y1: panel.top, y2: height - panel.bottom });
-          element(svg, "text", { x: Math.min(x(t), width - 18), y: height - 5, "text-anchor": "middle" }, `${short(t)}${this.unit === "s" ? " s" : ""}`);
+          element(svg, "text", { x: Math.min(x(t), width - 18), y: height - 5, "text-anchor": "middle" }, `${short(read)} ${unit}`.trim());
         }
       }
       for (const curve of panel.curves) {

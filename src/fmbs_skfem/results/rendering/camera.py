@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from ...core.storage.records import dataclass
+from ...core.values.display import SI, DisplayUnits
 from ..frames import Array
 
 Margins = tuple[float, float, float, float]
@@ -24,6 +25,8 @@ class Box:
     lower: Array
     upper: Array
     step: float  #: [m]
+    unit: str = "m"  #: in which lengths are read
+    scale: float = 1.0  #: size of that [m]
 
     @property
     def corners(self) -> Array:
@@ -70,17 +73,21 @@ def nice_step(extent: float, cells: int) -> float:
     return power * max(factor for factor in (1.0, 2.0, 5.0) if factor * power <= raw * (1 + 1e-9))
 
 
-def box(points: Array, planar: bool, cells: int = 4) -> Box:
-    """The box of whole steps around `points` (n,3); the longest side has at least `cells`, each at least two."""
+def box(points: Array, planar: bool, cells: int = 4, display: DisplayUnits = SI) -> Box:
+    """The box of whole steps around `points` (n,3); the longest side has at least `cells`, each at least two.
+
+    Steps are round numbers in the unit in which lengths are read.
+    """
     lower, upper = points.min(axis=0), points.max(axis=0)
     extent = max(float((upper - lower).max()), 1e-6 * float(np.abs(points).max()))  # coinciding points still get a box
-    step = nice_step(extent if extent > 1e-12 else 1.0, cells)
+    unit, scale = display.find("m", float(np.abs(points).max()))
+    step = nice_step(extent / scale if extent > 1e-12 else 1.0, cells) * scale
     low, high = np.floor(lower / step + 1e-6), np.ceil(upper / step - 1e-6)
     thin = high - low < 2
     low, high = np.where(thin, low - 1, low) * step, np.where(thin, high + 1, high) * step
     if planar:
         low[2], high[2] = lower[2], upper[2]
-    return Box(low, high, step)
+    return Box(low, high, step, unit, scale)
 
 
 def axes(planar: bool) -> tuple[Array, Array]:

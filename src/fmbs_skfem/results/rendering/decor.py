@@ -128,8 +128,15 @@ def axis_texts(camera: Camera, planar: bool, height: int) -> list[Text]:
         places[:, axis] = values
         pixels = camera_.project(camera, places) + shift
         (x, y), place = (pixels[-1], "rd") if anchor == "rm" else (pixels[[0, -1]].mean(axis=0), anchor)
-        texts.append(Text(f"{'xyz'[axis]} [m]", (float(x), float(y + (-1.1 if place == "rd" else 1.6) * height)), place, height))
-        numbers = np.round(values / camera.box.step) * camera.box.step + 0.0  # without the sign of -0
+        texts.append(
+            Text(
+                f"{'xyz'[axis]} [{camera.box.unit}]",
+                (float(x), float(y + (-1.1 if place == "rd" else 1.6) * height)),
+                place,
+                height,
+            )
+        )
+        numbers = np.round(values / camera.box.step) * camera.box.step / camera.box.scale + 0.0  # without the sign of -0
         texts += [Text(f"{number:g}", (float(x), float(y)), anchor, height) for number, (x, y) in zip(numbers, pixels, strict=True)]
     return texts
 

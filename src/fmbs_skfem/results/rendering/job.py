@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
+from ...core.values.display import SI, DisplayUnits
 from ..frames import Frames
 
 
@@ -14,7 +15,7 @@ class Look:
     """What a picture shows and how large."""
 
     field: str | None = None  #: coloured by this field; None: by body
-    label: str = ""  #: text beside the colour scale; empty: name and unit of well-known fields
+    label: str = ""  #: text beside the colour scale, with its SI unit; empty: name and unit of well-known fields
     limits: tuple[float, float] | None = None  #: of the colour scale, SI units; None: those of the drawn instants
     logarithmic: bool = False  #: colour scale by decades
     title: str = ""
@@ -22,6 +23,7 @@ class Look:
     size: tuple[int, int] = (1120, 800)  #: width, height [pixel]
     captions: tuple[str, ...] = ()  #: of the drawn instants, in place of their times
     behind: bool = False  #: the first instant is drawn as an outline with each of the others
+    display: DisplayUnits = SI  #: units of the numbers beside axes and colour scale
 
     def __post_init__(self) -> None:
         if min(self.size) < 200 or max(self.size) > 8000:

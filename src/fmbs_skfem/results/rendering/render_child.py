@@ -80,7 +80,9 @@ def view(job: PictureJob, size: tuple[int, int], height: int, room: int = 0) -> 
     """The camera that serves all instants; `room` is the width there was for the scene, its own by default [pixel]."""
     frames = job.frames
     points = [body.points.reshape(-1, 3) for body in frames.bodies.values()] + [points for _, points in frames.joints.values()]
-    box = camera_.box(np.concatenate(points), job.planar, cells=4 if (room or size[0]) > 35 * height else 2)
+    box = camera_.box(
+        np.concatenate(points), job.planar, cells=4 if (room or size[0]) > 35 * height else 2, display=job.look.display
+    )
     return camera_.fit(box, job.planar, size, _margins(job, height))
 
 

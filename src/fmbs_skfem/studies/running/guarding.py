@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ...core.errors import InputError, say
 from ...core.storage import container
 from ...core.storage.validation import check
+from ...core.values.display import DisplayUnits
 from ...dynamics.output_errors import OutputError
 from ...dynamics.tracing import FEW
 from ...reduction import files, guarded
@@ -126,14 +127,13 @@ def task(
         states = None if job.states else FEW
         found = guarded.run(own, reduced, known, budget, analysis.kept, states, advance)
         facts.update(guarded=facts_of(found))
-        remarks.extend(views(found, words))
+        remarks.extend(views(found, words, scene.display))
         return found.motion
 
     title = f"{job.path}, guarded by {path}"
     judge = partial(judging.balances, analysis.scheme)
-    return RunTask(
-        facts["scene"], facts, title, own.form(raw), integrate, judge, analysis.scheme, label="guarded run", remarks=remarks
-    )
+    more: dict[str, Any] = {"label": "guarded run", "remarks": remarks, "display": scene.display}
+    return RunTask(facts["scene"], facts, title, own.form(raw), integrate, judge, analysis.scheme, **more)
 
 
 def facts_of(found: Guarded) -> dict[str, Any]:
@@ -150,7 +150,7 @@ def facts_of(found: Guarded) -> dict[str, Any]:
     }
 
 
-def views(found: Guarded, words: str) -> list[ReportTable | str]:
+def views(found: Guarded, words: str, display: DisplayUnits) -> list[ReportTable | str]:
     """A guarded run in a sentence, and its windows and what was added in tables."""
     counts = {name: sum(one.steps for one in found.windows if one.model == name) for name in ("reduced", "full")}
     part = counts["reduced"] / max(sum(counts.values()), 1)
@@ -158,11 +158,13 @@ def views(found: Guarded, words: str) -> list[ReportTable | str]:
     text += f" ({found.full.cpu_s:.2g} s CPU, the reduced ones {found.reduced.cpu_s:.2g} s); the indicator uses up"
     lines: list[ReportTable | str] = [f"{text} {found.indicator / found.budget if found.budget else 0.0:.0%} of what is allowed."]
     rows = [(one.model, one.begin, one.end, one.steps, one.unknowns, one.why) for one in found.windows]
-    lines.append(ReportTable("Windows", ("model", "from [s]", "to [s]", "steps", "unknowns", "ends since"), rows))
+    heads: tuple[str, ...] = ("model", "from [s]", "to [s]", "steps", "unknowns", "ends since")
+    lines.append(ReportTable("Windows", *display.columns(heads, rows)))
     if found.enrichments:
         more = [
             (one.time, ", ".join(f"{name} {count}" for name, count in one.modes.items()), one.unknowns, YES[one.taken])
             for one in found.enrichments
         ]
-        lines.append(ReportTable("States taken into the basis", ("at [s]", "modes added", "unknowns", "follows"), more))
+        heads = ("at [s]", "modes added", "unknowns", "follows")
+        lines.append(ReportTable("States taken into the basis", *display.columns(heads, more)))
     return lines

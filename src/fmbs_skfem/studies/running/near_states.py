@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.errors import FmbsError, InputError, say
+from ...core.values.display import DisplayUnits
 from ...core.values.units import add_unit
 from ...dynamics.near_state.shapes import say_shares, shares
 from ...results import mode_shapes, response_plots, series
@@ -54,7 +55,7 @@ def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = N
             "units": dict.fromkeys(columns, "") | dict(zip(found.columns, unit_texts, strict=True)),
             "notices": job.notices,
         }
-        figures = figures_of(found, jobs.title(scene))
+        figures = figures_of(found, jobs.title(scene), scene.display)
 
         def write(out: Path) -> list[Path]:
             spaces = [found.linear.save(out / name) for name in analysis.files] if found.linear else []
@@ -62,6 +63,7 @@ def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = N
 
         missing = jobs.deliver(job, report, write, figures, partial(draw, shapes) if draw and shapes else None)
     heads, rows = [*found.heads], [[*row] for row in zip(*(values.tolist() for values in found.columns.values()), strict=True)]
+    heads, rows = scene.display.columns(heads, rows)
     if shapes is not None:
         heads, rows = [*heads, "what moves"], [[*row, text] for row, text in zip(rows, moves["moves"], strict=True)]
     made = Run(
@@ -87,7 +89,7 @@ def motions(found: StateTable) -> dict[str, Any]:
     return {"shares": parts, "moves": [name or say_shares(parts, k) for k, name in enumerate(free)]}
 
 
-def figures_of(found: StateTable, title: str) -> Figures:
+def figures_of(found: StateTable, title: str, display: DisplayUnits) -> Figures:
     """The transfer functions of a linear system, or a Campbell diagram."""
     if found.linear is not None:
         return Figures({"transfer": partial(transfer, found.linear, title)})
@@ -96,7 +98,7 @@ def figures_of(found: StateTable, title: str) -> Figures:
     one, label = found.diagram, add_unit(found.facts["parameter"], found.facts["unit"])
     orders = max((crossing["order"] for crossing in found.facts["crossings"]), default=0)
     hertz = one.omega / (2.0 * np.pi)
-    return Figures({"campbell": partial(response_plots.campbell, one.values, hertz, one.unstable, label, orders, title)})
+    return Figures({"campbell": partial(response_plots.campbell, one.values, hertz, one.unstable, label, orders, title, display)})
 
 
 def transfer(linear: StateSpace, title: str) -> Figure:

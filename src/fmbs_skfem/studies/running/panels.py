@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...core.values.display import SI, DisplayUnits
 from ...core.values.units import add_unit
 from ...results.frames import SILENT
 from ...results.plots import PANELS, Panel, panel_grid
@@ -34,6 +35,7 @@ def figures_of(
     marks: Sequence[tuple[float, str]] = (),
     silent: Collection[str] = (),
     errors: Mapping[str, float] = MappingProxyType({}),
+    display: DisplayUnits = SI,
 ) -> Figures:
     """The columns (s,) of `outputs` that are finite over `times` (s,), in at most PANELS panels, with marks and bands of errors.
 
@@ -45,7 +47,7 @@ def figures_of(
     found = arrange(outputs, finite, silent, errors)
     shown = sum(len(panel.curves) for panel in found)
     left = f" ({shown} of {len(finite)} columns, the others are in {OUTPUTS})" if shown < len(finite) else ""
-    return Figures({"outputs": partial(panel_grid, times, found, title=title + left, across=across, marks=marks)})
+    return Figures({"outputs": partial(panel_grid, times, found, title=title + left, across=across, marks=marks, display=display)})
 
 
 def find_noise(outputs: Mapping[str, Output], known: Mapping[str, np.ndarray], size: float, noise: float) -> frozenset[str]:

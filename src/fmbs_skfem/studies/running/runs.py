@@ -49,7 +49,7 @@ def run_source(job: Job, step: float | None = None, picture: bool = False, html:
         return solve_scene(job, scene)
     require_motion(scene, "draw modes with fmbs render")
     job.states = True
-    return solve_scene(job, scene, webpages.drawing(jobs.title(scene), scene), [webpages.PAGE])
+    return solve_scene(job, scene, webpages.drawing(jobs.title(scene), scene.display, scene), [webpages.PAGE])
 
 
 def require_motion(scene: Scene, remedy: str) -> None:
@@ -71,7 +71,7 @@ def render_scene(job: Job, frames: int, ending: str, scale: float, html: bool = 
     else:
         names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
         drawn = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
-        draw = webpages.together(drawn, webpages.drawing(jobs.title(scene), scene) if html else None)
+        draw = webpages.together(drawn, webpages.drawing(jobs.title(scene), scene.display, scene) if html else None)
         names += [webpages.PAGE] if html else []
     with painter.at_hand(job.out is not None):
         return solve_scene(job, scene, draw, names)
@@ -138,4 +138,5 @@ def scene_task(job: Job, scene: Scene) -> RunTask:
         analysis.scheme,
         request if analysis.moves and job.scene is None else None,
         analysis.label,
+        display=scene.display,
     )

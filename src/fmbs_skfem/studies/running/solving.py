@@ -23,6 +23,8 @@ from ... import dynamics
 from ...core.errors import FmbsError, SolverError, Warned
 from ...core.notices import Notice, Progress
 from ...core.storage.records import dataclass
+from ...core.values import display
+from ...core.values.display import SI, DisplayUnits
 from ...dynamics import GeneralizedAlpha, Trajectory
 from ...dynamics.diagnoses import large_strains
 from ...parts import departures
@@ -60,6 +62,7 @@ class RunTask:
     request: Mapping[str, Any] | None = None  #: what `resume` needs to know; None of what runs anew
     label: str = "integrating"
     remarks: Sequence[ReportTable | str] = ()  #: sentences and tables on the result
+    display: DisplayUnits = SI  #: units in which people read its numbers
 
 
 def solve(job: Job, mark: str, make: Callable[[], RunTask], draw: Draw | None = None, names: Sequence[str] = ()) -> Run:
@@ -113,6 +116,7 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
         **({"stress_errors": uncertain} if uncertain else {}),
         "units": probes.column_units(task.system.outputs),
         "labels": probes.column_labels(task.system.outputs),
+        display.KEY: asdict(task.display),
         "segments": len(record.manifest.segments) if record else 0,
         "notices": job.notices,
         **failure,
@@ -121,16 +125,18 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
     noise = (report.get("acceleration_noise") or 0.0) * trajectory.system.weight
     silent = panels.find_noise(task.system.outputs, outputs, trajectory.system.scale, noise)
     errors = job.plan.errors if job.plan else {}
-    figures = panels.figures_of(task.system.outputs, trajectory.times, outputs, task.title, across, marks, silent, errors)
+    figures = panels.figures_of(
+        task.system.outputs, trajectory.times, outputs, task.title, across, marks, silent, errors, task.display
+    )
 
     def write(out: Path) -> list[Path]:
         return [*write_outputs(out, trajectory.times, outputs, report, job.units), *files]
 
     missing = jobs.deliver(job, report, write, figures, draw and partial(draw, trajectory))
     view: list[ReportTable | str] = [summary(task, report), *([job.plan.words] if job.plan else []), *task.remarks]
-    view += [*([table_of_events(trajectory)] if trajectory.events else [])]
-    view += describe_path(trajectory)
-    view += [*([table_of_outputs(report, silent)] if outputs else []), *errors_of_stresses(report)]
+    view += [*([table_of_events(trajectory, task.display)] if trajectory.events else [])]
+    view += describe_path(trajectory, task.display)
+    view += [*([table_of_outputs(report, task, silent)] if outputs else []), *errors_of_stresses(report)]
     view += [*failures.views(report), *list_files(report)]
     about = f"{task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
     return conclude(
@@ -186,18 +192,22 @@ def extremes(values: np.ndarray) -> dict[str, float]:
     return {"min": float(values.min()), "max": float(values.max()), "final": float(values[-1])}
 
 
-def table_of_outputs(report: Mapping[str, Any], silent: Collection[str] = ()) -> ReportTable:
+def table_of_outputs(report: Mapping[str, Any], task: RunTask, silent: Collection[str] = ()) -> ReportTable:
     """Smallest, largest and last value of every column; zero where they are round-off, in all that is `silent` or beside others.
 
-    Beside them stand errors, where a run was asked for an accuracy.
+    Beside them stand errors, where a run was asked for an accuracy. Columns of one output and unit are read in the same one.
     """
-    rows, errors = [], report.get("accuracy", {}).get("errors", {})
-    for name, ends in report["outputs"].items():
-        least = np.inf if name in silent else DIGITS * max(abs(value) for value in ends.values())
-        heading = panels.heading_of(report["units"], report["labels"], name) + SILENT * (name in silent)
-        shown = [0.0 if abs(value) < least else value for value in ends.values()]
-        rows.append((heading, *shown, *([errors.get(name, math.nan)] if errors else [])))
-    return ReportTable("Outputs (SI units)", ("output", "min", "max", "final", *(["+-"] if errors else [])), rows)
+    rows, errors, units = [], report.get("accuracy", {}).get("errors", {}), report["units"]
+    for output in task.system.outputs.values():
+        for name in output.columns:
+            ends = report["outputs"][name]
+            alike = [value for one in output.columns if units[one] == units[name] for value in report["outputs"][one].values()]
+            heading, size = task.display.head(panels.heading_of(units, report["labels"], name), alike)
+            least = np.inf if name in silent else DIGITS * max(abs(value) for value in ends.values())
+            shown = [0.0 if abs(value) < least else value / size for value in ends.values()]
+            error = [errors.get(name, math.nan) / size] if errors else []
+            rows.append((heading + SILENT * (name in silent), *shown, *error))
+    return ReportTable("Outputs", ("output", "min", "max", "final", *(["+-"] if errors else [])), rows)
 
 
 def errors_of_stresses(report: Mapping[str, Any]) -> list[str]:
@@ -208,7 +218,7 @@ def errors_of_stresses(report: Mapping[str, Any]) -> list[str]:
     )
 
 
-def table_of_events(trajectory: Trajectory) -> ReportTable:
+def table_of_events(trajectory: Trajectory, units: DisplayUnits) -> ReportTable:
     """When events happened, what they did, and the kinetic energy that they took."""
     rows = []
     for one in trajectory.events:
@@ -217,7 +227,7 @@ def table_of_events(trajectory: Trajectory) -> ReportTable:
             *(f"locks {name}{apart(gap)}" for name, gap in zip(one.lock, one.gaps, strict=True)),
         ]
         rows.append((one.name, one.time, ", ".join([*done, *(["stops the run"] if one.stop else [])]), one.loss))
-    return ReportTable("Events", ("event", "time [s]", "what it does", "energy lost [J]"), rows)
+    return ReportTable("Events", *units.columns(("event", "time [s]", "what it does", "energy lost [J]"), rows))
 
 
 def path_report(trajectory: Trajectory) -> dict[str, Any]:
@@ -229,7 +239,7 @@ def path_report(trajectory: Trajectory) -> dict[str, Any]:
     return {"equilibria": states, "crossings": [asdict(one) for one in trajectory.crossings]}
 
 
-def describe_path(trajectory: Trajectory) -> list[ReportTable | str]:
+def describe_path(trajectory: Trajectory, units: DisplayUnits) -> list[ReportTable | str]:
     """Whether equilibria are stable, in a line, and a table of what their path has passed; nothing of motions."""
     if trajectory.negative is None:
         return []
@@ -243,7 +253,7 @@ def describe_path(trajectory: Trajectory) -> list[ReportTable | str]:
         (one.kind, one.before, one.after, one.distance, " -> ".join("?" if n is None else str(n) for n in one.negative), one.sign)
         for one in trajectory.crossings
     ]
-    return [*lines, *([ReportTable("On the path", heads, rows)] if rows else [])]
+    return [*lines, *([ReportTable("On the path", *units.columns(heads, rows))] if rows else [])]
 
 
 def apart(gap: Gap) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,12 +37,13 @@ def view(job: Job, html: Path | None, instants: int) -> Result:
     path = html or (job.out / webpages.PAGE if job.out else usual)
     if path.exists() and not job.force:
         raise InputError(say(f"--html {path}", "a new file", "one that exists", "choose another name, or --force"))
-    scene, title, trajectory, remarks = motion(job)
+    scene, task, trajectory = motion(job)
+    title = task.title
     reports.make_folder(path.parent)
     films = [webpages.film_of(title, trajectory, instants)]
     if scene is None:
         films = [replace(films[0], live=live_model(job, trajectory))]
-    webpages.write(path, title, films, *webpages.look(scene, trajectory), webpages.about(trajectory, remarks))
+    webpages.write(path, title, films, *webpages.look(scene, trajectory), webpages.about(trajectory, task.remarks), task.display)
     size = path.stat().st_size
     report = {"status": "ok", "source": job.path, "files": [path], "bytes": size, "notices": job.notices}
     told = f"written: {path} ({size / 1e6:.2g} MB); it opens in any browser and needs no network"
@@ -68,14 +68,14 @@ def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
     return LiveModel(module, made.step, trajectory.system.size, parameters, inputs)
 
 
-def motion(job: Job) -> tuple[Scene | None, str, Trajectory, Sequence[object]]:
-    """The scene, title and motion of the source of a job, stored or run now, and what is said of it."""
+def motion(job: Job) -> tuple[Scene | None, RunTask, Trajectory]:
+    """The scene and the motion of the source of a job, stored or run now, with the task that says what it is of."""
     scene, task, trajectory = of_folder(job) if job.path.is_dir() else of_source(job)
     if trajectory is None:
         trajectory, error = attempt(job, task)
         if error is not None:
             raise error
-    return scene, task.title, trajectory, task.remarks
+    return scene, task, trajectory
 
 
 def of_source(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:

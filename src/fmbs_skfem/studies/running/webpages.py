@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ... import __version__, dynamics
 from ...core.storage import durable
+from ...core.values.display import SI, DisplayUnits
 from ...dynamics import Trajectory
 from ...pages import content, writing
 from ...pages.content import Film
@@ -47,16 +48,24 @@ def about(trajectory: Trajectory, remarks: Sequence[object] = ()) -> list[str]:
     return [words, *(one for one in remarks if isinstance(one, str))]
 
 
-def write(path: Path, title: str, films: Sequence[Film], shade: str | None, clock: str, words: Sequence[str] = ()) -> Path:
+def write(
+    path: Path,
+    title: str,
+    films: Sequence[Film],
+    shade: str | None,
+    clock: str,
+    words: Sequence[str] = (),
+    display: DisplayUnits = SI,
+) -> Path:
     """The page of one or several motions."""
-    return durable.write(path, writing.text(Page(title, *content.describe(title, films, shade, clock, words))).encode())
+    return durable.write(path, writing.text(Page(title, *content.describe(title, films, shade, clock, words, display))).encode())
 
 
-def drawing(title: str, scene: Scene | None = None) -> Draw:
+def drawing(title: str, display: DisplayUnits, scene: Scene | None = None) -> Draw:
     """What orders the page of a motion beside the files of its run."""
 
     def order(trajectory: Trajectory, out: Path) -> Path:
-        return write(out / PAGE, title, [film_of(title, trajectory)], *look(scene, trajectory), about(trajectory))
+        return write(out / PAGE, title, [film_of(title, trajectory)], *look(scene, trajectory), about(trajectory), display)
 
     return lambda trajectory, out: [partial(order, trajectory, out)]
 
@@ -67,7 +76,7 @@ def compared(scene: Scene, study: Comparison, path: Path) -> Path:
     name = next((name for name in pictures.PICTURED if name in study.motions), None)
     if name is not None:
         films.append(film_of(name, study.motions[name], full=study.full))
-    return write(path, title, films, pictures.color(scene, study.full.system), "s", about(study.full))
+    return write(path, title, films, pictures.color(scene, study.full.system), "s", about(study.full), scene.display)
 
 
 def together(*draws: Draw | None) -> Draw | None:

@@ -1,0 +1,128 @@
+"""Results in the units that were typed: tables, plots, pages' content and reports of one run; files and Python keep SI units."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fmbs_skfem import scenes, studies
+from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.values.display import DisplayUnits
+
+RPM = math.pi / 30.0
+#: a rotor of 2 kg m^2 about its bearing, driven by 4 N m from 300 rpm: w = 10 pi + 2 t
+SCENE = """\
+schema: 1
+dimension: 2
+{more}parameters: {{speed: {{value: 300 rpm, range: [100 rpm, 600 rpm]}}}}
+bodies: {{rotor: {{type: rigid, mass: 3 kg, center: [0, 0], inertia: 2 kg m^2, points: {{hub: [0, 0], rim: [25 mm, 0]}}}}}}
+joints: {{bearing: {{type: pin, at: rotor.hub}}}}
+loads: {{drive: {{type: moment, at: rotor.frame, moment: 4 N m}}}}
+initial: {{bodies: {{rotor: {{angular_velocity: speed}}}}}}
+analysis: {{type: dynamic, duration: 40 ms, step: 1 ms}}
+outputs:
+  w: {{type: angular_velocity, at: rotor.frame}}
+  angle: {{type: angle, at: rotor.frame}}
+  rim: {{type: position, at: rotor.rim}}
+  drive: {{type: power, of: drive}}
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[studies.Run, Path]:
+    folder = tmp_path_factory.mktemp("rotor")
+    (folder / "rotor.yaml").write_text(SCENE.format(more=""), encoding="utf-8")
+    return studies.run(folder / "rotor.yaml", out=folder / "out"), folder / "out"
+
+
+def cells(found: studies.Run, name: str) -> dict[str, list[float]]:
+    """The rows of a table by their first column."""
+    table = next(one for one in found.lines if isinstance(one, studies.ReportTable) and one.title == name)
+    return {str(row[0]): [float(str(one)) for one in row[1:]] for row in table.rows}
+
+
+def test_a_table_is_in_the_units_that_were_typed(run: tuple[studies.Run, Path]) -> None:
+    rows = cells(run[0], "Outputs")
+    assert list(rows) == ["w [rpm]", "angle [rad]", "rim_x [mm]", "rim_y [mm]", "drive [W]"]
+    assert rows["w [rpm]"] == pytest.approx([300.0, *[300.0 + 2.0 * 0.04 / RPM] * 2], rel=2e-5)  # the rest is the error of the step
+    assert rows["w [rpm]"][0] == pytest.approx(300.0, rel=1e-13)
+    assert rows["w [rpm]"][2] * 2.0 * math.pi / 60.0 == pytest.approx(run[0].outputs["w"][-1], rel=1e-14)
+    assert rows["rim_x [mm]"][1] == pytest.approx(25.0)
+    assert rows["drive [W]"][2] == pytest.approx(4.0 * (10.0 * math.pi + 0.08), rel=2e-5)
+    assert "w [rpm]" in str(run[0])
+    assert "<td>w [rpm]</td>" in run[0]._repr_html_()
+
+
+def test_plots_have_axes_in_them(run: tuple[studies.Run, Path]) -> None:
+    """The values of a line and those of the run differ by 2 pi / 60, and its times are milliseconds."""
+    axes = {one.get_ylabel(): one for one in run[0].plot().axes}
+    assert list(axes) == ["w [rpm]", "angle [rad]", "rim [mm]", "drive [W]"]
+    times, values = (np.asarray(one) for one in axes["w [rpm]"].lines[0].get_data())
+    np.testing.assert_allclose(values * 2.0 * math.pi / 60.0, run[0].outputs["w"], rtol=1e-14)
+    np.testing.assert_allclose(times, 1000.0 * run[0].times, rtol=1e-14)
+    assert {one.get_xlabel() for one in axes.values()} >= {"time [ms]"}
+
+
+def test_files_and_python_keep_si_units(run: tuple[studies.Run, Path]) -> None:
+    found, out = run
+    with (out / "outputs.csv").open(newline="") as file:
+        head, *rows = list(csv.reader(file))
+    columns = dict(zip(head, np.array(rows, dtype=float).T, strict=True))
+    np.testing.assert_allclose(columns["w"], found.outputs["w"], rtol=5e-15)  # written with 15 digits
+    assert columns["w"][0] == pytest.approx(10.0 * math.pi)
+    assert columns["t"][-1] == pytest.approx(0.04)
+    assert columns["rim_x"][0] == pytest.approx(0.025)
+    assert json.loads((out / "outputs.units.json").read_text())["w"] == "rad/s"
+    report = json.loads((out / "report.json").read_text())
+    assert report["outputs"]["w"]["min"] == pytest.approx(10.0 * math.pi)
+    assert report["units"]["w"] == "rad/s"
+    assert report["display_units"] == {"asked": [], "typed": ["rpm", "kg", "kg m^2", "mm", "N m", "ms"]}
+
+
+def content(page: Path) -> dict[str, Any]:
+    """What a page shows, without its arrays."""
+    text = page.read_text(encoding="utf-8").partition('id="content">')[2].partition("</script>")[0]
+    found: dict[str, Any] = json.loads(text)
+    return found
+
+
+def test_reports_of_a_folder_read_alike(run: tuple[studies.Run, Path], tmp_path: Path) -> None:
+    studies.report(run[1], html=tmp_path / "report.html", bodies=False)
+    found, text = content(tmp_path / "report.html"), (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert [one["label"] for one in found["panels"]] == ["w [rpm]", "angle [rad]", "rim [mm]", "drive [W]"]
+    assert found["time"] == {"unit": "ms", "size": 1e-3}
+    assert "w [rpm]</td>" in text or "w [rpm]</th>" in text
+
+
+def test_units_that_are_asked_for_go_first(tmp_path: Path) -> None:
+    (tmp_path / "rotor.yaml").write_text(SCENE.format(more="display_units: [deg, m, rad/s, kW]\n"), encoding="utf-8")
+    rows = cells(studies.run(tmp_path / "rotor.yaml"), "Outputs")
+    assert list(rows) == ["w [rad/s]", "angle [deg]", "rim_x [m]", "rim_y [m]", "drive [kW]"]
+    assert rows["angle [deg]"][2] == pytest.approx(math.degrees(10.0 * math.pi * 0.04 + 0.04**2), rel=2e-4)
+    assert scenes.read(tmp_path / "rotor.yaml").display.asked == ("deg", "m", "rad/s", "kW")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        ("[mm, furlong]", "a unit such as mm, MPa or rpm, got 'furlong'"),
+        ("[mm, rpm, m]", "one unit of each dimension, got 'mm' and 'm'"),
+        ("3", "a name or a list of names"),
+    ],
+)
+def test_units_that_are_none_are_refused(wrong: str, told: str) -> None:
+    with pytest.raises(InputError, match=r"scene:3: display_units.*: expected") as caught:
+        scenes.loads(SCENE.format(more=f"display_units: {wrong}\n"))
+    assert told in str(caught.value)
+
+
+def test_a_scene_without_units_has_prefixes_alone() -> None:
+    plain = re.sub(r"(\d) (?:rpm|mm|ms|kg m\^2|N m|kg)", r"\1", SCENE.format(more=""))
+    assert scenes.loads(plain).display == DisplayUnits()
