@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import fcntl
+import html
 import importlib
 import inspect
 import json
@@ -22,6 +23,7 @@ from urllib.parse import unquote, urlsplit
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Given, cable
@@ -36,7 +38,8 @@ for _package in ("sphinx", "furo", "myst_parser", "ziamath"):
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 sys.path.insert(0, str(DOCS / "site"))
 
-import docstrings  # noqa: E402  both of docs/site
+import docstrings  # noqa: E402  all of docs/site
+import gallery  # noqa: E402
 import reference_pages  # noqa: E402
 import tutorials  # noqa: E402
 
@@ -106,6 +109,40 @@ def test_every_public_object_is_in_the_reference(site: Path) -> None:
     public = {f"fmbs_skfem.{path}.{name}" for path, names in reference_pages.public_modules() for name in names}
     assert len(public) > 500
     assert public - listed == set()
+
+
+def test_the_index_of_the_reference_has_a_line_on_every_module(site: Path) -> None:
+    """The first sentence of its docstring, beside the link to its page."""
+    text = (site / "api" / "index.html").read_text(encoding="utf-8")
+    lines = dict(re.findall(r'<td><p><a [^>]*href="([^"]+)\.html".*?</td>\s*<td><p>(.*?)</p></td>', text, re.DOTALL))
+    assert list(lines) == [path for path, _ in reference_pages.public_modules()]
+    for path, line in lines.items():
+        said = html.unescape(re.sub("<[^>]+>", "", line)).replace("’", "'")
+        known = " ".join((importlib.import_module(f"fmbs_skfem.{path}").__doc__ or "").split()).replace("`", "")
+        assert len(said) > 20, path
+        assert re.match(rf"{re.escape(said)}[.?]", known), path
+
+
+def test_the_gallery_has_every_example_under_one_kind(site: Path) -> None:
+    text = (site / "gallery" / "index.html").read_text(encoding="utf-8").partition("<article")[2]
+    sections = re.findall(r"<h2>(.*?)<a(.*?)</section>", text, re.DOTALL)
+    shown = {title: re.findall(r'href="([^"#]+)\.html"', own) for title, own in sections}
+    assert list(shown) == list(gallery.KINDS)[::-1]
+    assert all(len(own) > 1 for own in shown.values())
+    assert sorted(name for own in shown.values() for name in own) == sorted(name.replace("/", "-") for name in gallery.names())
+    assert "gripper" in shown["Contact"]
+    assert "lqr_arm" in shown["Control and plants"]
+    assert "roof" in shown["Plates and shells"]
+
+
+@pytest.mark.parametrize("name", ["picture.png", "outputs.png"])
+def test_pictures_of_cards_show_what_is_drawn_alone(tmp_path: Path, name: str) -> None:
+    """White margins go, of scenes the title and the key as well."""
+    pixels = np.full((800, 1120, 3), 255, np.uint8)
+    pixels[100:400, 50:650] = (10, 80, 160)
+    pixels[10:30, 5:200] = pixels[60:500, 940:960] = 0
+    Image.fromarray(pixels).save(tmp_path / name)
+    assert gallery.cropped(tmp_path / name).size == ((600, 300) if name == "picture.png" else (955, 490))
 
 
 @pytest.mark.skipif(PROGRAM is None, reason="no Chromium")
@@ -240,6 +277,25 @@ def test_tutorials_run_and_come_out_as_they_say() -> None:
     assert reduced["error"] < 1e-4
     checked = swept["found"].holdout
     assert all(one.low <= true <= one.high for one, true in zip(checked.predictions, checked.true, strict=True))
+
+
+def test_a_notebook_runs_where_a_reader_has_the_examples(site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file that the page offers, in the folder of `fmbs demo --copy`, by a kernel: what it prints, and its picture."""
+    nbclient = pytest.importorskip("nbclient")
+    nbformat = pytest.importorskip("nbformat")
+    pytest.importorskip("ipykernel")
+    page = Links(site / "tutorials" / "first_system.html")
+    (link,) = [link for link in page.links if link.endswith(".ipynb")]
+    subprocess.run([sys.executable, "-m", "fmbs_skfem", "demo", "--copy"], cwd=tmp_path, check=True, capture_output=True)
+    book = nbformat.read(site / "tutorials" / unquote(link), as_version=4)
+    nbformat.validate(book)
+    monkeypatch.delenv("MPLBACKEND", raising=False)  # as a reader has it: the kernel chooses what draws
+    folder = {"metadata": {"path": str(tmp_path / "fmbs-examples")}}
+    nbclient.NotebookClient(book, timeout=900, kernel_name="python3", resources=folder).execute()
+    outputs = [output for cell in book.cells if cell.cell_type == "code" for output in cell.outputs]
+    assert any("image/png" in output.get("data", {}) for output in outputs)
+    mode, motion = map(float, re.findall(r"([\d.]+) Hz", outputs[-1].text))
+    assert motion == pytest.approx(mode, rel=5e-3)
 
 
 def public_objects() -> list[tuple[str, object]]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import itertools
 import re
 import types
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TypeVar
 
@@ -54,10 +55,10 @@ def public_modules() -> Iterator[tuple[str, list[str]]]:
                 yield own.__name__.removeprefix("fmbs_skfem."), public_names(own)
 
 
-def summary(own: object) -> str:
-    """The first sentence of a docstring, for reStructuredText."""
+def summary(own: object, ends: str = ".:;") -> str:
+    """A docstring up to the first of these marks, for reStructuredText."""
     text = " ".join((inspect.getdoc(own) or "").split("\n\n")[0].split())
-    return docstrings.escape(re.split(r"(?<=\w\w[.:;]) ", text)[0].rstrip(".:;"))
+    return docstrings.escape(re.split(rf"(?<=\w\w[{ends}]) ", text)[0].rstrip(ends))
 
 
 def directive(own: object) -> str:
@@ -81,13 +82,21 @@ def reference_page(path: str, names: list[str]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def index(pages: Iterable[str]) -> str:
+    """The pages by packages, with a line on each."""
+    title = "API reference"
+    lines = [title, "=" * len(title), "", ".. toctree::", "   :hidden:", "", *(f"   {path}" for path in pages)]
+    for package, own in itertools.groupby(pages, lambda path: path.split(".")[0]):
+        lines += ["", package, "-" * len(package), "", ".. list-table::", ""]
+        for path in own:
+            lines += [f"   * - :doc:`{path}`", f"     - {summary(importlib.import_module(f'fmbs_skfem.{path}'), '.')}"]
+    return "\n".join(lines) + "\n"
+
+
 def write(folder: Path) -> None:
     """A page for every public module, and their index."""
     folder.mkdir()
     pages = dict(public_modules())
     for path, names in pages.items():
         (folder / f"{path}.rst").write_text(reference_page(path, names), encoding="utf-8")
-    entries = "".join(f"   {path}\n" for path in pages)
-    (folder / "index.rst").write_text(
-        f"API reference\n=============\n\n.. toctree::\n   :maxdepth: 1\n\n{entries}", encoding="utf-8"
-    )
+    (folder / "index.rst").write_text(index(pages), encoding="utf-8")

@@ -96,5 +96,6 @@ def write(folder: Path, executed: bool) -> None:
                 picture.write_bytes(png)
                 parts.append(f"![what the cell draws]({picture.name})")
                 count += 1
-        parts.append(f"This page as a notebook: [{path.stem}.ipynb]({path.stem}.ipynb).")
+        where = "It runs in a clone of the repository, or in the folder that `fmbs demo --copy` makes."
+        parts.append(f"This page as a notebook: [{path.stem}.ipynb]({path.stem}.ipynb). {where}")
         (folder / path.name).write_text("\n\n".join(parts) + "\n", encoding="utf-8")

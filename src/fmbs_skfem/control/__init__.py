@@ -3,4 +3,4 @@
 from . import controllers, events, feed, line_ends, monitors  # which offer observers  # noqa: F401
 from .live import LiveRun, start
 
-__all__ = ["LiveRun", "controllers", "events", "monitors", "start"]
+__all__ = ["LiveRun", "controllers", "environments", "events", "monitors", "start"]
