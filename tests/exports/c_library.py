@@ -23,6 +23,7 @@ void set_parameter(NAME_memory *m, int k, double value) { m->parameters[k] = val
 void set_fixed(NAME_memory *m, int many) { m->fixed = many; }
 double time_of(const NAME_memory *m) { return m->time; }
 double left_of(const NAME_memory *m) { return m->left; }
+int divided_of(const NAME_memory *m) { return (int)m->divided; }
 """
 
 
@@ -71,6 +72,11 @@ class CRun:
         return float(self.library.time_of(self.memory))
 
     @property
+    def divided(self) -> int:
+        """Trials of steps that failed as a whole."""
+        return int(self.library.divided_of(self.memory))
+
+    @property
     def outputs(self) -> np.ndarray:
         found = np.zeros(len(self.model.columns))
         self.call("outputs", found.ctypes.data_as(ctypes.c_void_p))
@@ -86,7 +92,7 @@ class CRun:
         assert self.call("start") == 0
         found = [self.outputs]
         for k in range(steps):
-            assert self.step(self.model.step) == 0, self.message(self.step(self.model.step))
+            assert (status := self.step(self.model.step)) == 0, self.message(status)
             if (k + 1) % every == 0:
                 found.append(self.outputs)
         return np.array(found)

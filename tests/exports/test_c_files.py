@@ -382,3 +382,17 @@ def test_the_program_of_the_guide_runs(small: System, tmp_path: Path) -> None:
     told = subprocess.run([str(tmp_path / "main")], capture_output=True, text=True, check=True).stdout
     exact = dynamics.outputs(dynamics.integrate(small, STEP, 0.1, Newton()))["C_x"][-1]
     assert float(told.split()[2]) == pytest.approx(exact, rel=1e-9)
+
+
+def test_steps_that_fail_are_divided_as_in_python(small: System, tmp_path: Path) -> None:
+    """Of 100 steps of 20 ms, forty times as long as its motion needs, most fail as a whole: the same trials, the same path."""
+    case = case_of(small, GeneralizedAlpha(2e-2), tolerance=1e-13)
+    model = c_files.write(case, "divided", "a model")
+    run = CRun(model, tmp_path)
+    got = run.run(100)
+    motion = dynamics.integrate(small, case.scheme, 2.0, case.newton)
+    columns = dynamics.outputs(motion)
+    exact = np.stack([columns[one.name] for one in model.columns], axis=1)
+    assert motion.statistics.halved > 50
+    assert run.divided == motion.statistics.halved
+    assert np.abs(got - exact).max() < 1e-9 * np.ptp(exact, axis=0).max()

@@ -25,7 +25,7 @@ from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
 from ..dynamics import initial, rest, scheme
-from ..dynamics.compiled_step import jumps, settling, stepping
+from ..dynamics.compiled_step import jumps, packing, settling, stepping
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
 from ..systems import compiled
@@ -138,8 +138,11 @@ def frame_of(case: Case, where: str) -> Frame:
     _, _, pushing, pairs = compiled.attached(system)
     layout = compiled.storage(system)
     blocks = blocks_of(system, pairs)
-    if layout.storage is not Storage.DENSE or layout.loose:
-        raise InputError(say(where, "a reduced model of dense unknowns with mass", layout.storage.name.lower()))
+    if layout.loose:
+        remedy = "third axes of rims of thin plates have none: take places without a rim"
+        raise InputError(say(where, "unknowns that all have mass or stiffness", "some that joints alone determine", remedy))
+    if layout.storage is not Storage.DENSE:
+        raise InputError(say(where, "a reduced model of dense unknowns", layout.storage.name.lower()))
     places = np.concatenate([[0], np.cumsum(np.diff(blocks) ** 2)])
     return Frame(case, blocks, places, all(one.smooth for one in pushing), any(one.damped for one in pushing))
 
@@ -169,7 +172,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     arrays = {**arrays_of(frame), "START_KEPT": Array(np.zeros(whole.kept) if memory is None else memory), **whole.arrays}
     constants, fields, setting = numbers.write(given, arrays, title)
     parts = [*whole.functions.values(), hooks(whole, len(system.elastic))]
-    text = "\n".join([template("begin.c"), *parts, template("ports.c"), reading, template("step.c"), energies(whole)])
+    text = "\n".join([template("begin.c"), *parts, template("ports.c"), reading, stepped(), energies(whole)])
     text = "\n".join([text, setting, template("start.c")])
     fixed = "\n".join([controls(frame, whole, columns, inputs, given, turn), tables_of(frame, inputs, given, turn), constants])
     head = f'/* {clean(title)}: the equations of NAME.h. */\n#include "NAME.h"\n'
@@ -282,6 +285,12 @@ def hooks(whole: Piece, elastic: int) -> str:
     )
 
 
+def stepped() -> str:
+    """The time step; a step that fails is divided as that of `dynamics` is."""
+    trials = ", ".join(f"{{{halvings}, {int(judging)}}}" for halvings, judging in packing.TRIALS[1:])
+    return template("step.c").replace("PARTS_OF_TRIALS", trials)
+
+
 def energies(whole: Piece) -> str:
     """Kinetic energy, and that of strains and springs."""
     return template("energies.c").replace("    ENERGIES\n", "".join(f"    {one}\n" for one in whole.calls["energy"]))
@@ -300,6 +309,7 @@ def controls(
         "FLOOR": stepping.FLOOR, "SURELY": stepping.SURELY,
         "CLEAR": stepping.CLEAR, "CHEAP": stepping.CHEAP, "OLD": settling.OLD, "HUGE_NUMBER": HUGE, "PROOF": turning.PROOF,
         "ALIKE": turning.ALIKE,
+        "GAIN": stepping.GAIN, "NEAR": stepping.NEAR,
     }  # fmt: skip
     steady = not own.laws and not (own.j >= 0).any() and not (own.signal >= 0).any()
     counts = {
@@ -308,6 +318,8 @@ def controls(
         "PARAMETERS": len(numbers.parameters_of(given)), "KEPT": whole.kept, "TERMS": len(own.row),
         "TURNED": sum(bool(one.turns) for one in columns), "BLOCKS": len(frame.blocks) - 1, "ENTRIES": frame.places[-1],
         "SECANTS": secants_of(system), "ITERATIONS": method.iterations, "PATIENT": stepping.PATIENT, "HELD": stepping.HELD,
+        "MANY": stepping.MANY,
+        "TRIALS": len(packing.TRIALS) - 1,
         "SMOOTH": int(frame.smooth), "STEADY": int(steady), "READS_RATES": int(frame.damped),
         "HAS_DAMPING": int(as_dense(system.damping).any()), "HAS_SPRINGS": int(as_dense(system.stiffness).any()),
         "FILTERED": int(initial.is_filtered(system)), "TURNING": 0 if turn is None else len(turn.table),

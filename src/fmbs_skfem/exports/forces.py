@@ -153,7 +153,7 @@ def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str,
         **{one: f"m->y[{row}]" for one, row in zip(y, rows, strict=True)},
         **{one: f"m->rates[{row}]" for one, row in zip(v, rows, strict=True)},
         **{written.history(n): "1.0" if signal < 0 else f"m->signals[{signal}]" for n, signal in enumerate(signals)},
-        **{one: f"m->kept[{kept + n}]" for n, one in enumerate(last)},
+        **{one: f"m->now.kept[{kept + n}]" for n, one in enumerate(last)},
         written.RATE: "m->gh",
         **{one: f"{varied}[{k * len(numbers) + n}]" for n, one in enumerate(p) if varied},
     }
@@ -173,8 +173,11 @@ def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str,
     ]
     label = force.law.name.partition("|")[0].replace("_", " ")
     push = write(F, [f"m->g[{row}] += {{}};" for row in rows])
-    functions = {f"push_{name}": f"/* {label} */\nstatic void push_{name}(NAME_memory *m)\n{{\n{push}\n}}\n"}
-    calls: dict[str, tuple[str, ...]] = {"push": (f"push_{name}(m);",)}
+    functions: dict[str, str] = {}
+    calls: dict[str, tuple[str, ...]] = {}
+    if push:  # nothing of a group whose numbers are zero
+        functions[f"push_{name}"] = f"/* {label} */\nstatic void push_{name}(NAME_memory *m)\n{{\n{push}\n}}\n"
+        calls["push"] = (f"push_{name}(m);",)
     if slopes:
         body = write([value for *_, value in slopes], [f"add_pair(m, {rows[i]}, {rows[j]}, -m->c * ({{}}));" for i, j, _ in slopes])
         functions[f"slopes_{name}"] = f"static void slopes_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"
@@ -184,7 +187,7 @@ def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str,
         functions[f"energy_{name}"] = f"static double energy_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"
         calls["energy"] = (f"energy += energy_{name}(m);",)
     if angles:
-        body = write(angles, [f"m->kept[{kept + n}] = {{}};" for n in range(len(angles))])
+        body = write(angles, [f"m->now.kept[{kept + n}] = {{}};" for n in range(len(angles))])
         functions[f"keep_{name}"] = f"static void keep_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"
         calls["accept"] = (f"keep_{name}(m);",)
     return Piece(tables, functions, calls)

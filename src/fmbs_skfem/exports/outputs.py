@@ -32,7 +32,7 @@ def columns_of(system: System, name: str, output: Output) -> list[Column]:
         rows = [k for k, (joint, _) in enumerate(system.constraints.names) if joint == output.joint]
         if output.rows or len(rows) != len(output.columns):
             return []
-        texts = [f"-m->multipliers[{k}] / m->c" for k in rows]
+        texts = [f"-m->now.multipliers[{k}] / m->c" for k in rows]
         return [Column(*one) for one in zip(output.columns, units, texts, strict=True)]
     count = len(output.rows)
     y, v, numbers = written.rows(count), written.rates(count), written.numbers(len(output.parameters))
@@ -80,8 +80,8 @@ def write_outputs(system: System) -> tuple[str, list[Column], list[str]]:
         if place is None:
             lines.append(scoped(one.lines, f"out[{k}] = {one.value};"))
         else:
-            lines.append(f"    out[{k}] = m->turned[{place}];")
-            counts.append(scoped(one.lines, f"m->turned[{place}] = continued({one.turns}, m->turned[{place}]);"))
+            lines.append(f"    out[{k}] = m->now.turned[{place}];")
+            counts.append(scoped(one.lines, f"m->now.turned[{place}] = continued({one.turns}, m->now.turned[{place}]);"))
     sense = "    sense(m);\n"
     text = f"static void count_turns(NAME_memory *m)\n{{\n{sense if counts else '    (void)m;' + chr(10)}" + "\n".join(counts)
     text += "\n}\n\nvoid NAME_outputs(NAME_memory *m, double out[])\n{\n" + sense + "\n".join(lines) + "\n}\n"

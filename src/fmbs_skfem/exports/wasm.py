@@ -21,7 +21,7 @@ int start(void) { return NAME_start(&m); }
 int step(double span) { return NAME_step(&m, span); }
 double *inputs(void) { return m.inputs; }
 double *parameters(void) { return m.parameters; }
-double *unknowns(void) { return m.x; }
+double *unknowns(void) { return m.now.x; }
 double *outputs(void) { NAME_outputs(&m, outs); return outs; }
 double now(void) { return m.time; }
 """

@@ -12,13 +12,13 @@ static double quadratic(const double *A, const double *x)
 
 double NAME_kinetic_energy(NAME_memory *m)
 {
-    return quadratic(MASS, m->v);
+    return quadratic(MASS, m->now.v);
 }
 
 double NAME_strain_energy(NAME_memory *m)
 {
-    read_rows(m, m->x, 1, m->y);
-    double energy = HAS_SPRINGS ? quadratic(SPRINGS, m->x) : 0.0;
+    read_rows(m, m->now.x, 1, m->y);
+    double energy = HAS_SPRINGS ? quadratic(SPRINGS, m->now.x) : 0.0;
     ENERGIES
     return energy;
 }

@@ -37,17 +37,21 @@ typedef enum {
     NAME_PARAMETER_OUTSIDE
 } NAME_status;
 
+/* An accepted state: unknowns, rates, algorithmic accelerations, accelerations, c times multipliers, earlier ones. */
+typedef struct {
+    double x[N_], v[N_], a[N_], acceleration[N_], multipliers[M_], history[3][N_], past[3][M_];
+    double kept[K_], turned[T_], change;
+    int known, order;
+} NAME_state;
+
 typedef struct {
     double parameters[P_]; /* given by the caller before the start */
     double inputs[I_];     /* and before a step */
     int fixed;             /* corrections of every step; 0: as many as the tolerance asks for */
     double time;           /* [s] */
-    long long steps, corrections, factorisations;
+    long long steps, corrections, factorisations, divided;
     double left; /* size of the last of `fixed` corrections [m] */
-    /* the accepted state: unknowns, rates, algorithmic accelerations, accelerations, c times multipliers, earlier ones */
-    double x[N_], v[N_], a[N_], acceleration[N_], multipliers[M_], history[3][N_], past[3][M_];
-    double kept[K_], turned[T_], change;
-    int known, order;
+    NAME_state now, before; /* before: that of the begin of a step that is divided */
     /* the method */
     double h, c, bh, gh, sharp, largest_mass;
     /* the trial state and what is evaluated there */
@@ -59,7 +63,7 @@ NUMBERS
     /* factors */
     double W[ENTRIES_], J[M_][N_], spread[M_][N_], schur[MM_], pull;
     double updates[Q_][R_], shares[Q_][N_], moved[N_], moved_twice[R_];
-    int pivots[N_], schur_pivots[M_], factored, age, secants, turning;
+    int pivots[N_], schur_pivots[M_], factored, age, secants, turning, judging;
 } NAME_memory;
 
 /* Start values of parameters and inputs. */

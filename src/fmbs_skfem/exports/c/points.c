@@ -28,7 +28,7 @@ static void tangent_NUMBER(NAME_memory *m, int held)
     double *u = m->room[0], *before = m->room[1], *D = m->moduli, *T = m->room[2];
     read_NUMBER(m, m->trial_x, OFFSET_NUMBER, u);
     if (held && HOLDS_NUMBER)
-        read_NUMBER(m, m->x, OFFSET_NUMBER, before);
+        read_NUMBER(m, m->now.x, OFFSET_NUMBER, before);
     LAW_modulus(POINTS_NUMBER, u, held && HOLDS_NUMBER ? before : u, SECTION_NUMBER, m->gh * BETA_NUMBER, D);
     for (int r = 0; r < MODES_NUMBER; r++) {
         const double *row = MODES_OF_NUMBER + r * (ROWS_NUMBER * POINTS_NUMBER);
@@ -55,6 +55,6 @@ static void tangent_NUMBER(NAME_memory *m, int held)
 
 static double energy_NUMBER(NAME_memory *m)
 {
-    read_NUMBER(m, m->x, OFFSET_NUMBER, m->room[0]);
+    read_NUMBER(m, m->now.x, OFFSET_NUMBER, m->room[0]);
     return LAW_energy(POINTS_NUMBER, m->room[0], SECTION_NUMBER);
 }

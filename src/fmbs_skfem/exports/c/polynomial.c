@@ -82,6 +82,6 @@ static void tangent_NUMBER(NAME_memory *m, int held)
 
 static double energy_NUMBER(NAME_memory *m)
 {
-    pairs_NUMBER(m, m->x, m->room[0], m->room[1], m->room[2]);
+    pairs_NUMBER(m, m->now.x, m->room[0], m->room[1], m->room[2]);
     return 0.5 * dot(m->room[1], m->room[2], PAIRS_NUMBER);
 }

@@ -41,7 +41,7 @@ static int fill_turned_tangents(NAME_memory *m)
 /* out = - (second D2 + third D3) of the joints: the sums of `find_drift` less what it makes of first derivatives alone. */
 static void find_curvature(NAME_memory *m, double second, double third, double *out)
 {
-    double *whole = m->past[1];
+    double *whole = m->now.past[1];
     find_drift(m, m->moved, second, third, whole);
     find_drift(m, m->moved, 0.0, 0.0, out);
     EACH (k, EQUATIONS)
@@ -56,16 +56,16 @@ static int find_accelerations(NAME_memory *m)
     const double late = ALPHA_M - ALPHA_F, h = m->h, scale = FILTERED ? m->bh : 1.0, step_c = m->c;
     double *mu = m->rhs + UNKNOWNS;
     EACH (i, UNKNOWNS) {
-        m->trial_x[i] = m->x[i];
-        m->trial_v[i] = m->v[i];
+        m->trial_x[i] = m->now.x[i];
+        m->trial_v[i] = m->now.v[i];
         m->trial_acceleration[i] = 0.0;
     }
     EACH (k, EQUATIONS)
         m->trial_multipliers[k] = 0.0;
     read_signals(m, 0.0);
-    read_rows(m, m->x, 1, m->y);
+    read_rows(m, m->now.x, 1, m->y);
     if (READS_RATES)
-        read_rows(m, m->v, 0, m->rates);
+        read_rows(m, m->now.v, 0, m->rates);
     keep_forces(m);
     m->c = 1.0;
     find_residual(m);
@@ -83,23 +83,23 @@ static int find_accelerations(NAME_memory *m)
         m->rhs[i] = -scale * m->moved_twice[i];
     solve(m);
     EACH (i, UNKNOWNS)
-        m->acceleration[i] = m->a[i] = m->rhs[i];
+        m->now.acceleration[i] = m->now.a[i] = m->rhs[i];
     EACH (k, EQUATIONS)
-        m->multipliers[k] = m->past[0][k] = mu[k] / scale * m->c;
+        m->now.multipliers[k] = m->now.past[0][k] = mu[k] / scale * m->c;
     find_curvature(m, 0.0, 1.0, mu);
     EACH (i, UNKNOWNS)
         m->rhs[i] = 0.0;
     solve(m);
     EACH (i, UNKNOWNS) {
-        m->history[0][i] = m->acceleration[i];
-        m->history[1][i] = m->history[2][i] = 0.0;
+        m->now.history[0][i] = m->now.acceleration[i];
+        m->now.history[1][i] = m->now.history[2][i] = 0.0;
         if (!STEADY) {
-            m->v[i] += h * h * (1.0 / 6.0 - BETA - 0.5 * late) * m->rhs[i];
-            m->a[i] += late * h * m->rhs[i];
+            m->now.v[i] += h * h * (1.0 / 6.0 - BETA - 0.5 * late) * m->rhs[i];
+            m->now.a[i] += late * h * m->rhs[i];
         }
     }
     EACH (k, EQUATIONS)
-        m->past[1][k] = m->past[2][k] = 0.0;
+        m->now.past[1][k] = m->now.past[2][k] = 0.0;
     return 0;
 }
 
@@ -127,20 +127,21 @@ NAME_status NAME_start(NAME_memory *m)
             m->largest_mass = most(m->largest_mass, MASS[BLOCK_AT[b] + i * (BLOCK[b + 1] - BLOCK[b] + 1)]);
     set_step(m, NAME_STEP);
     m->time = 0.0;
-    m->steps = m->corrections = m->factorisations = 0;
-    m->age = m->order = 0;
-    m->known = 1;
-    m->change = HUGE_NUMBER;
+    m->steps = m->corrections = m->factorisations = m->divided = 0;
+    m->judging = 1;
+    m->age = m->now.order = 0;
+    m->now.known = 1;
+    m->now.change = HUGE_NUMBER;
     m->left = 0.0;
     EACH (i, UNKNOWNS) {
-        m->x[i] = START_X[i];
-        m->v[i] = START_V[i];
-        m->a[i] = m->acceleration[i] = m->moved[i] = 0.0;
+        m->now.x[i] = START_X[i];
+        m->now.v[i] = START_V[i];
+        m->now.a[i] = m->now.acceleration[i] = m->moved[i] = 0.0;
     }
     EACH (k, KEPT)
-        m->kept[k] = START_KEPT[k];
+        m->now.kept[k] = START_KEPT[k];
     EACH (k, TURNED)
-        m->turned[k] = 0.0;
+        m->now.turned[k] = 0.0;
     m->turning = TURNING > 0 && fill_turned_tangents(m);
     if (find_accelerations(m))
         return NAME_SINGULAR;
@@ -158,12 +159,12 @@ NAME_status NAME_derivative(NAME_memory *m, int input, double out[])
         return NAME_NO_SUCH_INPUT;
     const double value = m->inputs[input], change = 1e-6 * most(1.0, size_of(value));
     EACH (i, UNKNOWNS) {
-        m->trial_x[i] = m->x[i];
-        m->trial_v[i] = m->v[i];
-        m->trial_acceleration[i] = m->acceleration[i];
+        m->trial_x[i] = m->now.x[i];
+        m->trial_v[i] = m->now.v[i];
+        m->trial_acceleration[i] = m->now.acceleration[i];
     }
     EACH (k, EQUATIONS)
-        m->trial_multipliers[k] = m->multipliers[k];
+        m->trial_multipliers[k] = m->now.multipliers[k];
     /* forces are linear in inputs as good as always: their difference is the derivative */
     m->inputs[input] = value - change;
     read_signals(m, m->time);
@@ -190,14 +191,14 @@ NAME_status NAME_derivative(NAME_memory *m, int input, double out[])
     EACH (side, 2) {
         const double by = side == 0 ? change : -change;
         EACH (i, UNKNOWNS) {
-            m->x[i] -= by * m->moved_twice[i];
-            m->v[i] -= by * m->gh * m->moved_twice[i];
+            m->now.x[i] -= by * m->moved_twice[i];
+            m->now.v[i] -= by * m->gh * m->moved_twice[i];
         }
         count_turns(m);
         NAME_outputs(m, side == 0 ? out : before);
         EACH (i, UNKNOWNS) {
-            m->x[i] = m->trial_x[i];
-            m->v[i] = m->trial_v[i];
+            m->now.x[i] = m->trial_x[i];
+            m->now.v[i] = m->trial_v[i];
         }
     }
     count_turns(m);

@@ -24,17 +24,17 @@ static double guess_of(const double *latest, const double *before, const double 
 /* The trial state from extrapolated q'' and multipliers. */
 static void predict(NAME_memory *m)
 {
-    const int order = m->order < m->known - 1 ? m->order : m->known - 1;
+    const int order = m->now.order < m->now.known - 1 ? m->now.order : m->now.known - 1;
     const double h = m->h;
     EACH (i, UNKNOWNS) {
-        const double acceleration = guess_of(m->history[0], m->history[1], m->history[2], order, i);
-        const double a1 = algorithmic(acceleration, m->acceleration[i], m->a[i]);
+        const double acceleration = guess_of(m->now.history[0], m->now.history[1], m->now.history[2], order, i);
+        const double a1 = algorithmic(acceleration, m->now.acceleration[i], m->now.a[i]);
         m->trial_acceleration[i] = acceleration;
-        m->trial_x[i] = m->x[i] + h * m->v[i] + h * h * ((0.5 - BETA) * m->a[i] + BETA * a1);
-        m->trial_v[i] = m->v[i] + h * ((1.0 - GAMMA) * m->a[i] + GAMMA * a1);
+        m->trial_x[i] = m->now.x[i] + h * m->now.v[i] + h * h * ((0.5 - BETA) * m->now.a[i] + BETA * a1);
+        m->trial_v[i] = m->now.v[i] + h * ((1.0 - GAMMA) * m->now.a[i] + GAMMA * a1);
     }
     EACH (k, EQUATIONS)
-        m->trial_multipliers[k] = guess_of(m->past[0], m->past[1], m->past[2], order, k);
+        m->trial_multipliers[k] = guess_of(m->now.past[0], m->now.past[1], m->now.past[2], order, k);
     m->pull = HUGE_NUMBER;
 }
 
@@ -337,7 +337,7 @@ static double goal(const NAME_memory *m, int iteration, double begun)
 {
     if (iteration >= PATIENT)
         return TOLERANCE;
-    return most(least(least(TOLERANCE, most(SHARE * begun, UNSEEN)), m->sharp * m->change), ROUND_OFF);
+    return most(least(least(TOLERANCE, most(SHARE * begun, UNSEEN)), m->sharp * m->now.change), ROUND_OFF);
 }
 
 /* Go on, accept or give up after a correction of this size. */
@@ -356,7 +356,7 @@ static enum outcome judge(NAME_memory *m, int iteration, double norm, double las
             m->factored = 0;
         return DONE;
     }
-    if (SMOOTH && fresh == 1 && exact > 0.0 && norm > exact)
+    if (SMOOTH && m->judging && fresh == 1 && exact > 0.0 && norm > exact)
         return DIVERGED;
     if (iteration > 3 && fresh > 0 && rate > 2.0)
         return DIVERGED;
@@ -365,8 +365,8 @@ static enum outcome judge(NAME_memory *m, int iteration, double norm, double las
     return NOT_CONVERGED;
 }
 
-/* Newton's iteration from the predicted state. */
-static enum outcome iterate(NAME_memory *m)
+/* Newton's iteration from the predicted state; corrections may grow if `growing`. */
+static enum outcome iterate(NAME_memory *m, int growing)
 {
     double last = 0.0, exact = 0.0, begun = 0.0;
     int fresh = 0, brief = 0, turned = 0;
@@ -386,7 +386,7 @@ static enum outcome iterate(NAME_memory *m)
         const double norm = apply(m);
         m->corrections++;
         begun = iteration == 0 ? norm : begun;
-        const enum outcome found = judge(m, iteration, norm, last, fresh, turned ? 0.0 : exact, begun);
+        const enum outcome found = judge(m, iteration, norm, last, fresh, turned || growing ? 0.0 : exact, begun);
         if (found == DONE) {
             m->factored = m->factored && !brief;
             m->age++;
@@ -420,43 +420,53 @@ static enum outcome iterate_fixed(NAME_memory *m, int many)
     return is_finite(norm) ? DONE : NOT_A_NUMBER;
 }
 
-/* Take over the converged trial state, and choose the predictor that came closest. */
-static void accept(NAME_memory *m)
+/* Put q'' and multipliers of a step that is done before the earlier ones, and choose the predictor that came closest. */
+static void add_known(NAME_memory *m, const double *acceleration, const double *multipliers)
 {
+    NAME_state *s = &m->now;
     double constant = 0.0, linear = 0.0, quadratic = 0.0;
     EACH (i, UNKNOWNS) {
-        const double now = m->trial_acceleration[i];
-        const double d = guess_of(m->history[0], m->history[1], m->history[2], 0, i) - now;
-        const double e = guess_of(m->history[0], m->history[1], m->history[2], 1, i) - now;
-        const double f = guess_of(m->history[0], m->history[1], m->history[2], 2, i) - now;
+        const double d = guess_of(s->history[0], s->history[1], s->history[2], 0, i) - acceleration[i];
+        const double e = guess_of(s->history[0], s->history[1], s->history[2], 1, i) - acceleration[i];
+        const double f = guess_of(s->history[0], s->history[1], s->history[2], 2, i) - acceleration[i];
         constant += NORM[i] * d * d;
         linear += NORM[i] * e * e;
         quadratic += NORM[i] * f * f;
-        m->a[i] = algorithmic(now, m->acceleration[i], m->a[i]);
-        m->x[i] = m->trial_x[i];
-        m->v[i] = m->trial_v[i];
-        m->acceleration[i] = now;
-        m->history[2][i] = m->history[1][i];
-        m->history[1][i] = m->history[0][i];
-        m->history[0][i] = now;
+        s->history[2][i] = s->history[1][i];
+        s->history[1][i] = s->history[0][i];
+        s->history[0][i] = acceleration[i];
     }
-    m->order = m->known > 1 && linear < constant ? 1 : 0;
-    if (m->known > 2 && quadratic < least(constant, linear))
-        m->order = 2;
-    m->change = m->known > 1 ? math_sqrt(linear) : HUGE_NUMBER;
+    s->order = s->known > 1 && linear < constant ? 1 : 0;
+    if (s->known > 2 && quadratic < least(constant, linear))
+        s->order = 2;
+    s->change = s->known > 1 ? math_sqrt(linear) : HUGE_NUMBER;
     EACH (k, EQUATIONS) {
-        m->past[2][k] = m->past[1][k];
-        m->past[1][k] = m->past[0][k];
-        m->past[0][k] = m->multipliers[k] = m->trial_multipliers[k];
+        s->past[2][k] = s->past[1][k];
+        s->past[1][k] = s->past[0][k];
+        s->past[0][k] = multipliers[k];
     }
-    if (m->known < 3) {
-        m->known++;
-        m->order = m->order + 1 < m->known - 1 ? m->order + 1 : m->known - 1;
+    if (s->known < 3) {
+        s->known++;
+        s->order = s->order + 1 < s->known - 1 ? s->order + 1 : s->known - 1;
     }
+}
+
+/* Take over the converged trial state. */
+static void accept(NAME_memory *m)
+{
+    EACH (i, UNKNOWNS) {
+        m->now.a[i] = algorithmic(m->trial_acceleration[i], m->now.acceleration[i], m->now.a[i]);
+        m->now.x[i] = m->trial_x[i];
+        m->now.v[i] = m->trial_v[i];
+        m->now.acceleration[i] = m->trial_acceleration[i];
+    }
+    add_known(m, m->trial_acceleration, m->trial_multipliers);
+    EACH (k, EQUATIONS)
+        m->now.multipliers[k] = m->trial_multipliers[k];
     if (KEPT > 0) {
-        read_rows(m, m->x, 1, m->y);
+        read_rows(m, m->now.x, 1, m->y);
         if (READS_RATES)
-            read_rows(m, m->v, 0, m->rates);
+            read_rows(m, m->now.v, 0, m->rates);
         keep_forces(m);
     }
 }
@@ -464,10 +474,10 @@ static void accept(NAME_memory *m)
 /* out = J z + D1 + second D2 + third D3 at the accepted state, D_k = d^k Phi/dt^k - J d^k q/dt^k, for the rates v of rows. */
 static void find_drift(NAME_memory *m, const double *z_of, double second, double third, double *out)
 {
-    read_rows(m, m->x, 1, m->path_y);
+    read_rows(m, m->now.x, 1, m->path_y);
     read_rows(m, z_of, 0, m->path_z);
-    read_rows(m, m->v, 0, m->path_v);
-    read_rows(m, m->acceleration, 0, m->path_a);
+    read_rows(m, m->now.v, 0, m->path_v);
+    read_rows(m, m->now.acceleration, 0, m->path_a);
     EACH (k, EQUATIONS)
         out[k] = 0.0;
     EACH (t, TERMS) {
@@ -508,7 +518,7 @@ static void settle(NAME_memory *m)
     EACH (attempt, m->fixed > 0 ? 1 : 2) {
         double *mu = m->rhs + UNKNOWNS, square = 0.0, change = 0.0, wanted = 0.0, missed = 0.0;
         EACH (i, UNKNOWNS) {
-            m->trial_v[i] = m->v[i] + lead * m->a[i];
+            m->trial_v[i] = m->now.v[i] + lead * m->now.a[i];
             m->rhs[i] = 0.0;
         }
         find_drift(m, m->trial_v, lead, third, mu);
@@ -532,7 +542,7 @@ static void settle(NAME_memory *m)
         add_transposed(m, -1.0, m->g, m->rhs);
         solve(m);
         EACH (i, UNKNOWNS) {
-            square += NORM[i] * m->v[i] * m->v[i];
+            square += NORM[i] * m->now.v[i] * m->now.v[i];
             change += NORM[i] * m->rhs[i] * m->rhs[i];
         }
         read_rows(m, m->rhs, 0, m->g);
@@ -546,13 +556,13 @@ static void settle(NAME_memory *m)
         if (missed <= OLD * OLD * wanted || attempt == 1 || m->fixed > 0) {
             if (missed <= OLD * OLD * wanted && change <= square)
                 EACH (i, UNKNOWNS)
-                    m->v[i] -= m->rhs[i];
+                    m->now.v[i] -= m->rhs[i];
             return;
         }
         EACH (i, UNKNOWNS)
-            m->trial_v[i] = m->v[i];
+            m->trial_v[i] = m->now.v[i];
         EACH (k, EQUATIONS)
-            m->trial_multipliers[k] = m->multipliers[k];
+            m->trial_multipliers[k] = m->now.multipliers[k];
         assemble(m, 0);
         if (factorise(m)) {
             m->factored = 0;
@@ -561,13 +571,72 @@ static void settle(NAME_memory *m)
     }
 }
 
+/* Whether strains have more energy in the trial state than strains and motion had at the begin of the step. */
+static int gains_energy(NAME_memory *m)
+{
+    const double bound = GAIN * NAME_strain_energy(m) + NAME_kinetic_energy(m);
+    double after;
+    EACH (i, UNKNOWNS) {
+        m->moved_twice[i] = m->now.x[i];
+        m->now.x[i] = m->trial_x[i];
+    }
+    after = NAME_strain_energy(m);
+    EACH (i, UNKNOWNS)
+        m->now.x[i] = m->moved_twice[i];
+    return after > bound;
+}
+
+/* Whether the trial state is where constant q'' leads, but for a small part of the way from the accepted state. */
+static int is_near(const NAME_memory *m)
+{
+    double off = 0.0, way = 0.0;
+    EACH (i, UNKNOWNS) {
+        const double change = (m->trial_acceleration[i] - m->now.acceleration[i]) / m->bh, d = m->trial_x[i] - m->now.x[i];
+        off += NORM[i] * change * change;
+        way += NORM[i] * d * d;
+    }
+    return off <= NEAR * NEAR * way;
+}
+
+/* The step that failed once more, from constant q'' and with first factors at x + h v: on a straight way nothing that turns becomes
+ * shorter, so that stresses hold what is slender. */
+static enum outcome try_straight(NAME_memory *m)
+{
+    const int order = m->now.order;
+    const long long before = m->corrections;
+    enum outcome found;
+    EACH (i, UNKNOWNS) {
+        m->trial_x[i] = m->now.x[i] + m->h * m->now.v[i];
+        m->trial_v[i] = m->now.v[i];
+    }
+    EACH (k, EQUATIONS)
+        m->trial_multipliers[k] = m->now.multipliers[k];
+    m->turning = m->age = 0;
+    find_residual(m);
+    assemble(m, 0);
+    if (factorise(m))
+        return SINGULAR;
+    m->now.order = 0;
+    predict(m);
+    found = iterate(m, 1);
+    if (found == DONE && m->judging && m->corrections - before > MANY && gains_energy(m))
+        found = DIVERGED;
+    if (found == DONE && !is_near(m))
+        found = DIVERGED;
+    if (found != DONE)
+        m->now.order = order;
+    return found;
+}
+
 /* One step of the method to the time t [s]. */
-static enum outcome take_step(NAME_memory *m, double t)
+static enum outcome take_step(NAME_memory *m, double t, int again)
 {
     enum outcome found;
     read_signals(m, t);
     predict(m);
-    found = m->fixed > 0 ? iterate_fixed(m, m->fixed) : iterate(m);
+    found = m->fixed > 0 ? iterate_fixed(m, m->fixed) : iterate(m, 0);
+    if (found != DONE && again && SMOOTH && m->fixed == 0)
+        found = try_straight(m);
     if (found != DONE) {
         m->factored = m->turning = 0;
         return found;
@@ -576,9 +645,106 @@ static enum outcome take_step(NAME_memory *m, double t)
     if (!STEADY)
         settle(m);
     m->time = t;
-    m->steps++;
     count_turns(m);
     return DONE;
+}
+
+/* ---------------------------------------------------------------------------------------------------------------------------------
+ * A step that failed in equal parts, h / 2, h / 4, ... Earlier q'' and multipliers at the new distance are those of the parabola
+ * through the three that are known, and the algorithmic acceleration moves on by (am - af) (h_new - h_old) dq''/dt (Bruels and Arnold,
+ * J. Comput. Nonlinear Dyn. 3 (2008) 041007).
+ * ------------------------------------------------------------------------------------------------------------------------------ */
+
+static void move_algorithmic(NAME_memory *m, double longer, double whole)
+{
+    const double factor = (ALPHA_M - ALPHA_F) * longer / whole;
+    if (m->now.order > 0 && m->now.known > 2)
+        EACH (i, UNKNOWNS)
+            m->now.a[i] += factor * (m->now.history[0][i] - m->now.history[1][i]);
+}
+
+static void scale_multipliers(NAME_memory *m, double factor)
+{
+    EACH (k, EQUATIONS) {
+        m->now.multipliers[k] *= factor;
+        EACH (row, 3)
+            m->now.past[row][k] *= factor;
+    }
+}
+
+/* The latest of three values stays, the earlier ones move to a distance of `ratio` and of twice of it. */
+static void resample(double *latest, double *before, double *first, int known, double ratio)
+{
+    const double a = *latest, b = *before, c = known > 2 ? *first : 2.0 * b - a;
+    for (int k = 1; k < known; k++) {
+        const double d = k * ratio;
+        *(k == 1 ? before : first) = 0.5 * (1.0 - d) * (2.0 - d) * a + d * (2.0 - d) * b - 0.5 * d * (1.0 - d) * c;
+    }
+}
+
+/* What is known of whole steps becomes that of shorter ones. */
+static void begin_parts(NAME_memory *m, double h)
+{
+    NAME_state *s = &m->now;
+    const double whole = m->h, ratio = h / whole, c = m->c;
+    set_step(m, h);
+    scale_multipliers(m, m->c / c);
+    if (s->known == 1)
+        EACH (i, UNKNOWNS)
+            s->a[i] = s->acceleration[i] + ratio * (s->a[i] - s->acceleration[i]);
+    move_algorithmic(m, h - whole, whole);
+    EACH (i, UNKNOWNS)
+        resample(&s->history[0][i], &s->history[1][i], &s->history[2][i], s->known, ratio);
+    EACH (k, EQUATIONS)
+        resample(&s->past[0][k], &s->past[1][k], &s->past[2][k], s->known, ratio);
+    s->change *= ratio * ratio;
+}
+
+/* Parts of the step are one: what was known before it goes on with its end. */
+static void join_parts(NAME_memory *m, double whole)
+{
+    NAME_state *s = &m->now;
+    const NAME_state *before = &m->before;
+    const double h = m->h, c = m->c;
+    set_step(m, whole);
+    scale_multipliers(m, m->c / c);
+    EACH (row, 3) {
+        EACH (i, UNKNOWNS)
+            s->history[row][i] = before->history[row][i];
+        EACH (k, EQUATIONS)
+            s->past[row][k] = before->past[row][k];
+    }
+    s->known = before->known;
+    add_known(m, s->acceleration, s->multipliers);
+    move_algorithmic(m, whole - h, whole);
+    m->factored = 0;
+}
+
+/* The step to the time `end` [s] in parts; halvings, and whether corrections must not grow, one trial after the other. */
+static enum outcome divide(NAME_memory *m, double end)
+{
+    static const int trials[TRIALS][2] = {PARTS_OF_TRIALS};
+    const double begin = m->time, whole = m->h;
+    enum outcome found = NOT_CONVERGED;
+    m->before = m->now;
+    EACH (trial, TRIALS) {
+        const int parts = 1 << trials[trial][0];
+        m->judging = trials[trial][1];
+        m->divided++;
+        begin_parts(m, whole / parts);
+        found = DONE;
+        for (int k = 1; k <= parts && found == DONE; k++)
+            found = take_step(m, k == parts ? end : begin + (end - begin) * k / parts, 0);
+        m->judging = 1;
+        if (found == DONE) {
+            join_parts(m, whole);
+            return DONE;
+        }
+        m->now = m->before;
+        m->time = begin;
+        set_step(m, whole);
+    }
+    return found;
 }
 
 /* ---------------------------------------------------------------------------------------------------------------------------------
@@ -589,10 +755,10 @@ static void change_step(NAME_memory *m, double h)
 {
     const double ratio = h * h * BETA / m->c;
     EACH (k, EQUATIONS) /* multipliers are c times those in newtons */
-        m->multipliers[k] = m->past[0][k] *= ratio;
-    m->known = 1;
-    m->order = 0;
-    m->change = HUGE_NUMBER;
+        m->now.multipliers[k] = m->now.past[0][k] *= ratio;
+    m->now.known = 1;
+    m->now.order = 0;
+    m->now.change = HUGE_NUMBER;
     m->factored = 0;
     set_step(m, h);
 }
@@ -613,7 +779,10 @@ NAME_status NAME_step(NAME_memory *m, double span)
     if (size_of(h - m->h) > 1e-12 * m->h)
         change_step(m, h);
     for (double k = 1.0; k <= parts; k += 1.0) {
-        const enum outcome found = take_step(m, begin + span * (k / parts));
+        enum outcome found = take_step(m, begin + span * (k / parts), 1);
+        if (found != DONE && m->fixed == 0)
+            found = divide(m, begin + span * (k / parts));
+        m->steps += found == DONE;
         if (found == NOT_A_NUMBER)
             return NAME_NOT_FINITE;
         if (found == SINGULAR)
