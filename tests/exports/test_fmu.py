@@ -409,7 +409,7 @@ def test_zig_makes_libraries_of_all_machines(version: int, model: ParametricCase
 
 
 def test_the_command_says_which_binaries_there_are(model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exporting, "written", lambda job, name: (c_files.write(model, name, "m"), "m", ""))
+    monkeypatch.setattr(exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", ""))
     monkeypatch.setattr(extras, "there", lambda extra: False)
     own = binaries.this_machine()
     assert own is not None

@@ -1,4 +1,4 @@
-"""Saved reduced models out of the house: as C, and as FMUs."""
+"""Saved reduced models and parts out of the house: as C, and as FMUs."""
 
 from __future__ import annotations
 
@@ -6,14 +6,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..bodies import values
+from ..bodies.body import Body
 from ..core import extras
 from ..core.errors import InputError, say
-from ..core.storage import durable
+from ..core.storage import container, durable
+from ..core.values import quantities, units
+from ..core.values.fields import AXES
+from ..core.values.problems import Problem
 from ..core.values.units import add_unit
-from ..exports import binaries, c_files, fmu
+from ..dynamics import GeneralizedAlpha
+from ..exports import binaries, c_files, fmu, part_ports
 from ..exports.binaries import Built
 from ..exports.c_files import CModel
 from ..families import parametric_model
+from ..parts import files as part_files
 from ..reduction import files
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
@@ -21,9 +28,20 @@ from . import models
 from .job import Job
 from .result import ReportTable, Result, list_files
 
+UNITS = {"young_modulus": "Pa", "density": "kg/m^3"}  #: of numbers of a part that are no lengths
 
-def written(job: Job, name: str) -> tuple[CModel, str, str]:
-    """A saved model in C, its title and a text of its errors; parameters of a whole range are variables, or have given values."""
+
+def written(job: Job, name: str, step: float | None = None, gravity: str = "") -> tuple[CModel, str, str]:
+    """A saved model in C, its title and a text of its errors; parameters of a whole range are variables, or have given values.
+
+    A part has its places as ports; `step` [s] and `gravity` are for it alone.
+    """
+    container.require_file(job.path, "a saved model or a part", "make one with fmbs reduce, fmbs train or fmbs part train")
+    if container.title(job.path) == part_files.KIND.title:
+        return written_part(job, name, step, gravity)
+    if step is not None or gravity:
+        option = "--step" if step is not None else "--gravity"
+        raise InputError(say(option, "a part", f"{job.path}, a model with its own", "train the model with another one"))
     case: Case | ParametricCase
     notes: Mapping[str, Any]
     if models.parametric(job.path) and not job.changes:
@@ -38,12 +56,60 @@ def written(job: Job, name: str) -> tuple[CModel, str, str]:
     return c_files.write(case, name or job.path.stem, title, text), title, text
 
 
-def export(job: Job, name: str, folder: Path | None, fmu_file: Path | None = None, fmi: int = 2) -> Result:
-    """A model in C, as files in a folder or as an FMU."""
+def written_part(job: Job, name: str, step: float | None, gravity: str) -> tuple[CModel, str, str]:
+    """A part in C with its places as ports, its title and what acts on it."""
+    part = part_files.load(job.path)
+    known = part.body.values  # of other names `changed` says which there are
+    given = {key: read_number(key, text) if key in known else 1.0 for key, text in job.changes.items()}
+    body = values.changed(part.body, given)
+    alone = part.notes.get("alone") or {}
+    if step is None and not alone:
+        remedy = "take a part in some sixty of the shortest period that matters"
+        raise InputError(say("--step", "a step for a part that was trained in a scene", "none", remedy))
+    acceleration = read_gravity(gravity, body)
+    scheme = GeneralizedAlpha(float(alone["step"]) if step is None else step)
+    duration = scheme.step * (round(float(alone["duration"]) / scheme.step) if alone else 1000)
+    weight = f"gravity {list(acceleration)} m/s^2" if acceleration else "no gravity"
+    text = f"Its places are ports: forces and torques come in, positions, velocities and rotations go out; {weight} acts on it."
+    title = f"part {body.name}"
+    stem = job.path.name.partition(".")[0]
+    return c_files.write(part_ports.case_of(body, scheme, duration, acceleration), name or stem, title, text), title, text
+
+
+def read_number(name: str, text: str) -> float:
+    """A number of a part [SI], given by --set."""
+    try:
+        return quantities.convert(text, units.find_dimension(UNITS.get(name, "m")))
+    except Problem as problem:
+        raise InputError(problem.at(f"--set {name}")) from problem
+
+
+def read_gravity(text: str, body: Body) -> tuple[float, ...]:
+    """The acceleration (c,) [m/s2] of a text such as "0, 0, -9.81"; empty of no text."""
+    parts = [one.strip() for one in text.strip(" []()").split(",")] if text else []
+    if parts and len(parts) != body.dim:
+        axes = ", ".join(AXES[: body.dim])
+        raise InputError(say("--gravity", f"{body.dim} accelerations, {axes}", f"'{text}'"))
+    try:
+        return tuple(quantities.convert(one, units.find_dimension("m/s^2")) for one in parts)
+    except Problem as problem:
+        raise InputError(problem.at("--gravity")) from problem
+
+
+def export(
+    job: Job,
+    name: str,
+    folder: Path | None,
+    fmu_file: Path | None = None,
+    fmi: int = 2,
+    step: float | None = None,
+    gravity: str = "",
+) -> Result:
+    """A model or a part in C, as files in a folder or as an FMU."""
     if (folder is None) == (fmu_file is None):
         got = "none" if folder is None else "both"
         raise InputError(say("rom export", "a folder for the C file, --c DIR, or a file for an FMU, --fmu FILE", got))
-    found, title, errors = written(job, name)
+    found, title, errors = written(job, name, step, gravity)
     if fmu_file is not None:
         return export_fmu(job, found, title, errors, fmu_file, fmi)
     assert folder is not None

@@ -82,18 +82,26 @@ def export_model(
     fmu: Annotated[str | Path | None, Option("File of an FMU for co-simulation, NAME.fmu.", "FILE")] = None,
     fmi: Annotated[int, Option("Version of FMI, 2 or 3.", "N", least=2, most=3)] = 2,
     name: Annotated[str, Option("Name of the model in C, by default that of its file.", "NAME")] = "",
+    step: Annotated[
+        float | None, Option("Time step of a part, by default that of its training alone.", "SECONDS", least=0.0, above=True)
+    ] = None,
+    gravity: Annotated[str, Option("Acceleration on a part, such as '0, 0, -9.81'; by default none.", "X,Y,Z")] = "",
     **shared: Unpack[ValueOptions],
 ) -> Result:
-    """Write a saved reduced model as C source or as an FMU, for controllers and other programs.
+    """Write a saved reduced model or a part as C source or as an FMU, for controllers and other programs.
 
     The model in FILE becomes one C99 file and one header: no library, no dynamic memory, the time step of this package. An FMU for
     co-simulation holds these files, and binaries for Windows, Linux and macOS with the extra `fmu`, else for this machine.
     Parameters of a model of a whole range are variables, whose range is checked, or have the values of --set.
+
+    A part in FILE (.part.h5) flies freely: forces and torques at its places are inputs, their positions, velocities and rotations
+    outputs. Numbers of it may be others than in its training, --set young_modulus='2 GPa'.
     """
     from . import exporting
 
     with jobs.begin(path, **shared) as job:
-        return exporting.export(job, name, None if c is None else Path(c), None if fmu is None else Path(fmu), fmi)
+        places = None if c is None else Path(c), None if fmu is None else Path(fmu)
+        return exporting.export(job, name, *places, fmi, step, gravity)
 
 
 def train_part(

@@ -64,7 +64,7 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         "'section_forces'": "sf section_force internal_force beam_force moment bending_moment axial_force",
         "'section_strains'": "curvature se section_strain torsion",
         "'angular_velocity', or 'angle' with 'to', whose rate is there as well": "rate omega angular_speed wz spin",
-        "'angle'": "rotation azimuth ur euler_angle",
+        "'angle'": "azimuth ur euler_angle",
         "'strain_gauge' or 'strain_tensor'": "strain e le gauge",
         "'stress' or 'stress_tensor'": "von_mises mises s",
         "'load'": "spring_force spring load_force actuator_force",

@@ -394,7 +394,7 @@ class Angle(Probe):
 
 @dataclass(frozen=True)
 class AngularVelocity(Probe):
-    """Angular velocity [rad/s]: about z or, in space, its component along `axis`.
+    """Angular velocity [rad/s]: about z or, in space, its component along `axis`, or all three as NAME_x, NAME_y, NAME_z.
 
     In space that of the vectors e_k of the place, e_k' = w x e_k, by least squares, sum_k (|e_k|^2 1 - e_k e_k^T) w =
     sum_k e_k x e_k'; one vector alone has no rate about itself.
@@ -408,19 +408,19 @@ class AngularVelocity(Probe):
     filed: ClassVar[tuple[str, ...]] = ("angular velocity", "spin")
     calls = ()
 
-    def problems(self, dim: int) -> Iterator[tuple[str, Problem]]:
-        yield from needs_axis(self.axis, dim)
-
     def sense(self, name: str, draft: Draft) -> Output:
         where, layout = f"output '{name}'", draft.layout
+        vectors = layout.vectors(where, self.at)
+        if layout.dim == 3 and self.axis is None and vectors:
+            return self.output(draft, tuple(f"{name}_{axis}" for axis in AXES), vectors)
         rows = arm(where, layout, self.at, self.axis)[0]
         if layout.dim == 2:
             return self.output(draft, (name,), [rows])
         axis = unit(f"{where}, axis", self.axis, 3)
-        return self.output(draft, (name,), layout.vectors(where, self.at), parameters=tuple(float(a) for a in axis))
+        return self.output(draft, (name,), vectors, parameters=tuple(float(a) for a in axis))
 
     def variables(self, dim: int) -> Mapping[str, str]:
-        return {"": self.unit}
+        return dict.fromkeys(AXES if dim == 3 and self.axis is None else [""], self.unit)
 
     @staticmethod
     def write(y: Any, v: Any, numbers: Any) -> Sequence[Any]:
@@ -432,8 +432,10 @@ class AngularVelocity(Probe):
         A = sum((one.dot(one) * eye(3) - one * one.T for one, _ in e), zeros(3, 3))
         moment = sum((one.cross(change) for one, change in e), zeros(3, 1))
         if len(e) == 1:  # nothing is known of its rate about itself
-            return [(moment / e[0][0].dot(e[0][0])).dot(numbers)]
-        return [(moment / 2 if len(e) == 3 else A.adjugate() * moment / A.det()).dot(numbers)]
+            w = moment / e[0][0].dot(e[0][0])
+        else:
+            w = moment / 2 if len(e) == 3 else A.adjugate() * moment / A.det()
+        return [w.dot(numbers)] if len(numbers) else list(w)
 
     @staticmethod
     def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
@@ -442,7 +444,7 @@ class AngularVelocity(Probe):
         e, change = (part.reshape(len(part), -1, 3) for part in (sensed.values, sensed.rates))
         A = np.einsum("ske,ske->s", e, e)[:, None, None] * np.eye(3) - np.einsum("ski,skj->sij", e, e)
         w = np.einsum("sij,sj->si", np.linalg.pinv(A, rcond=PARALLEL, hermitian=True), np.cross(e, change).sum(axis=1))
-        return [w @ np.array(output.parameters)]
+        return [w @ np.array(output.parameters)] if output.parameters else columns_of(w)
 
     @classmethod
     def formula(cls, output: Output, dim: int) -> Formula | None:
@@ -450,7 +452,8 @@ class AngularVelocity(Probe):
 
     @classmethod
     def sizes(cls, output: Output, dim: int) -> Sizes:
-        return (2, 1, 0) if dim == 2 else (max(3, 3 * min(len(output.rows) // 3, 3)), 1, 3)
+        rows = max(3, 3 * min(len(output.rows) // 3, 3))
+        return (2, 1, 0) if dim == 2 else (rows, 1, 3) if output.parameters else (rows, 3, 0)
 
 
 @dataclass(frozen=True)
