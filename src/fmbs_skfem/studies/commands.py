@@ -313,22 +313,24 @@ def view(
     source: ViewSource,
     *,
     html: Annotated[
-        str | Path | None, Option("The page to write; page.html in a folder of results, else SCENE.html.", "FILE")
+        str | Path | None, Option("The page to write, and not to open; page.html in a folder of results, else SCENE.html.", "FILE")
     ] = None,
+    open: Annotated[bool, Option("Open the page in the browser, where there are a terminal and a display.")] = True,
     duration: Duration = None,
     instants: Annotated[int, Option("Instants of the motion in the page, at most.", least=2, most=5000)] = 601,
     **shared: Unpack[Shared],
 ) -> Result:
-    """Write a motion as a page for the browser.
+    """Show a motion as a page in the browser.
 
     SCENE is a scene, a saved reduced model (NAME.h5), or a folder with results of `fmbs run`. The page is one file, which needs no
     network and no server: bodies in space, to turn, scrub and play, with the outputs over time beside them. Motions that are not
-    stored in a folder, as those of short runs, are run again.
+    stored in a folder, as those of short runs, are run again. The page opens in the
+    browser of who is at the screen; elsewhere the path of it is said.
     """
     from .running import viewing
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return viewing.view(job, None if html is None else Path(html), instants)
+        return viewing.view(job, None if html is None else Path(html), instants, open)
 
 
 def report(

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
+import webbrowser
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,18 +27,24 @@ from ..result import Result
 from . import runs, webpages
 from .solving import RunTask, attempt
 
+GENERATOR = b'name="generator" content="fmbs_skfem"'  #: in the head of every page
+IN_TERMINALS = "www-browser", "links", "elinks", "lynx", "w3m"  #: browsers that run no scripts
+
 if TYPE_CHECKING:
     from ...scenes import Scene
 
 
-def view(job: Job, html: Path | None, instants: int) -> Result:
-    """The motion of a scene, a saved model or a folder as a page; one that exists is kept without --force."""
+def view(job: Job, html: Path | None, instants: int, opens: bool) -> Result:
+    """The motion of a scene, a saved model or a folder as a page, shown to who is at the screen unless it is written to `html`.
+
+    A file that exists is kept without --force, but for a page of this program at the usual place.
+    """
     if job.out is not None and html is not None:
         raise InputError(say("--out", "no folder beside --html", f"{job.out}", "give one of the two"))
     folder = job.path.is_dir()
     usual = job.path / webpages.PAGE if folder else Path(f"{job.path.stem}.html")
     path = html or (job.out / webpages.PAGE if job.out else usual)
-    if path.exists() and not job.force:
+    if path.exists() and not job.force and (html is not None or not is_page(path)):
         raise InputError(say(f"--html {path}", "a new file", "one that exists", "choose another name, or --force"))
     scene, task, trajectory = motion(job)
     title = task.title
@@ -46,8 +55,28 @@ def view(job: Job, html: Path | None, instants: int) -> Result:
     webpages.write(path, title, films, *webpages.look(scene, trajectory), webpages.about(trajectory, task.remarks), task.display)
     size = path.stat().st_size
     report = {"status": "ok", "source": job.path, "files": [path], "bytes": size, "notices": job.notices}
-    told = f"written: {path} ({size / 1e6:.2g} MB); it opens in any browser and needs no network"
+    shown = opens and html is None and show(path)
+    where = "is open in your browser" if shown else "opens in any browser"
+    told = f"written: {path} ({size / 1e6:.2g} MB); it {where} and needs no network"
     return Result(about=f"{title}: {path}", report=report, lines=[told])
+
+
+def is_page(path: Path) -> bool:
+    """Whether a file is a page of this program."""
+    with path.open("rb") as file:
+        return GENERATOR in file.read(2000)
+
+
+def show(path: Path) -> bool:
+    """Open a page in the browser of the person at the screen; False where there is no terminal, no display or no browser."""
+    display = sys.platform in ("darwin", "win32") or any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY")))
+    if sys.stdout is None or not sys.stdout.isatty() or not display:
+        return False
+    try:
+        found = webbrowser.get()
+        return getattr(found, "name", "") not in IN_TERMINALS and found.open(path.resolve().as_uri())
+    except (webbrowser.Error, OSError):
+        return False
 
 
 def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
