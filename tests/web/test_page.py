@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem import studies
+from fmbs_skfem.results.motion import frames
 from fmbs_skfem.studies.running import viewing, webpages
 
 from ..browser import DRAWS, FLAT, PROGRAM, Browser, browser
@@ -334,8 +335,67 @@ def test_a_saved_model_runs_in_its_page_as_in_python(chromium: Browser, tmp_path
     at = tab.run("fmbs.state.live.time")
     tip = np.array([np.interp(at, motion.times, motion.outputs[f"tip_{axis}"]) for axis in "xyz"])
     assert np.linalg.norm(np.array(tab.run("fmbs.scene.read(0, 0)"))[-1, :3] - tip) <= 1e-4
+    shades_and_loads(tab, motion, at)
+    outputs_over_time(tab, motion)
     first = tab.run("[...fmbs.state.model.step(0)]")
     tab.run("(() => { fmbs.state.live.reset(); while (fmbs.state.live.time < 0.3) fmbs.state.live.advance(0.02); })()")
     assert tab.run("fmbs.state.live.time") == at
     assert tab.run("[...fmbs.state.model.step(0)]") == first
+    assert tab.wrong == []
+
+
+def shades_and_loads(tab: Browser, motion: studies.Run, at: float) -> None:
+    """The rod is coloured by the curvature and strain of its run at this time, to half floats, and the force acts at its tip."""
+    row = int(np.abs(motion.times - at).argmin())
+    assert motion.times[row] == pytest.approx(at, abs=1e-9)
+    body = next(iter(frames(motion.trajectory, np.array([row])).bodies.values()))
+    for shade in ("curvature", "strain"):
+        shown = np.array(tab.run(f"(fmbs.setShade('{shade}'), fmbs.draw(), fmbs.scene.read(0, 0))"))[:, 3]
+        wanted = body.fields[shade][0]
+        assert np.abs(shown - wanted).max() <= 1e-3 * np.abs(wanted).max() + 1e-6
+        assert "recorded" not in tab.run("document.getElementById('key').textContent")
+    tab.run("(fmbs.setShade('axial_force'), fmbs.draw())")  # which no page can tell of a model that runs
+    assert "recorded run alone" in tab.run("document.getElementById('key').textContent")
+    force = tab.run(
+        "(({ still, places }) => [still, [...places.live]])(fmbs.scene.films[0].arrows.find((one) => one.kind === 'force'))"
+    )
+    assert not force[0]
+    assert np.abs(np.array(force[1]) + tab.run("fmbs.content.middle") - body.points[0, -1]).max() <= 1e-4
+
+
+def outputs_over_time(tab: Browser, motion: studies.Run) -> None:
+    """Outputs of the model are drawn as it runs, those of the run to what the tolerance of Newton's iteration leaves."""
+    curves: Any = tab.run(
+        "fmbs.plots.curves.map(({ column, live, values, band }) => ({ column, times: live.times, values: live.values, band }))"
+    )
+    assert [curve["column"] for curve in curves] == ["tip_x", "tip_y", "tip_z"]
+    for curve in curves:
+        wanted = np.interp(curve["times"], motion.times, motion.outputs[curve["column"]])
+        assert len(wanted) > 10
+        assert np.abs(np.array(curve["values"]) - wanted).max() <= 1e-8
+        assert 0.0 < curve["band"] < 0.1
+    assert tab.run("document.querySelectorAll('#plots polyline.live').length") == 3
+
+
+def test_the_outputs_of_a_model_that_runs_on_stay_in_view(chromium: Browser, tmp_path: Path) -> None:
+    (tmp_path / "rod.yaml").write_text(SCENE + "reduction: {snapshots: 10 ms}\n", encoding="utf-8")
+    studies.reduce(tmp_path / "rod.yaml", out=tmp_path / "rod.h5", allow_outside=True)
+    studies.run_model(tmp_path / "rod.h5", html=True, out=tmp_path / "out", plots=False)
+    tab = opened(chromium, tmp_path / "out" / "page.html")
+    unknowns = tab.run("fmbs.content.films[0].live.bodies[0].shape[1] - 1")
+    tab.run(f"""fmbs.attach({{
+      columns: ["tip_x"], stepSize: 0.002, count: 0, set() {{}}, reset() {{ this.count = 0; }},
+      step(n) {{ this.count += n; return new Float64Array({unknowns}); }},
+      outputs() {{ return [this.count]; }},
+    }})""")
+    tab.run("(() => { for (let k = 0; k < 400; k++) fmbs.state.live.advance(0.002); fmbs.plots.draw(); fmbs.draw(); })()")
+    first, last = tab.run("(({ first, last }) => [first, last])(fmbs.plots.figures[0].panel)")
+    assert (first, last) == pytest.approx((0.3, 0.8), abs=1e-6)
+    times, values = tab.run("(({ live }) => [live.times, live.values])(fmbs.plots.curves[0])")
+    assert times[0] >= 0.3 - 1e-9
+    assert values == pytest.approx(np.array(times) / 0.002)
+    assert tab.run("fmbs.plots.curves[0].shown.textContent").endswith("400")
+    tab.run("fmbs.detach()")
+    assert tab.run("fmbs.plots.figures[0].panel.last") == pytest.approx(0.5)
+    assert tab.run("document.querySelectorAll('#plots polyline.live').length") == 0
     assert tab.wrong == []

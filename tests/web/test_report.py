@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from fmbs_skfem import studies
 from fmbs_skfem.pages import report
 from fmbs_skfem.studies import folder_report
 
@@ -103,6 +104,52 @@ def test_reports_of_sweeps_checks_models_and_verification(tmp_path: Path) -> Non
             assert tab.run("document.documentElement.scrollWidth") <= 800
             assert tab.wrong == []
         assert tab.run("document.querySelectorAll('code')[0].textContent") == "fmbs verify"
+
+
+@in_browser
+def test_a_training_shows_its_model_and_is_reported(tmp_path: Path) -> None:
+    """Its page runs the model at Young's moduli of the reader's choice; its report and that of a reduction have tables."""
+    scene = tmp_path / "family.yaml"
+    training = "reduction: {snapshots: 5 ms}\ntraining: {candidates: 4, iterations: 2, holdout: 2}\n"
+    scene.write_text(FAMILY + training, encoding="utf-8")
+    done = fmbs("train", scene, "--html", "--allow-outside", "--no-plots", "--out", tmp_path / "trained", "--json")
+    assert done.code == 0, done.err
+    assert str(tmp_path / "trained" / "page.html") in done.json["files"]
+    assert fmbs("reduce", scene, "--allow-outside", "--out", tmp_path / "reduced").code == 0
+    with browser(tmp_path / "profile", DRAWS) as tab:
+        opened(tab, tmp_path / "trained" / "page.html")
+        high = done.json["predicted_error"]["high"]
+        assert f"{high:.2g} of their ranges" in tab.run("document.getElementById('about').textContent")
+        tab.run("loadModel(fmbs.content.live).then((model) => { fmbs.attach(model); fmbs.state.model = model; })")
+        ends = []
+        for value in (0.8e9, 1.2e9):
+            move = f"bar.value = {value}; bar.dispatchEvent(new Event('input'));"
+            tab.run(f"((bar) => {{ {move} }})(document.querySelector('#sliders input'))")
+            tab.run("(() => { for (let k = 0; k < 10; k++) fmbs.state.live.advance(0.005); fmbs.draw(); })()")
+            at, found = tab.run("[fmbs.state.live.time, [...fmbs.state.model.outputs()]]")
+            run = studies.run_model(tmp_path / "trained" / "model.h5", parameters={"E": value})
+            assert at == pytest.approx(0.05)
+            assert found == pytest.approx([run.outputs[f"tip_{axis}"][-1] for axis in "xy"], abs=1e-7)
+            ends.append(found)
+        assert abs(ends[0][1] - ends[1][1]) > 1e-6
+        assert tab.wrong == []
+        trained = "trained", "model.h5", "report.json", f"fmbs train {scene}"
+        reduced = (
+            "reduced",
+            "family.h5",
+            "family.h5",
+            "fmbs reduce family.yaml --set E=1000000000.0 --tolerance 1e-12 --hyper 0.001",
+        )
+        for name, heading, record, call in (trained, reduced):
+            told = fmbs("report", tmp_path / name)
+            assert told.code == 0, told.err
+            opened(tab, tmp_path / name / "report.html", 800, 900)
+            headings = tab.run("[...document.querySelectorAll('h2')].map((one) => one.textContent)")
+            assert {"How to repeat it", heading, "Provenance of " + record} <= set(headings)
+            assert tab.run("document.querySelector('code').textContent") == call
+            assert tab.run("document.querySelectorAll('table').length") > 3
+            assert tab.run("document.documentElement.scrollWidth") <= 800
+            assert tab.wrong == []
 
 
 def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from ..core.values.display import SI, DisplayUnits
 from ..dynamics import Trajectory
 from ..results import frames as frames_
 from ..results import motion, pictures, surfaces
-from ..results.frames import Array, Frames, Shown
+from ..results.frames import Array, Arrow, Frames, Shown
 from ..results.palette import colour
 from ..results.plots import Panel
 from ..results.rendering import camera, decor
@@ -53,6 +53,7 @@ class Basis:
     """Where unknowns x (n,) put bodies and joints that are linear in them: frames of x = 0 and of every unknown alone."""
 
     frames: Frames  #: n + 1 instants
+    derivatives: Mapping[str, Array]  #: r' and r'' (n + 1, 2, x, 3) of lines that stretch and bend
     sizes: Array  #: (n,) of each unknown alone
     x: Array  #: (s, n) of the motion
 
@@ -94,7 +95,10 @@ def basis_of(states: Trajectory, rows: np.ndarray) -> Basis | None:
     alone = np.vstack([np.zeros(system.size), np.diag(sizes)])
     still, none = np.zeros_like(alone), np.zeros((len(alone), len(system.constraints.names)))
     one = Trajectory(system, np.arange(len(alone), dtype=float), alone, still, still, none)
-    return Basis(motion.frames(one, np.arange(len(alone)), ()), sizes, x)
+    shown = motion.frames(one, np.arange(len(alone)), ("strain",))
+    lines = [name for name, body in shown.bodies.items() if "strain" in body.fields and not body.is_surface]
+    along = motion.derivatives(one) if lines else {}
+    return Basis(shown, {name: along[name] for name in lines}, sizes, x)
 
 
 def describe(
@@ -174,7 +178,8 @@ def scale(every: Sequence[Frames], name: str, display: DisplayUnits) -> dict[str
 def describe_film(film: Film, middle: Array, tolerance: float, shades: Mapping[str, float], block: Block) -> dict[str, Any]:
     """A motion in a page, its `shades` in units of these sizes.
 
-    `live` has maps from unknowns to coordinates of bodies and places of joints, if all are linear.
+    `live` has maps from unknowns to coordinates of bodies, places of joints and loads that keep their direction, and derivatives
+    along lines, if bodies and joints are linear.
     """
     frames = film.frames
     steady = bool((np.diff(frames.times) > 0.0).all())
@@ -202,11 +207,11 @@ def describe_film(film: Film, middle: Array, tolerance: float, shades: Mapping[s
             for name, arrow in frames.arrows.items()
             if np.any(arrow.directions)
         ],
-        "live": maps and {part: [block.put(one) for one in found] for part, found in maps.items()},
+        "live": maps and {part: [None if one is None else block.put(one) for one in found] for part, found in maps.items()},
     }
 
 
-def shapes_of(film: Film, middle: Array, tolerance: float) -> tuple[dict[str, Shape], dict[str, list[Array]] | None]:
+def shapes_of(film: Film, middle: Array, tolerance: float) -> tuple[dict[str, Shape], dict[str, list[Array | None]] | None]:
     """Shapes of all bodies, and maps (12 + m, 1 + n) of bodies and (3, 1 + n) of joints where the unknowns tell all of them.
 
     What is not linear in the unknowns, as sections that are swept and springs that are drawn bent, is told by its points.
@@ -223,9 +228,10 @@ def shapes_of(film: Film, middle: Array, tolerance: float) -> tuple[dict[str, Sh
 
 def linear_shapes(
     basis: Basis, frames: Frames, middle: Array, tolerance: float
-) -> tuple[dict[str, Shape], dict[str, list[Array]] | None]:
+) -> tuple[dict[str, Shape], dict[str, list[Array | None]] | None]:
     """Shapes and maps by the basis alone, with the error that they have for the motion."""
-    shapes, maps = {}, []
+    shapes: dict[str, Shape] = {}
+    maps: list[Array | None] = []
     for name, body in frames.bodies.items():
         reference = body.reference - middle
         found = compression.of_points(basis.frames.bodies[name].points - middle, reference, 0.1 * tolerance)
@@ -238,7 +244,23 @@ def linear_shapes(
     follow = [
         np.abs(basis.follow(one) - (points - middle)).max() for one, (_, points) in zip(places, frames.joints.values(), strict=True)
     ]
-    return shapes, {"bodies": maps, "joints": places} if max(follow, default=0.0) <= tolerance else None
+    if max(follow, default=0.0) > tolerance:
+        return shapes, None
+    along = {name: basis.linear(values.reshape(len(values), -1)) for name, values in basis.derivatives.items()}
+    lines = [along.get(name) for name in frames.bodies]
+    loads = [load_map(basis, name, arrow, middle, tolerance) for name, arrow in frames.arrows.items() if np.any(arrow.directions)]
+    return shapes, {"bodies": maps, "joints": [*places], "lines": lines, "arrows": loads}
+
+
+def load_map(basis: Basis, name: str, arrow: Arrow, middle: Array, tolerance: float) -> Array | None:
+    """Where a load acts (3, 1 + n), (0, 1 + n) of gravity; None where it turns, or acts at no place that is linear."""
+    sizes = np.linalg.norm(arrow.directions, axis=1, keepdims=True)
+    if not sizes.all() or np.ptp(arrow.directions / sizes, axis=0).max() > 1e-9:
+        return None
+    if not arrow.points.size:
+        return np.zeros((0, 1 + len(basis.sizes)))
+    found = basis.linear(basis.frames.arrows[name].points - middle)
+    return found if np.abs(basis.follow(found) - (arrow.points - middle)).max() <= tolerance else None
 
 
 def describe_body(
@@ -282,10 +304,12 @@ def describe_panels(motions: Sequence[tuple[Array, Sequence[Panel]]], display: D
                 drawn = thin_out(values)
                 curve = {
                     "name": name,
+                    "column": panel.columns.get(name, name),
                     "film": number,
                     "times": block.put(times[drawn]),
                     "values": block.put(values[drawn] / size),
                     "band": float(panel.bands.get(name, 0.0)) / size,
+                    "size": size,
                 }
                 found.setdefault(label, []).append(curve)
     return [{"label": label, "curves": curves} for label, curves in found.items()]

@@ -29,6 +29,7 @@ class LiveModel:
     module: bytes  #: WebAssembly, see `exports.wasm`
     step: float  #: [s]
     unknowns: int
+    columns: tuple[str, ...] = ()  #: of its outputs, in their order
     parameters: tuple[Slider, ...] = ()
     inputs: tuple[Slider, ...] = ()
 
@@ -45,5 +46,6 @@ def describe(model: LiveModel, display: DisplayUnits) -> dict[str, Any]:
         "parameters": list(map(slider, model.parameters)),
         "inputs": list(map(slider, model.inputs)),
         "unknowns": model.unknowns,
+        "columns": list(model.columns),
         "module": base64.b64encode(zlib.compress(model.module, 9)).decode("ascii"),
     }

@@ -90,6 +90,12 @@ def line_bodies(
     return {name: replace(body, fields=choose(body.fields, wanted)) for name, body in bodies.items()}, masses
 
 
+def derivatives(trajectory: Trajectory) -> dict[str, np.ndarray]:
+    """r' and r'' (s, 2, x, 3) along cables and beams, by their names."""
+    q, _ = expand(trajectory.system, trajectory.x, trajectory.v)
+    return {name: spatial(values[:, 1:]) for name, values in centre_lines(trajectory.system, q).items()}
+
+
 def rigid(system: System) -> set[str]:
     """Names of lines that never curve."""
     return {line.name for line in system.lines if csr_array(line.samples)[2 * (line.samples.shape[0] // 3) :].nnz == 0}

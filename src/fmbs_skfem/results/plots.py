@@ -58,6 +58,7 @@ class Panel:
     label: str
     curves: Mapping[str, Array]
     bands: Mapping[str, float] = field(default_factory=dict)  #: errors of some of them, drawn as a band on both sides
+    columns: Mapping[str, str] = field(default_factory=dict)  #: columns of outputs that they are, where their names are others
 
     def read_in(self, display: DisplayUnits) -> Panel:
         """The same in the unit in which people read it."""

@@ -187,6 +187,7 @@ def train(
     resume: Annotated[bool, Option("Only continue an interrupted training; fail if there is none.")] = False,
     duration: Duration = None,
     plots: Plots = True,
+    html: Annotated[bool, Option("Write a page with the model in it, which runs at parameters of its reader's choice.")] = False,
     **shared: Unpack[Shared],
 ) -> "TrainingResult":
     """Train a reduced model over the ranges of a scene's parameters.
@@ -203,7 +204,7 @@ def train(
     with jobs.begin(source, duration=duration, plots=plots, **shared) as job:
         scene = jobs.read_scene(job)
         order = greedy_training.prepare(job, scene, tolerance, iterations, holdout, compare)
-        return greedy_training.train_order(job, order, greedy_training.folder(job, scene, resume), compare)
+        return greedy_training.train_order(job, order, greedy_training.folder(job, scene, resume), compare, html)
 
 
 def compare(

@@ -23,6 +23,7 @@ from ..core.values.display import KEY, SI, DisplayUnits
 from ..core.values.units import add_unit
 from ..pages import content, report, writing
 from ..pages.writing import Page
+from ..reduction import files
 from ..results.plots import Panel
 from . import models, reports
 from .job import MODELS, Job
@@ -55,7 +56,7 @@ def write(job: Job, html: Path | None, bodies: bool, instants: int) -> Result:
     if path.exists() and not job.force:
         raise InputError(say(f"--html {path}", "a new file", "one that exists", "choose another name, or --force"))
     records = {one.name: found for one in sorted(folder.glob("*.json")) if (found := read(one)) is not None}
-    saved = models_of(folder)
+    saved, made = models_of(folder)
     if not records and not saved:
         raise InputError(say(f"{folder}", "a folder with results of fmbs", "no report in it", "name the folder of --out"))
     display = next((DisplayUnits.of(one) for one in records.values() if KEY in one), SI)
@@ -63,7 +64,7 @@ def write(job: Job, html: Path | None, bodies: bool, instants: int) -> Result:
     told, block = scene_of(job, folder, title, records, instants) if bodies else (None, None)
     if told is None or block is None:
         told, block = plots_of(folder, title, display)
-    body = "\n".join(sections(folder, records, saved, display))
+    body = "\n".join(sections(folder, records, saved, made, display))
     durable.write(path, writing.text(Page(title, told, block, body)).encode())
     size = path.stat().st_size
     shown = {"status": "ok", "source": folder, "records": list(records), "files": [path], "bytes": size, "notices": job.notices}
@@ -79,15 +80,20 @@ def read(path: Path) -> dict[str, Any] | None:
     return found if isinstance(found, dict) and "status" in found else None
 
 
-def models_of(folder: Path) -> dict[str, list[ReportTable]]:
-    """What the saved reduced models in a folder are, by their names."""
-    found = {}
+def models_of(folder: Path) -> tuple[dict[str, list[ReportTable]], dict[str, dict[str, Any]]]:
+    """What the saved reduced models in a folder are, and how those were made that no record tells of, by their names."""
+    found, made = {}, {}
     for path in sorted(one for one in folder.iterdir() if one.suffix in MODELS):
         try:
-            found[path.name] = models.views(models.describe_box(path) if models.parametric(path) else models.describe_point(path))
+            if models.parametric(path):
+                found[path.name] = models.views(models.describe_box(path))
+                continue
+            found[path.name] = models.views(models.describe_point(path))
+            notes = files.read(path).notes
         except FmbsError:
             continue  # a file of another kind, such as the samples of a sweep
-    return found
+        made[path.name] = {**notes.get("report", {}), "parameters": notes.get("training"), "provenance": notes.get("provenance")}
+    return found, made
 
 
 def scene_of(job: Job, folder: Path, title: str, records: Mapping[str, Any], instants: int) -> tuple[Any, Any]:
@@ -139,11 +145,16 @@ def columns(path: Path) -> tuple[list[str], list[list[str]]]:
 
 
 def sections(
-    folder: Path, records: Mapping[str, Any], saved: Mapping[str, list[ReportTable]], display: DisplayUnits
+    folder: Path,
+    records: Mapping[str, Any],
+    saved: Mapping[str, list[ReportTable]],
+    made: Mapping[str, Any],
+    display: DisplayUnits,
 ) -> Iterator[str]:
     """The page below the bodies and plots, the most wanted first."""
     yield report.section("Warnings", report.notices([text for one in records.values() for text in one.get("notices", [])]))
-    calls = list(dict.fromkeys(call for name, one in records.items() if (call := repeat(name, one))))
+    origins = {**records, **made}
+    calls = list(dict.fromkeys(call for name, one in origins.items() if (call := repeat(name, one))))
     yield report.section("How to repeat it", *map(report.code, calls))
     for name, one in records.items():
         heading = "What was solved" if name == reports.REPORT else name
@@ -158,7 +169,7 @@ def sections(
                 path.name, report.table("", *display.columns(heads, [[number(text) for text in row] for row in rows]))
             )
     yield report.section("Pictures", *pictures(folder))
-    for name, one in records.items():
+    for name, one in origins.items():
         yield report.section(f"Provenance of {name}", *origin(one))
 
 
@@ -205,7 +216,12 @@ def repeat(name: str, one: Mapping[str, Any]) -> str:
     """The command that makes a record again; empty where it does not say of what it is, and for samples, which stand in a table."""
     origin = one.get("provenance") or {}
     source = one.get("model") or one.get("file") or origin.get("file")
-    command = COMMANDS.get(name) or ("rom run" if one.get("model") else "train" if "candidates" in one else "run")
+    reduced = Path(name).suffix in MODELS
+    command = (
+        "reduce"
+        if reduced
+        else COMMANDS.get(name) or ("rom run" if one.get("model") else "train" if "candidates" in one else "run")
+    )
     if command == "verify":
         return "fmbs verify"
     if not source or "members" in one:
@@ -225,4 +241,7 @@ def repeat(name: str, one: Mapping[str, Any]) -> str:
         words += ["--duration", repr(duration)]
     if isinstance(plan := one.get("accuracy"), Mapping) and "wanted" in plan:
         words += ["--accuracy", str(plan["wanted"])]
+    elif reduced:
+        options = {"--tolerance": one.get("tolerance"), "--hyper": one.get("hyper_tolerance")}
+        words += [part for key, value in options.items() if value for part in (key, repr(value))]
     return shlex.join(words)

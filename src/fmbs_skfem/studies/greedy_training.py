@@ -32,7 +32,7 @@ from . import holdouts, models, plans, reports
 from . import job as jobs
 from .job import Job
 from .result import ReportTable, Result, describe_error, list_files
-from .running import compiling
+from .running import compiling, viewing
 from .tables import output_errors
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ class TrainingOrder:
             return "error of the displacements over their size"
         if isinstance(self.task.measure, plans.AccuracyMeasure):
             return "error of the outputs over the accuracy"
-        return "error of the outputs over their tolerances" if self.allowed else "error of the outputs over their ranges"
+        return "error of the outputs over their tolerances" if self.allowed else models.RANGES
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -88,8 +88,8 @@ class TrainingResult(Result):
     holdout: Checked | None  #: what was found at hold-out points
 
 
-def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool) -> TrainingResult:
-    """The training, its hold-out points, figures and report; without a model the error that says why."""
+def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool, html: bool = False) -> TrainingResult:
+    """The training, its hold-out points, figures, report and page (`html`); without a model the error that says why."""
     if out is not None:
         files.require_savable(order.task.family({}).system)
     if compiling.announce(job, reduces=True):
@@ -125,7 +125,8 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool)
         **({} if checked is None else {"holdout": holdouts.report_of(order, checked)}),
         **made,
     }
-    jobs.deliver(job, report, functools.partial(save_model, model), figures)
+    page = functools.partial(viewing.of_model, job, MODEL) if html else None
+    jobs.deliver(job, report, functools.partial(save_model, model), figures, page)
     view: list[ReportTable | str] = [payoff.words, *summarise(report)]
     if checked is not None:
         view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]

@@ -39,6 +39,7 @@ INFO = "info.json"
 #: notes of a model at one set of parameters that are not listed as they are
 OWN = "training", "provenance", "scheme", "newton", "choice", guarded.NOTE, display.KEY
 SHORT = 12  #: entries of a list that a table shows
+RANGES = "error of the outputs over their ranges"  #: a measure of a training
 
 
 def is_model(job: Job) -> bool:
@@ -208,6 +209,22 @@ def predict_error(rom: ParametricModel, point: Mapping[str, float]) -> dict[str,
     """The error that the model predicts for itself; none outside of its trained ranges."""
     found = prediction.predicted_error(rom, **point)
     return None if found is None or math.isnan(found.error) else found._asdict()
+
+
+def errors_of(path: Path) -> dict[str, float]:
+    """What is known of the errors of a saved model's outputs, over their ranges, by column.
+
+    Of a model at one point those in its training; of a box the largest one that is predicted, with its band, for all columns alike.
+    """
+    if not parametric(path):
+        return files.read_errors(files.read(path).notes)
+    rom = parametric_model.load(path)
+    record = rom.notes.get("training", {})
+    if record.get("measure") != RANGES:
+        return {}
+    columns = [column for output in rom.model.nominal.system.outputs.values() for column in output.columns]
+    largest = record["predicted_error"]["high"]
+    return dict.fromkeys(columns, float(largest)) if largest is not None and math.isfinite(largest) else {}
 
 
 def read_value(parameter: Parameter, given: str, option: str = "--set") -> float:

@@ -8,18 +8,29 @@
  *     set(parameters, inputs)   both as objects from name to value; the next step uses them
  *     reset()                   back to the state at the start, bit for bit
  *     step(n)                   n steps, 0 for none; returns the unknowns x (n,) of the reduced model as an array of numbers
+ *     columns, outputs()        names of its outputs and their values now, where it has some: the plots draw them
  *
  * The page knows how bodies and joints follow from the unknowns: `live` of the first film that has one holds for every body a
- * matrix (12 + modes, 1 + unknowns), whose first column is that of x = 0, and for every joint one (3, 1 + unknowns).
+ * matrix (12 + modes, 1 + unknowns), whose first column is that of x = 0, and for every joint one (3, 1 + unknowns). Loads are shown
+ * where they keep their direction; strains and curvatures of lines follow from their slopes and bends (6 points, 1 + unknowns).
  */
 class Live {
-  constructor(model, content, scene, place, changed) {
-    Object.assign(this, { model, content, scene, changed, time: 0, values: { parameters: {}, inputs: {} } });
+  constructor(model, content, scene, plots, place, changed) {
+    Object.assign(this, { model, content, scene, plots, changed, time: 0, values: { parameters: {}, inputs: {} } });
     const film = scene.films.find((one) => one.live);
     if (!film) throw new Error("no motion of this page is linear in the unknowns of a model");
     this.targets = [
       ...film.bodies.map((body, k) => ({ map: film.live.bodies[k], out: body.now, mark: (x) => { body.live = x; } })),
       ...film.joints.map((joint, k) => ({ map: film.live.joints[k], out: new Float32Array(3), mark: (x) => { joint.places.live = x; } })),
+      ...film.arrows.flatMap((arrow, k) => {
+        const map = film.live.arrows[k];
+        arrow.still = !map;
+        return map && map.shape[0] ? [{ map, out: new Float32Array(3), mark: (x) => { arrow.places.live = x; } }] : [];
+      }),
+      ...film.bodies.flatMap((body, k) => {
+        const map = film.live.lines[k];
+        return map ? [{ map, out: new Float32Array(map.shape[0]), mark: (x) => { body.derivatives = x; } }] : [];
+      }),
     ];
     place.hidden = false;
     for (const kind of ["parameters", "inputs"]) for (const one of model[kind] || []) this.slider(place, kind, one);
@@ -45,7 +56,8 @@ class Live {
 
   reset() {
     this.model.reset();
-    this.time = 0;
+    this.time = this.model.time ?? 0;
+    this.plots.forget();
     this.put(this.model.step(0));
     this.changed();
   }
@@ -53,8 +65,19 @@ class Live {
   /** Go on by a time [s], in whole steps of the model. */
   advance(time) {
     const count = Math.max(1, Math.round(time / this.model.stepSize));
-    this.put(this.model.step(count));
+    const x = this.model.step(count);
     this.time = this.model.time ?? this.time + count * this.model.stepSize;
+    this.put(x);
+  }
+
+  /** Back to the motion that was recorded. */
+  end() {
+    this.plots.forget();
+    for (const film of this.scene.films) {
+      for (const body of film.bodies) body.live = body.derivatives = undefined;
+      for (const joint of film.joints) joint.places.live = undefined;
+      for (const arrow of film.arrows) arrow.still = arrow.places.live = undefined;
+    }
   }
 
   put(x) {
@@ -67,5 +90,17 @@ class Live {
       }
       mark(out);
     }
+    if (this.model.outputs) this.plots.record(this.time, this.model.columns, this.model.outputs());
   }
+}
+
+/** Strain (r'.r' - 1) / 2 or curvature |r' x r''| / |r'|^3 at the points of a line, from r' and r'' (2, x, 3). */
+function ofLine(shade, derivatives, out) {
+  const count = derivatives.length / 6;
+  for (let i = 0; i < count; i++) {
+    const r = derivatives.subarray(3 * i, 3 * i + 3), b = derivatives.subarray(3 * (count + i), 3 * (count + i) + 3);
+    const square = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+    out[i] = shade === "strain" ? 0.5 * (square - 1) : Math.hypot(...cross(r, b)) / square ** 1.5;
+  }
+  return out;
 }

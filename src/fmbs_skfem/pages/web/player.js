@@ -106,7 +106,9 @@ async function begin() {
     const place = find("key");
     place.replaceChildren();
     const shade = content.shades.find((one) => one.name === look.shade);
-    if (shade) {
+    const told = shade && (!state.live || (LIVE.includes(shade.name) && films.some((film) => film.live && film.live.lines.some(Boolean))));
+    if (shade && !told) element(place, "span", {}, `${shade.label}: of the recorded run alone`);
+    else if (shade) {
       element(place, "span", {}, shade.label);
       element(place, "span", { class: "scale" }).style.background = `linear-gradient(to right, ${stops(shade.diverging ? "coolwarm" : look.map).join(",")})`;
       const ends = element(place, "div", { class: "ends" });
@@ -196,12 +198,13 @@ async function begin() {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { key(); seek(state.time); });
   new ResizeObserver(() => { if (scene) seek(state.time); }).observe(find("stage"));
   window.fmbs = {
-    content, scene, state, look, seek, play, go, setShade, draw, picture, first, last,
-    attach(model) { find("sliders").replaceChildren(); state.live = new Live(model, content, scene, find("sliders"), () => seek(state.time)); },
+    content, scene, plots, state, look, seek, play, go, setShade, draw, picture, first, last,
+    attach(model) { find("sliders").replaceChildren(); state.live = new Live(model, content, scene, plots, find("sliders"), () => seek(state.time)); key(); },
     detach() {
+      state.live.end();
       state.live = null;
       find("sliders").hidden = true;
-      for (const film of scene.films) { for (const body of film.bodies) body.live = undefined; for (const joint of film.joints) joint.places.live = undefined; }
+      key();
       seek(state.time);
     },
   };

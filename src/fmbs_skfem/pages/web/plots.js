@@ -1,6 +1,7 @@
 "use strict";
 
 const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F"]; // Okabe and Ito
+const REDRAWN = 100; // [ms] between two drawings of the outputs of a model that runs
 const SVG = "http://www.w3.org/2000/svg";
 
 function element(parent, name, values = {}, text = null) {
@@ -20,13 +21,16 @@ function ticks(low, high, count) {
   return found;
 }
 
-/** Outputs over time as SVG, with a cursor; `seek` is called with the time that was pointed at. */
+/**
+ * Outputs over time as SVG, with a cursor; `seek` is called with the time that was pointed at. Those of a model that runs are drawn
+ * over the recorded ones, in a window that goes with them.
+ */
 class Plots {
   constructor(place, panels, names, clock, seek) {
     this.place = place;
     this.clock = clock; // unit in which times are read, and its size [s]
     this.seek = seek;
-    this.now = this.told = 0;
+    this.now = this.told = this.drawn = 0;
     this.figures = panels.map((panel) => this.make(panel, names));
     this.width = place.clientWidth;
     this.draw();
@@ -71,12 +75,14 @@ class Plots {
     for (const { panel, svg } of this.figures) {
       svg.replaceChildren();
       const width = svg.clientWidth || 400, height = svg.clientHeight || 130;
-      const all = panel.curves.flatMap((curve) => [...curve.values].filter(Number.isFinite).flatMap((y) => [y - curve.band, y + curve.band]));
+      const all = panel.curves.flatMap((curve) => [...curve.values, ...(curve.live?.values ?? [])].filter(Number.isFinite).flatMap((y) => [y - curve.band, y + curve.band]));
       let low = all.reduce((a, b) => Math.min(a, b), Infinity), high = all.reduce((a, b) => Math.max(a, b), -Infinity);
       if (!(low <= high)) [low, high] = [0, 1];
       if (!(high - low > 1e-9 * Math.max(Math.abs(low), Math.abs(high)))) [low, high] = [low - (Math.abs(low) || 1), high + (Math.abs(high) || 1)];
       const times = panel.curves.map((curve) => [...curve.times]);
       Object.assign(panel, { first: Math.min(...times.map((t) => Math.min(...t))), last: Math.max(...times.map((t) => Math.max(...t))) });
+      const late = Math.max(...panel.curves.map((curve) => (curve.live ? curve.live.times.at(-1) - panel.last : 0)), 0);
+      Object.assign(panel, { first: panel.first + late, last: panel.last + late });
       Object.assign(panel, { left: 52, right: 8, top: 7, bottom: 18, width, height });
       const x = (t) => panel.left + (t - panel.first) / (panel.last - panel.first || 1) * (width - panel.left - panel.right);
       const y = (v) => height - panel.bottom - (v - low) / (high - low) * (height - panel.top - panel.bottom);
@@ -93,18 +99,47 @@ class Plots {
           element(svg, "text", { x: Math.min(x(t), width - 18), y: height - 5, "text-anchor": "middle" }, `${short(read)} ${unit}`.trim());
         }
       }
-      for (const curve of panel.curves) {
-        const points = [...curve.values].map((v, i) => [x(curve.times[i]), y(v), v]).filter((p) => Number.isFinite(p[2]));
-        if (curve.band) {
-          const edge = (sign) => points.map(([px, , v]) => `${px.toFixed(1)},${y(v + sign * curve.band).toFixed(1)}`);
+      const trace = ({ times, values }, curve, look) => {
+        const points = [...values].map((v, i) => [times[i], v]).filter(([t, v]) => Number.isFinite(v) && t >= panel.first && t <= panel.last);
+        const place = (t, v) => `${x(t).toFixed(1)},${y(v).toFixed(1)}`;
+        if (curve.band && !look.opacity) {
+          const edge = (sign) => points.map(([t, v]) => place(t, v + sign * curve.band));
           element(svg, "polygon", { points: [...edge(1), ...edge(-1).reverse()].join(" "), fill: curve.colour, opacity: 0.2 });
         }
-        const path = points.map(([px, py]) => `${px.toFixed(1)},${py.toFixed(1)}`).join(" ");
-        element(svg, "polyline", { points: path, fill: "none", stroke: curve.colour, "stroke-width": 1.5, "stroke-dasharray": curve.dash });
+        const path = points.map(([t, v]) => place(t, v)).join(" ");
+        element(svg, "polyline", { points: path, fill: "none", stroke: curve.colour, "stroke-width": 1.5, ...look });
+      };
+      for (const curve of panel.curves) {
+        trace(curve, curve, { "stroke-dasharray": curve.dash, ...(curve.live ? { opacity: 0.35 } : {}) });
+        if (curve.live) trace(curve.live, curve, { class: "live" });
       }
       Object.assign(panel.cursor.style, { top: `${panel.top}px`, height: `${height - panel.top - panel.bottom}px` });
     }
     this.move(this.now);
+  }
+
+  get curves() { return this.figures.flatMap(({ panel }) => panel.curves); }
+
+  /** Values of columns at a time of the model that runs. */
+  record(time, columns, values) {
+    for (const curve of this.curves) {
+      const k = columns.indexOf(curve.column);
+      if (k < 0) continue;
+      const live = (curve.live ??= { times: [], values: [] }), span = curve.times.at(-1) - curve.times[0];
+      if (live.times.length && live.times.at(-1) >= time) continue;
+      live.times.push(time);
+      live.values.push(values[k] / curve.size);
+      while (live.times[0] < time - span) { live.times.shift(); live.values.shift(); }
+    }
+    if (performance.now() - this.drawn < REDRAWN) return;
+    this.draw();
+    this.drawn = performance.now();
+  }
+
+  /** Only what was recorded. */
+  forget() {
+    for (const curve of this.curves) curve.live = undefined;
+    this.draw();
   }
 
   /** The cursor at a time, and the values there, which change `often` or ten times a second. */
@@ -115,7 +150,8 @@ class Plots {
     }
     if (!often && performance.now() - this.told < 100) return;
     this.told = performance.now();
-    for (const curve of this.figures.flatMap(({ panel }) => panel.curves)) {
+    for (const curve of this.curves) {
+      if (curve.live) { curve.shown.textContent = `${curve.label}${short(curve.live.values.at(-1))}`; continue; }
       const [i, part] = locate(curve.times, time);
       const next = Math.min(i + 1, curve.values.length - 1);
       curve.shown.textContent = `${curve.label}${short(curve.values[i] + part * (curve.values[next] - curve.values[i]))}`;

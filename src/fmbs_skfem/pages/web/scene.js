@@ -6,6 +6,7 @@ const STOPS = { // of matplotlib, CC0
   coolwarm: "3b4cc04e68d86282ea779af78db0fea3c2feb9d0f9ccd9eddddcdcecd3c5f5c4acf7b093f4987aeb7d62dd5f4bca3b37b40426",
 };
 const SIDES = 8; // of a tube
+const LIVE = ["strain", "curvature"]; // fields of lines that follow from the unknowns of a model in the page
 const SHORTEST = 5, COARSEST = 16; // pixels of a segment that is drawn, and segments of a line, at least
 const GLYPH = 3.1, REACH = 22; // of joints and arrows, over the thinnest tube
 
@@ -357,8 +358,8 @@ class Scene {
   place(film, body, time, shade) {
     const gl = this.gl;
     if (!body.live) rowAt(body.coordinates, film.times, time, body.now);
-    body.field = body.live ? undefined : body.fields[shade];
-    if (body.field) rowAt(body.field.coordinates, film.times, time, body.field.now);
+    body.field = body.live ? this.liveField(body, shade) : body.fields[shade];
+    if (body.field && !body.live) rowAt(body.field.coordinates, film.times, time, body.field.now);
     if (this.direct) return;
     gl.bindFramebuffer(gl.FRAMEBUFFER, body.target);
     gl.viewport(0, 0, body.width, body.height);
@@ -368,6 +369,21 @@ class Scene {
     this.give(this.programs.fill.places, body);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  /** The field of a line that a model in the page moves: one mode, which is made anew; none of others. */
+  liveField(body, shade) {
+    if (!body.derivatives || !LIVE.includes(shade)) return undefined;
+    const gl = this.gl, kind = gl.TEXTURE_2D_ARRAY, size = body.width * body.height;
+    body.mode ??= { texture: this.layers(Object.assign(new Uint16Array(size), { shape: [1, size] }), 1, body.width, body.height), now: new Float32Array(1), values: new Float32Array(size) };
+    const { values, now, texture } = body.mode;
+    const { size: unit } = this.content.shades.find((one) => one.name === shade);
+    ofLine(shade, body.derivatives, values).forEach((value, i) => { values[i] = value / unit; });
+    now[0] = values.reduce((a, b) => Math.max(a, Math.abs(b)), 0) || 1;
+    for (let i = 0; i < size; i++) values[i] /= now[0]; // half floats have few digits of small numbers
+    gl.bindTexture(kind, texture);
+    gl.texSubImage3D(kind, 0, 0, 0, 0, body.width, body.height, 1, gl.RED, gl.FLOAT, values);
+    return body.mode;
   }
 
   /** What `told` of the shaders reads. */
@@ -492,7 +508,7 @@ class Scene {
       const turn = JOINTS[kind] && kind.startsWith("driven") ? turnTo(aim, size) : [size, 0, 0, 0, size, 0, 0, 0, size];
       this.show(places, this.glyph(kind, make), at(joint.places), turn, rgb(joint.colour), true, planar ? 0.02 : 0);
     }
-    for (const arrow of film.bodies.some((one) => one.live) ? [] : film.arrows) { // a model in the page does not tell its loads
+    for (const arrow of film.arrows.filter((one) => !one.still)) { // a model in the page does not tell where loads turn to
       const direction = at(arrow.directions);
       if (!arrow.places.shape[1] || !Math.hypot(...direction)) continue; // gravity is in the key
       this.show(places, this.glyph(arrow.kind, ARROWS[arrow.kind]), at(arrow.places), turnTo(direction, REACH * thin), rgb(arrow.colour), true, planar ? 0.03 : 0);

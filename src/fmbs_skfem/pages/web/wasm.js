@@ -8,12 +8,12 @@ const BUDGET = 40; // [ms]
 
 async function loadModel(live) {
   const { instance } = await WebAssembly.instantiate(await unzip(live.module), {});
-  const { memory, init, start, step, inputs, parameters, unknowns, now } = instance.exports;
+  const { memory, init, start, step, inputs, parameters, unknowns, outputs, now } = instance.exports;
   const numbers = (place, count) => new Float64Array(memory.buffer, place(), count);
   const put = (place, listed, values) => listed.forEach((one, k) => { numbers(place, listed.length)[k] = values[one.name] ?? one.value; });
   init();
   return {
-    parameters: live.parameters, inputs: live.inputs, stepSize: live.stepSize, status: 0,
+    parameters: live.parameters, inputs: live.inputs, columns: live.columns, stepSize: live.stepSize, status: 0,
     get time() { return now(); },
     set(chosen, given) { put(parameters, live.parameters, chosen); put(inputs, live.inputs, given); },
     reset() { this.status = start(); },
@@ -22,5 +22,6 @@ async function loadModel(live) {
       for (let k = 0; k < count && !this.status && performance.now() - begin < BUDGET; k++) this.status = step(live.stepSize);
       return numbers(unknowns, live.unknowns);
     },
+    outputs() { return numbers(outputs, live.columns.length); },
   };
 }

@@ -96,7 +96,8 @@ def arrange(
             silent = group.keys() <= set(noise)
             named = {one: names[one] + SILENT * (one in noise and not silent) for one in group}
             bands = {named[one]: errors[one] for one in group if one in errors and one not in noise}
-            found.append((rank, Panel(title + SILENT * silent, {named[one]: group[one] for one in group}, bands)))
+            curves, columns_of = {named[one]: group[one] for one in group}, {named[one]: one for one in group}
+            found.append((rank, Panel(title + SILENT * silent, curves, bands, columns_of)))
     last = sorted(rank for rank, _ in found)[:PANELS][-1]
     first = [panel for rank, panel in found if rank < last]
     room = iter(range(PANELS - len(first)))

@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import webbrowser
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from ...core.notices import notify
 from ...core.storage import container
 from ...dynamics import Trajectory
 from ...exports import wasm
+from ...pages import content
 from ...pages.live import LiveModel, Slider
 from ...results import segments
 from ...scenes.analyses.analysis import States
@@ -46,13 +48,7 @@ def view(job: Job, html: Path | None, instants: int, opens: bool) -> Result:
     path = html or (job.out / webpages.PAGE if job.out else usual)
     if path.exists() and not job.force and (html is not None or not is_page(path)):
         raise InputError(say(f"--html {path}", "a new file", "one that exists", "choose another name, or --force"))
-    scene, task, trajectory = motion(job)
-    title = task.title
-    reports.make_folder(path.parent)
-    films = [webpages.film_of(title, trajectory, instants)]
-    if scene is None:
-        films = [replace(films[0], live=live_model(job, trajectory))]
-    webpages.write(path, title, films, *webpages.look(scene, trajectory), webpages.about(trajectory, task.remarks), task.display)
+    title = draw(job, path, instants)
     size = path.stat().st_size
     report = {"status": "ok", "source": job.path, "files": [path], "bytes": size, "notices": job.notices}
     shown = opens and html is None and show(path)
@@ -79,10 +75,32 @@ def show(path: Path) -> bool:
         return False
 
 
+def draw(job: Job, path: Path, instants: int = content.INSTANTS) -> str:
+    """The page of a scene, a saved model or a folder; returns its title."""
+    scene, task, trajectory = motion(job)
+    reports.make_folder(path.parent)
+    words = webpages.about(trajectory, task.remarks)
+    errors, live = (models.errors_of(job.path), live_model(job, trajectory)) if models.is_model(job) else ({}, None)
+    if errors:
+        words.append(f"Bands of the outputs are its largest errors: {max(errors.values()):.2g} of their ranges, at most.")
+    film = replace(webpages.film_of(task.title, trajectory, instants, errors=errors), live=live)
+    webpages.write(path, task.title, [film], *webpages.look(scene, trajectory), words, task.display)
+    return task.title
+
+
+def of_model(job: Job, name: str, folder: Path) -> Iterator[Callable[[], Path]]:
+    """The page of a model that a study has saved in its folder; a warning, and nothing, where its motion fails."""
+    page = folder / webpages.PAGE
+    try:
+        draw(Job(folder / name, listener=job.listener, notices=job.notices), page)
+    except (InputError, SolverError) as problem:
+        notify(f"there is no page of the model: {problem}")
+        return
+    yield lambda: page
+
+
 def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
-    """The saved model of a job as it runs in a page; None, with a notice, where it has no C or there is no compiler."""
-    if not models.is_model(job):
-        return None
+    """A saved model as it runs in a page; None, with a notice, where it has no C or there is no compiler."""
     try:
         made, *_ = exporting.written(job, "model")
         module = wasm.module(made)
@@ -94,7 +112,8 @@ def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
         return None
     parameters = tuple(Slider(name, *one) for name, one in made.parameters.items())
     inputs = tuple(Slider(name, *one) for name, one in exporting.input_ranges(made).items())
-    return LiveModel(module, made.step, trajectory.system.size, parameters, inputs)
+    columns = tuple(one.name for one in made.columns)
+    return LiveModel(module, made.step, trajectory.system.size, columns, parameters, inputs)
 
 
 def motion(job: Job) -> tuple[Scene | None, RunTask, Trajectory]:

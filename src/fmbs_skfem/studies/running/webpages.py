@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ... import __version__, dynamics
 from ...core.storage import durable
@@ -27,10 +30,18 @@ PAGE = "page.html"
 Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]
 
 
-def film_of(name: str, trajectory: Trajectory, instants: int = content.INSTANTS, full: Trajectory | None = None) -> Film:
-    """A motion with the panels of its outputs."""
+def film_of(
+    name: str,
+    trajectory: Trajectory,
+    instants: int = content.INSTANTS,
+    full: Trajectory | None = None,
+    errors: Mapping[str, float] = MappingProxyType({}),
+) -> Film:
+    """A motion with the panels of its outputs, and bands of what is known of their `errors` over their ranges, by column."""
     outputs = dynamics.outputs(trajectory)
-    shown: list[Panel] = panels.arrange(trajectory.system.outputs, outputs) if outputs and len(trajectory.times) > 1 else []
+    bands = {column: error * float(np.ptp(outputs[column])) for column, error in errors.items() if column in outputs}
+    several = outputs and len(trajectory.times) > 1
+    shown: list[Panel] = panels.arrange(trajectory.system.outputs, outputs, errors=bands) if several else []
     return content.film(name, trajectory, shown, instants, full)
 
 
