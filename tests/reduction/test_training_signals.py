@@ -19,7 +19,8 @@ from fmbs_skfem.reduction import files, training_signals
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.training_signals import TrainingSignals, excite, signals
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.studies import plans
+from fmbs_skfem.studies import greedy_training, plans
+from fmbs_skfem.studies.job import Job
 from fmbs_skfem.systems.signals import inputs_of, with_inputs
 
 ROOT = Path(__file__).parents[2]
@@ -120,7 +121,7 @@ def test_a_training_run_is_a_live_run_with_the_same_values() -> None:
         excited = excite(task, TrainingSignals())
         assert excited is not None
         system, scheme = task.form(task.family({}).system), GeneralizedAlpha(1e-3)
-        told = signals(task.family({}), excited.wanted, excited.band, 1)
+        told = signals(task.family({}), excited.signals.wanted, excited.signals.band, 1)
         motion = integrate(with_inputs(system, told), scheme, 0.05)
         run = start(system, scheme)
         for k in range(1, 51):
@@ -216,3 +217,55 @@ def test_wrong_signals_are_refused(given: str, message: str) -> None:
 def test_ranges_may_follow_parameters() -> None:
     text = SCENE.replace("inputs:", "parameters: {most: 2 N m}\ninputs:").replace("[-1 N m, 2 N m]", "[-most, most]")
     assert reading.loads(text, parameters={"most": 4.0}).inputs["u"].range == (-4.0, 4.0)
+
+
+BOX = SCENE.replace("bodies:", "parameters: {E: {value: 3 GPa, range: [2 GPa, 4 GPa]}}\nbodies:").replace(
+    "modulus: 3 GPa", "modulus: E"
+)
+TRAINING = "training: {candidates: 5, samples: 3, iterations: 2, holdout: 2}\n"
+
+
+def test_a_box_is_trained_under_signals_and_checked_under_others(tmp_path: Path) -> None:
+    """Its model is at rest until it is driven, and then follows the full one at a modulus and a signal that no run has had."""
+    place = write(tmp_path, "box", BOX + TRAINING)
+    found = studies.train(place, out=tmp_path / "out", plots=False)
+    assert found.model is not None
+    report = found.report
+    assert report["training_signals"]["ranges"] == {"u": (-1.0, 2.0), "push": (-3.0, 3.0)}
+    scene = reading.loads(BOX, ROOT, {"E": "2.3 GPa"})
+    full, reduced = build.chosen_form(scene, build.system(scene)), found.model.model({"E": 2.3e9}).system
+    told = {"u": lambda t: 0.8 * np.sin(11.0 * t), "push": lambda t: 2.0 * np.sin(31.0 * t)}
+    motions = [outputs(integrate(with_inputs(one, told), GeneralizedAlpha(1e-3), 0.4)) for one in (full, reduced)]
+    for column, values in motions[0].items():
+        stated = report["holdout"]["outputs"][column]["relative"]
+        assert np.abs(motions[1][column] - values).max() <= max(3.0 * stated, 1e-4) * np.ptp(values), column
+    assert 0.0 < report["holdout"]["max_error"] < 0.02
+    still = outputs(integrate(reduced, GeneralizedAlpha(1e-3), 0.1))
+    assert max(np.ptp(values) for values in still.values()) < 1e-9
+    again = studies.train(place, out=tmp_path / "out", plots=False, resume=True)
+    np.testing.assert_array_equal(again.report["holdout"]["true"], report["holdout"]["true"])
+
+
+def test_runs_of_a_box_have_the_same_signals_and_its_checks_others() -> None:
+    task = greedy_training.prepare(Job(), reading.loads(BOX + TRAINING, ROOT), None, None, None, compare=False).task
+    assert isinstance(task.signals, training_signals.Signals)
+    cases = [task.family({"E": E}) for E in (2e9, 4e9)]
+    soft, stiff = (task.signals.histories(case) for case in cases)
+    check = task.signals.check.histories(cases[0])
+    for name in ("u", "push"):
+        assert soft[name].values == stiff[name].values
+        assert np.abs(np.subtract(soft[name].values, check[name].values)).max() > 0.5
+        assert inputs_of(task.driven(cases[0]).system).keys().isdisjoint(("u", "push"))
+
+
+def test_a_plant_at_rest_is_compared_under_signals(tmp_path: Path) -> None:
+    """All models, also one of fewer cells, have the same: the coarse one is not off by a motion of its own."""
+    scene = write(tmp_path, "plant", SCENE + "compare: {coarse: [5], steps: [2 ms]}\n")
+    study = studies.compare(scene, picture=False).study
+    rows = {record.name: record for record in study.records}
+    assert np.ptp(outputs(study.full)["hinge"]) > 0.1
+    assert rows["component+ecsw-points"].max_error < 1e-3
+    assert 0.0 < next(record.max_error for record in study.records if record.family == "coarse") < 0.05
+    assert study.signals["ranges"] == {"u": (-1.0, 2.0), "push": (-3.0, 3.0)}
+    with pytest.raises(InputError, match="a motion of its own"):
+        studies.compare(scene, picture=False, true=True)

@@ -232,8 +232,8 @@ def fingerprint(task: TrainingTask, *others: Any) -> str:
     corners = [{p.name: end(p) for p in task.parameters} for end in (lambda p: p.low, lambda p: p.high)]
     digest = hashlib.sha256()
     measure = (*(() if task.measure is None else (task.measure,)), *((task.code,) if task.code else ()))
-    families = (task.family(corner) for corner in corners)
-    for value in (*families, task.parameters, task.plan, task.interval, *measure, *others):
+    families, signals = (task.family(corner) for corner in corners), () if task.signals is None else (task.signals,)
+    for value in (*families, task.parameters, task.plan, task.interval, *measure, *signals, *others):
         add_to_digest(value, digest)
     return digest.hexdigest()
 

@@ -60,6 +60,11 @@ class TrainingTask:
     form: Callable[[System], System] = eliminate  #: of the full system that is run
     measure: Measure | None = None  #: e(mu), what is predicted; None for the error of the states
     code: str = ""  #: hash of the files whose functions the family takes by their names, as laws of one's own
+    signals: Callable[[Case], Case] | None = None  #: gives the inputs of a case, full or reduced, what they have while it runs
+
+    def driven(self, case: Case) -> Case:
+        """A case as it runs."""
+        return self.signals(case) if self.signals else case
 
 
 @dataclass(frozen=True)
@@ -125,7 +130,8 @@ def run_of_motion(task: TrainingTask, motion: Trajectory) -> FullRun:
 def run_case(task: TrainingTask, case: Case, sharp: bool = True) -> Trajectory:
     """The motion of a full case, stored at the snapshots."""
     newton = newton_for(case.newton, task.plan.tolerance) if sharp else case.newton
-    return cases.run(replace(case, system=task.form(case.system), newton=newton), snapshot_steps(case, task.interval))
+    own = task.driven(replace(case, system=task.form(case.system), newton=newton))
+    return cases.run(own, snapshot_steps(case, task.interval))
 
 
 def keep_factors(task: TrainingTask, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:
@@ -273,7 +279,7 @@ def step_error(task: TrainingTask, values: Mapping[str, float], run: FullRun) ->
     pairs = round(case.duration / case.scheme.step) // 2
     stored = np.abs(mine * case.scheme.step - run.times) <= 1e-9 * run.times[-1]  # not where an event has stopped the run
     even = np.flatnonzero((mine % 2 == 0) & (mine <= 2 * pairs) & stored)
-    doubled = cases.with_step(replace(case, system=task.form(case.system)), 2.0 * case.scheme.step)
+    doubled = cases.with_step(task.driven(replace(case, system=task.form(case.system))), 2.0 * case.scheme.step)
     rough = cases.run(replace(cases.unchecked(doubled), duration=pairs * doubled.scheme.step), mine[even] // 2)
     return wanted_error(task, case.system, thin(run, even), rough) / 3.0
 

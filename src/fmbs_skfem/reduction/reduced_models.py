@@ -347,7 +347,7 @@ def run_reduced(task: TrainingTask, case: Case) -> Trajectory:
 
     States (s, n) at the snapshots of the task. SolverError where the motion fails.
     """
-    return cases.run(case, snapshot_steps(case, task.interval))
+    return cases.run(task.driven(case), snapshot_steps(case, task.interval))
 
 
 def indicator(task: TrainingTask, motion: Trajectory, values: Mapping[str, float]) -> float:
@@ -355,5 +355,5 @@ def indicator(task: TrainingTask, motion: Trajectory, values: Mapping[str, float
 
     [m s], see `errors.indicator`; `motion` is that of the reduced case at `values`.
     """
-    case = task.family(values)
+    case = task.driven(task.family(values))
     return errors.indicator(case.system, motion, case.scheme)

@@ -8,9 +8,10 @@ r"""Signals that excite the inputs of a plant within their ranges, so that its r
 
 u_0 is the start of the input, m and a are the middle of its range and half of it, w rises smoothly from 0 to 1. In the runs of a
 training the inputs of a plant have different kinds at once, each of its own random numbers; in the run that checks the model they
-have the mean of new steps and new noise. Frequencies go from one period in a run to the first vibration modes about the start, as
-far as the step follows them. What drives a joint prescribes its acceleration: its chirps and noise fall beyond a corner f_c by
-c = 1/(1 + (f/f_c)^2), its steps and the rise w take 1/f_c.
+have the mean of new steps and new noise. Over a box of parameters all runs of the training have the same mean of all kinds.
+Frequencies go from one period in a run to the first vibration modes about the start, as far as the step follows them. What drives
+a joint prescribes its acceleration: its chirps and noise fall beyond a corner f_c by c = 1/(1 + (f/f_c)^2), its steps and the rise
+w take 1/f_c.
 
 Source: Pintelon and Schoukens, System Identification, 2nd ed., Wiley 2012, chapter 5 (chirps and multisines).
 """
@@ -19,6 +20,7 @@ from __future__ import annotations
 
 import functools
 import zlib
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Annotated, NamedTuple
 
@@ -35,6 +37,7 @@ from ..dynamics.near_state.modes import real_modes
 from ..dynamics.scheme import steps_in
 from ..systems.signals import driving_inputs, inputs_of, with_inputs
 from ..systems.system import System, sizes
+from . import parameters as boxes
 from .cases import Case
 from .full_runs import FullRun, TrainingTask, full_run
 from .spaces.component import is_resting
@@ -53,7 +56,10 @@ SPAN = 2.0  #: periods in a run, of the corner of what drives joints
 
 @dataclass(frozen=True)
 class TrainingSignals:
-    """Runs in which `fmbs reduce` excites inputs with ranges: chirps, steps and noise in turn, up to a frequency of the modes."""
+    """Runs in which `fmbs reduce` excites inputs with ranges: chirps, steps and noise in turn, up to a frequency of the modes.
+
+    `fmbs train` and `fmbs compare` have all kinds at once, in every run alike.
+    """
 
     runs: Annotated[int, whole(1, 100)] = 3
     seed: int = 0
@@ -65,6 +71,37 @@ class Band(NamedTuple):
 
     slow: float
     fast: float
+
+
+@dataclass(frozen=True)
+class Signals:
+    """What the inputs of a plant have in one of its runs: calling it gives them to a case, full or reduced."""
+
+    wanted: TrainingSignals
+    band: Band
+    run: int  #: 0, 1, ... of the training, then `check` and `box`
+
+    def __call__(self, case: Case) -> Case:
+        return replace(case, system=with_inputs(case.system, self.histories(case)))
+
+    @property
+    def check(self) -> Signals:
+        """Those that no training has."""
+        return replace(self, run=self.wanted.runs)
+
+    @property
+    def box(self) -> Signals:
+        """Those of all full and reduced runs of a training over parameters."""
+        return replace(self, run=self.wanted.runs + 1)
+
+    def histories(self, case: Case) -> dict[str, GivenInput]:
+        """The values of inputs of a case."""
+        return signals(case, self.wanted, self.band, self.run)
+
+    def facts(self, system: System) -> dict[str, object]:
+        """What a report says of them and of the inputs of a system that have them."""
+        ranges = {name: one.range for name, one in ranged(system).items()}
+        return {"seed": self.wanted.seed, "slowest": self.band.slow, "fastest": self.band.fast, "ranges": ranges}
 
 
 def ranged(system: System) -> dict[str, Input]:
@@ -80,24 +117,21 @@ class Excited:
     """
 
     task: TrainingTask
-    wanted: TrainingSignals
-    band: Band
+    signals: Signals
 
     @property
     def check(self) -> dict[str, float]:
         """Values of the run that checks the model."""
-        return {RUN: self.wanted.runs}
+        return {RUN: self.signals.check.run}
 
     @property
     def facts(self) -> dict[str, object]:
         """What a report says of it."""
-        ranges = {name: one.range for name, one in ranged(self.task.family({}).system).items()}
-        told = {"runs": self.wanted.runs, "seed": self.wanted.seed, "slowest": self.band.slow, "fastest": self.band.fast}
-        return {**told, "ranges": ranges}
+        return {"runs": self.signals.wanted.runs, **self.signals.facts(self.task.family({}).system)}
 
     def checked(self, case: Case) -> Case:
         """A case of the same inputs, such as the reduced one, with the signals of the run that checks the model."""
-        return replace(case, system=with_inputs(case.system, signals(case, self.wanted, self.band, self.wanted.runs)))
+        return self.signals.check(case)
 
     def runs(self, progress: Progress | None = None) -> list[FullRun]:
         """The full runs of the training, and that of the inputs at their starts where something moves in it.
@@ -107,13 +141,14 @@ class Excited:
         raw, still = self.task.family({}).system, full_run(self.task, {})
         assert still.q is not None
         found = [] if is_resting(raw, float(sizes(raw, still.q - raw.lift(raw.x0)).max())) else [still]
-        for run in range(self.wanted.runs):
+        runs = self.signals.wanted.runs
+        for run in range(runs):
             if progress:
-                progress(run / self.wanted.runs)
+                progress(run / runs)
             try:
                 found.append(full_run(self.task, {RUN: run}))
             except SolverError as error:
-                text = f"training signals {run + 1} of {self.wanted.runs}: {error}; take smaller ranges of inputs or a smaller step"
+                text = f"training signals {run + 1} of {runs}: {error}; take smaller ranges of inputs or a smaller step"
                 raise SolverError(text, error.reason, error.time, error.worst, error.partial) from error
         return found
 
@@ -123,13 +158,22 @@ def excite(task: TrainingTask, wanted: TrainingSignals) -> Excited | None:
     case = task.family({})
     if not ranged(case.system):
         return None
-    found = band(replace(case, system=task.form(case.system)), wanted)
+    own = Signals(wanted, band(replace(case, system=task.form(case.system)), wanted), 0)
 
     @functools.cache
     def excited(run: int) -> Case:
-        return replace(case, system=with_inputs(case.system, signals(case, wanted, found, run)))
+        return replace(own, run=run)(case)
 
-    return Excited(replace(task, family=lambda values: excited(int(values[RUN])) if RUN in values else case), wanted, found)
+    return Excited(replace(task, family=lambda values: excited(int(values[RUN])) if RUN in values else case), own)
+
+
+def of_box(task: TrainingTask, wanted: TrainingSignals) -> Signals | None:
+    """The signals of all runs of a task over parameters, the same ones, so that errors are smooth; None without such inputs.
+
+    Their frequencies are those about the start at nominal parameters.
+    """
+    case = task.family(boxes.completed(task.parameters, {}))
+    return Signals(wanted, band(replace(case, system=task.form(case.system)), wanted), 0).box if ranged(case.system) else None
 
 
 def band(case: Case, wanted: TrainingSignals) -> Band:
@@ -157,7 +201,7 @@ def signals(case: Case, wanted: TrainingSignals, frequencies: Band, run: int) ->
     found = {}
     for place, (name, one) in enumerate(ranged(case.system).items()):
         corner = SPAN / case.duration if name in driving else None
-        kind = unseen if run == wanted.runs else KINDS[(run + place) % len(KINDS)]
+        kind = {wanted.runs: unseen, wanted.runs + 1: mixed}.get(run, KINDS[(run + place) % len(KINDS)])
         # its own numbers, whatever other inputs there are
         random = np.random.default_rng((wanted.seed, run, zlib.crc32(name.encode())))
         # a run begins with drives at rest, which stand still in its first step
@@ -215,8 +259,19 @@ def noise(times: np.ndarray, of: Band, corner: float | None, random: np.random.G
 
 def unseen(times: np.ndarray, of: Band, corner: float | None, random: np.random.Generator) -> np.ndarray:
     """The mean of steps and noise, so that slow motions are as large as fast ones."""
-    found = steps(times, of, corner, random) + noise(times, of, corner, random)
+    return mean(times, of, corner, random, (steps, noise))
+
+
+def mixed(times: np.ndarray, of: Band, corner: float | None, random: np.random.Generator) -> np.ndarray:
+    """The mean of all kinds."""
+    return mean(times, of, corner, random, KINDS)
+
+
+def mean(times: np.ndarray, of: Band, corner: float | None, random: np.random.Generator, kinds: tuple[Kind, ...]) -> np.ndarray:
+    """The mean of signals, grown to the whole range."""
+    found = np.sum([kind(times, of, corner, random) for kind in kinds], axis=0)
     return np.asarray(found / np.abs(found).max())
 
 
+Kind = Callable[[np.ndarray, Band, float | None, np.random.Generator], np.ndarray]
 KINDS = (chirp, steps, noise)

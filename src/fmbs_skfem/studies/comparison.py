@@ -17,14 +17,17 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.errors import InputError, say
 from ..core.notices import Progress
 from ..core.storage.records import dataclass
+from ..reduction import training_signals
 from ..reduction.accuracy import comparison as comparisons
 from ..reduction.accuracy.comparison import Comparison, ModelRecord
 from ..results import frames as frames_
 from ..results import motion, series, speed
 from ..results.rendering import painter
 from ..scenes import Scene, build, read
+from ..systems.signals import with_inputs
 from . import figures, plans, projects, reports, tables
 from . import job as jobs
 from .job import Job
@@ -190,14 +193,23 @@ def run(
 ) -> Comparison:
     """The comparison of a scene, as its sections `reduction` and `compare` say; `see` gets the full motion before others run.
 
-    With accuracies `wanted` all errors are true ones beside: see `planning.truth`.
+    With accuracies `wanted` all errors are true ones beside: see `planning.truth`. All models of a plant, whose inputs have ranges,
+    have the same signals for them.
     """
     raw = build.system(scene, allow_outside=allow_outside)
     settings = plans.options(scene, quick, build.has_large_plates(scene, raw))
     coarse = {cells: build.system(scene, cells, allow_outside) for cells in (scene.compare.coarse if scene.compare else [])}
     task = plans.task(scene, raw, plans.plan(scene))
+    if signals := training_signals.of_box(task, plans.sections(scene)[1].signals):
+        if wanted:
+            remedy = "leave the option out, or give the inputs no ranges"
+            raise InputError(say("--true", "a scene with a motion of its own", "inputs with ranges, which signals excite", remedy))
+        told = signals.histories(task.family({}))
+        task = plans.task(scene, with_inputs(raw, told), plans.plan(scene))
+        coarse = {cells: with_inputs(system, told) for cells, system in coarse.items()}
     sharpest = truth.find(scene, wanted, allow_outside) if wanted else None
-    return comparisons.run(task, settings, coarse, progress, see, sharpest)
+    found = comparisons.run(task, settings, coarse, progress, see, sharpest)
+    return replace(found, signals=signals.facts(raw)) if signals else found
 
 
 def lean(scene: Scene) -> Scene:
@@ -218,6 +230,7 @@ def report_of(scene: Scene, study: Comparison) -> dict[str, Any]:
         "outputs": {name: extremes(values) for name, values in figures.drawn_outputs(study.full).items()},
         "time_error": asdict(study.time_error) if study.time_error else None,
         "truth": study.truth,
+        **({"training_signals": study.signals} if study.signals else {}),
         "front": speed.front_in_words(figures.points(study)),
         "pays_after": best.name if best else None,
         "pays_after_runs": best.pays_after_runs if best else None,
@@ -245,7 +258,8 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
     note = "Names end in eps, or eps/eta, where these are not the scene's. "
     kind = f"true ones, as parts of the ranges of outputs, against {report['truth']}" if report["truth"] else DISTANCES
     note += f"Errors on the Pareto front are {kind}; training is not in the CPU times."
-    return [report["front"], note, time_words(report["time_error"]), gain, *choice_words(report)]
+    excited = tables.excitation(report["training_signals"]) if "training_signals" in report else []
+    return [report["front"], note, *excited, time_words(report["time_error"]), gain, *choice_words(report)]
 
 
 def time_words(found: Mapping[str, Any] | None) -> str:

@@ -23,7 +23,7 @@ from ..families import comparators, greedy, parametric_model, prediction
 from ..families import training as trainings
 from ..families import training_store as store
 from ..families.worth import DoesNotPay
-from ..reduction import files, parameters, reduced_models
+from ..reduction import files, parameters, reduced_models, training_signals
 from ..reduction.accuracy.costs import FAST, Payoff
 from ..reduction.full_runs import Measure, OutputMeasure, TrainingTask
 from ..scenes import build, points
@@ -34,6 +34,7 @@ from .job import Job
 from .result import ReportTable, Result, describe_error, list_files
 from .running import compiling, viewing
 from .tables import output_errors
+from .tables import training_signals as training_signals_words
 
 if TYPE_CHECKING:
     from ..families.greedy import Options
@@ -128,6 +129,7 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
     page = functools.partial(viewing.of_model, job, MODEL) if html else None
     jobs.deliver(job, report, functools.partial(save_model, model), figures, page)
     view: list[ReportTable | str] = [payoff.words, *summarise(report)]
+    view += training_signals_words(report["training_signals"]) if "training_signals" in report else []
     if checked is not None:
         view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]
     about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"
@@ -184,6 +186,7 @@ def prepare(
     wanted = own if tolerance is None else tolerance
     form = functools.partial(build.chosen_form, scene)
     task = TrainingTask(family, known, plan, interval, form, measure, reports.hash_of_code(scene))
+    task = replace(task, signals=training_signals.of_box(task, plans.sections(scene)[1].signals))
     search = parameters.search(known, chosen.candidates, chosen.samples, chosen.first)
     most = max(section.max_samples, len(search.samples))
     options = greedy.Options(iterations=iterations or section.iterations, max_samples=most, seed=section.seed)
@@ -283,6 +286,7 @@ def record(order: TrainingOrder, found: FinishedTraining) -> dict[str, Any]:
         "modes": dict(found.model.modes),
         "left_out": dict(found.model.left_out),
         "kept": {selection.component: len(selection.sample.indices) for selection in found.model.selections},
+        **({"training_signals": excitation(order.task)} if order.task.signals else {}),
         "measure": order.measure,
         "tolerance": order.allowed or order.tolerance,
         "eps": plan.tolerance if plan.modes is None else None,
@@ -294,6 +298,12 @@ def record(order: TrainingOrder, found: FinishedTraining) -> dict[str, Any]:
         "cpu_s_full_runs": sum(run.cpu_s for run in found.full_runs),
         "cpu_s_models": sum(model.training_s for model in found.models),
     }
+
+
+def excitation(task: TrainingTask) -> dict[str, Any]:
+    """What the inputs of a plant have in all runs of its training."""
+    assert isinstance(task.signals, training_signals.Signals)
+    return task.signals.facts(task.family(parameters.completed(task.parameters, {})).system)
 
 
 def heading(order: TrainingOrder) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import hashlib
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,8 @@ from ..families import comparators, prediction
 from ..families import training_store as store
 from ..families.comparators import Comparator, Row
 from ..reduction import full_runs, parameters, reduced_models
-from ..reduction.full_runs import Full
+from ..reduction.full_runs import Full, TrainingTask
+from ..reduction.training_signals import Signals
 from ..results import plots, training_plots
 from ..results.training_plots import SurrogatePanel
 from .job import Job
@@ -83,32 +84,40 @@ class Checked:
 
 
 def check(job: Job, order: TrainingOrder, found: FinishedTraining, model: ParametricModel, compare: bool) -> Checked:
-    """All hold-out points; comparators are trained where they are wanted."""
+    """All hold-out points; comparators are trained where they are wanted.
+
+    Inputs of a plant have signals there that no training has.
+    """
     task, points = found.task, order.points.holdout
-    full, predict = read_or_run(found, job.made), prediction.predictor(model)
-    everyone = [*comparators.stages(found), *(others(job, order, found, full) if compare else ())]
+    if isinstance(task.signals, Signals):
+        task = replace(task, signals=task.signals.check)
+    full, predict = read_or_run(found, task, job.made), prediction.predictor(model)
+    trained = read_or_run(found, found.task, job.made)
+    everyone = [*comparators.stages(found), *(others(job, order, found, trained) if compare else ())]
     rows = comparators.compare(task, everyone, full, points, job.progress("hold-out points"))
     predictions = tuple(predict(parameters.named(task.parameters, row)) for row in points) if predict else ()
     return Checked(points, rows, len(found.models), predictions)
 
 
-def read_or_run(found: FinishedTraining, out: Path | None, sharp: bool = True) -> Full:
-    """Full runs that are read from the training's folder where they are there, and kept there; without one in memory.
+def read_or_run(found: FinishedTraining, task: TrainingTask, out: Path | None, sharp: bool = True) -> Full:
+    """Full runs of a task, that of the training or the same with other signals.
 
+    They are read from the training's folder where they are there, and kept there; without one in memory.
     `sharp`: iterated as snapshots need it; otherwise as the scene says, which is less work where nothing is trained on them.
     """
-    known = list(found.full_runs)
+    known = list(found.full_runs) if task is found.task else []
 
     def full(values: Mapping[str, float]) -> FullRun:
         for run in known:
             if run.values == values:
                 return run
         if out is None:
-            known.append(full_runs.full_run(found.task, values, sharp))
+            known.append(full_runs.full_run(task, values, sharp))
             return known[-1]
-        text = repr((sorted(values.items()), found.task.plan.tolerance, found.task.plan.modes))
+        signals = () if task.signals is None else (task.signals,)
+        text = repr((sorted(values.items()), task.plan.tolerance, task.plan.modes, *signals))
         path = out / "training" / f"{'full' if sharp else 'own'}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.h5"
-        return store.read_or_make(path, functools.partial(full_runs.full_run, found.task, values, sharp))
+        return store.read_or_make(path, functools.partial(full_runs.full_run, task, values, sharp))
 
     return full
 

@@ -144,10 +144,20 @@ def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[ReportTable]:
 
 def training_signals(facts: Mapping[str, Any]) -> list[ReportTable | str]:
     """How the inputs of a plant were excited in its training, and that its errors are those under other signals."""
+    where = f"trained on {facts['runs']} runs" if "runs" in facts else "trained at every point on a run"
+    return [f"{where} with {signals(facts)}; errors are those under a random signal that it was not trained on"]
+
+
+def excitation(facts: Mapping[str, Any]) -> list[str]:
+    """What the inputs of a plant have in a comparison."""
+    return [f"All models move under {signals(facts)}; so do the runs that reduced models are trained on."]
+
+
+def signals(facts: Mapping[str, Any]) -> str:
+    """Signals, ranges and frequencies in words."""
     ranges = [f"{name} from {low:g} to {high:g}" for name, (low, high) in facts["ranges"].items()]
     band = f"from {facts['slowest']:.3g} to {facts['fastest']:.3g} Hz (seed {facts['seed']})"
-    text = f"trained on {facts['runs']} runs with chirps, steps and noise in {', '.join(ranges)} [SI], {band}"
-    return [f"{text}; errors are those under a random signal that it was not trained on"]
+    return f"chirps, steps and noise in {', '.join(ranges)} [SI], {band}"
 
 
 def left_out(found: Mapping[str, str]) -> list[ReportTable]:

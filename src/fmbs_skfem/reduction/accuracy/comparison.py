@@ -127,6 +127,7 @@ class Comparison:
     models: Mapping[str, ReducedModel]
     time_error: TimeError | None  #: None where the full model was run with one step only
     truth: str = ""  #: what true errors are against
+    signals: Mapping[str, object] = field(default_factory=dict)  #: that excite the inputs of a plant, see `training_signals`
 
     def __getitem__(self, name: str) -> ModelRecord:
         return next(record for record in self.records if record.name == name)
