@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from pathlib import Path
 
@@ -312,3 +313,70 @@ def test_stable_loops_and_signals_that_rise_are_not() -> None:
             run = start(arm(), GeneralizedAlpha(H))
             for k in range(1, 700):
                 run.step({"u": float(signal(k * H))})
+
+
+def driven_by_a_sine(step: float, accuracy: float | None = None, wanted: float = 0.5) -> tuple[np.ndarray, list[str]]:
+    """The height of the load of the arm at multiples of 2 ms, under a torque that changes, and what the run says."""
+    said = list[str]()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", Notice)
+        run, heights = start(arm(), GeneralizedAlpha(step), accuracy=accuracy), [0.0]
+        for k in range(round(wanted / step)):
+            run.step({"u": 40.0 * np.sin(15.0 * (k + 0.5) * step)})
+            if (k + 1) % round(2e-3 / step) == 0:
+                heights.append(run.outputs(["height"])["height"])
+        said = [str(one.message) for one in caught]
+    return np.array(heights), said
+
+
+def test_a_step_is_watched_by_steps_twice_as_long() -> None:
+    """What is said of the step is its error against a fourth of it, and nothing is said of an error that is wanted."""
+    fine, _ = driven_by_a_sine(2.5e-4)
+    rough, said = driven_by_a_sine(1e-3, 1e-7)
+    plain, silent = driven_by_a_sine(1e-3, 0.5)
+    np.testing.assert_array_equal(rough, plain)
+    assert silent == []
+    assert len(said) == 1
+    found = re.fullmatch(r"the step of 0.001 s errs by (\S+) of the range of (\S+) so far, (\S+) times what is wanted; .*", said[0])
+    assert found
+    assert float(found[3]) == pytest.approx(float(found[1]) / 1e-7, rel=0.1)
+    only, said = driven_by_a_sine_of("height")
+    true = np.abs(rough - fine)[: only + 1].max() / np.ptp(rough[: only + 1])
+    assert said == pytest.approx(true, rel=0.5)
+
+
+def driven_by_a_sine_of(name: str) -> tuple[int, float]:
+    """The instant of 2 ms at which an output of the arm is told to be off, and by how much."""
+    run = start(arm(), GeneralizedAlpha(1e-3), accuracy={name: 1e-9})
+    for k in range(1000):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", Notice)
+            run.step({"u": 40.0 * np.sin(15.0 * (k + 0.5) * 1e-3)})
+        if caught:
+            found = re.search(rf"errs by (\S+) of the range of {name}", str(caught[0].message))
+            assert found
+            return (k + 1) // 2, float(found[1])
+    raise AssertionError("nothing was said")
+
+
+def test_a_step_without_inputs_is_of_second_order() -> None:
+    """The error of what is told is that against a fourth of the step, of a force that is a function of time and the state."""
+    system, ends = eliminate(fed()), {}
+    for step in (H, H / 4):
+        ends[step] = outputs(integrate(system, GeneralizedAlpha(step), 0.4, every=round(2 * H / step)))
+    run, said = start(system, GeneralizedAlpha(H), accuracy={"tip": 1e-12}), None
+    for _ in range(400):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", Notice)
+            run.step()
+        said = said or (re.search(r"errs by (\S+) of the range of (\S+)", str(caught[0].message)) if caught else None)
+    assert said
+    rough, fine = (ends[step][said[2]] for step in (H, H / 4))
+    true = np.abs(rough - fine).max() / np.ptp(rough)
+    assert float(said[1]) == pytest.approx(true, rel=0.3)
+
+
+@pytest.mark.parametrize(("accuracy", "said"), [(2.0, "between 0 and 1"), ({"hight": 1e-3}, "'hight'"), (0.0, "between 0 and 1")])
+def test_an_accuracy_is_of_outputs_and_below_one(accuracy: float | dict[str, float], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        start(arm(), GeneralizedAlpha(H), accuracy=accuracy)

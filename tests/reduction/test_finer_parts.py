@@ -403,9 +403,9 @@ def test_a_live_run_says_what_it_errs_by() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error", Notice)
         good = steps(alone().body)
-    assert good.beside is not None
+    assert good.beside
     good.state = good.state
-    assert good.beside is None
+    assert not good.beside
 
 
 def test_the_second_run_may_fail() -> None:

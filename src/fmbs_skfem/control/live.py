@@ -27,21 +27,47 @@ from ..dynamics.trajectory import Happening, Trajectory
 from ..parts import finer_parts
 from ..systems.measures.probes import formula_of
 from ..systems.system import System
+from .beside import TWICE, Beside, parts_beside, step_beside
 from .feed import Feed
-from .live_finer import Beside
 
 
-def start(system: System, scheme: GeneralizedAlpha, newton: Newton | None = None, observers: Sequence[Observer] = ()) -> LiveRun:
+def start(
+    system: System,
+    scheme: GeneralizedAlpha,
+    newton: Newton | None = None,
+    observers: Sequence[Observer] = (),
+    accuracy: Mapping[str, float] | float | None = None,
+) -> LiveRun:
     """A run at its consistent start, whose steps are taken one by one; errors as those of `integrate`, and observers.
 
-    Parts are held against finer ones, which take the same steps, see `live_finer`.
+    Parts are held against finer ones, which take the same steps. With an `accuracy`, largest errors as parts of the ranges of all
+    outputs or of some by name, the step is watched by a run with steps twice as long, for half as much again: a warning says where
+    it errs by more. InputError for an output that there is not, or none, and for a part that is not between 0 and 1; see `beside`.
     """
-    run, finer = LiveRun(system, scheme, newton or Newton(), observers), finer_parts.finer(system)
+    iteration = newton or Newton()
+    run, finer = LiveRun(system, scheme, iteration, observers), finer_parts.finer(system)
     finer_parts.warn_unknown(system)
-    if finer is not None:
-        with finer_parts.quietly():
-            run.beside = Beside(LiveRun(finer, scheme, newton or Newton()))
+    with finer_parts.quietly():
+        if finer is not None:
+            run.beside.append(parts_beside(LiveRun(finer, scheme, iteration)))
+        if accuracy is not None:
+            require_accuracy(accuracy, system)
+            run.beside.append(step_beside(LiveRun(system, replace(scheme, step=TWICE * scheme.step), iteration), accuracy))
     return run
+
+
+def require_accuracy(accuracy: Mapping[str, float] | float, system: System) -> None:
+    """InputError for errors that outputs cannot have."""
+    where, expected = "start: accuracy", "errors of outputs, parts of their ranges between 0 and 1"
+    wanted = accuracy if isinstance(accuracy, Mapping) else dict.fromkeys(system.outputs, accuracy)
+    if not wanted:
+        raise InputError(say(where, expected, f"{accuracy} of a system without outputs", "add outputs"))
+    for name, one in wanted.items():
+        if name not in system.outputs:
+            known = f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
+            raise InputError(say(where, known, f"'{name}'") + closest(name, system.outputs))
+        if not 0.0 < one < 1.0:
+            raise InputError(say(where, expected, f"{one} for '{name}'"))
 
 
 class LiveRun:
@@ -56,7 +82,7 @@ class LiveRun:
         self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
         self.meters: dict[tuple[str, ...], Meter | RowMeter] = {}  #: of outputs by name
         self.held: Mapping[str, np.ndarray] = {}  #: of the state that was put back last, for meters that are made later
-        self.beside: Beside | None = None
+        self.beside: list[Beside] = []  #: runs that say how good this one is
 
     @property
     def time(self) -> float:
@@ -91,9 +117,9 @@ class LiveRun:
         end = self.run.done + count
         while self.run.done < end and not self.run.ended:
             take_step(self.run)
-            if self.beside is not None:
-                self.beside.step(self, inputs or {})
-            elif self.feed.holds(self.run) and self.run.done < end:
+            for one in self.beside:
+                one.step(self, inputs or {})
+            if not self.beside and self.feed.holds(self.run) and self.run.done < end:
                 self.feed.take_held(self.run, end - self.run.done)
 
     @property
@@ -106,7 +132,7 @@ class LiveRun:
     @state.setter
     def state(self, held: Checkpoint) -> None:
         restore(self.run, held)
-        self.beside = None  # which stands elsewhere
+        self.beside = []  # which stand elsewhere
         self.meter.take_up(self.run, held.arrays)
         self.meters, self.held = {}, held.arrays
 
