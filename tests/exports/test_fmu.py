@@ -20,6 +20,7 @@ import pytest
 from fmbs_skfem import dynamics, studies
 from fmbs_skfem.core import extras
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.values.display import SI, DisplayUnits
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.inputs import Input
 from fmbs_skfem.core.values.ranges import Parameter
@@ -178,9 +179,31 @@ def test_fmpy_finds_no_problem(archive: Path, plant: System) -> None:
     assert powers["N m"] == (1, 2, -2, 0)
     assert powers["rad/s"] == (0, 0, -1, 1)
     assert float(told.defaultExperiment.stepSize) == h
+    assert float(told.defaultExperiment.stopTime) == 0.3
     # outputs of the start depend on the parameter, and no output on the input of the same instant: no algebraic loop
     assert all([one.name for one in known.dependencies] == [WEIGHT] for known in told.initialUnknowns)
     assert all(known.dependencies == [] for known in told.outputs)
+
+
+def test_tools_show_the_units_that_people_read(model: ParametricCase, tmp_path: Path) -> None:
+    """Degrees and turns per minute, prefixes that ranges ask for, and what was typed before these; value = factor x value in SI."""
+    made = c_files.write(model, "m", "m")
+    made = replace(made, parameters={"E": ("Pa", 0.5e9, 2e9, 1e9)}, ranges={TORQUE: (-0.05, 0.05)})
+    for display, torque, speed in (
+        (SI, ("mN m", 1e3), ("rpm", 30 / np.pi)),
+        (DisplayUnits((), ("N mm", "deg/s")), ("N mm", 1e3), ("deg/s", 180 / np.pi)),
+    ):
+        unit = fmu.write(made, 2, "m", "", display)
+        told = fmpy.read_model_description(str(made_by(unit, tmp_path / f"{speed[0][0]}.fmu")))
+        shown = {one.name: one.displayUnit for one in told.modelVariables}
+        factors = {each.name: float(each.factor) for one in told.unitDefinitions for each in one.displayUnits}
+        names = {kind: next(one.name for one in told.modelVariables if one.unit == kind) for kind in ("rad", "rad/s", "N m", "m")}
+        assert shown["E"] == "GPa"
+        assert shown[names["rad"]] == "deg"
+        assert shown[names["m"]] is None
+        assert (shown[names["N m"]], shown[names["rad/s"]]) == (torque[0], speed[0])
+        for name, factor in (("GPa", 1e-9), ("deg", 180 / np.pi), torque, speed):
+            assert factors[name] == pytest.approx(factor, rel=1e-14)
 
 
 def test_it_moves_as_in_python(model: ParametricCase, archive: Path, instance: Instance) -> None:
@@ -409,7 +432,7 @@ def test_zig_makes_libraries_of_all_machines(version: int, model: ParametricCase
 
 
 def test_the_command_says_which_binaries_there_are(model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", ""))
+    monkeypatch.setattr(exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", "", SI))
     monkeypatch.setattr(extras, "there", lambda extra: False)
     own = binaries.this_machine()
     assert own is not None

@@ -51,6 +51,7 @@ class CModel:
     header: str
     source: str
     step: float  #: [s]
+    duration: float  #: of the motion that it was made for [s]
     parameters: Mapping[str, tuple[str, float, float, float]]  #: unit, least, largest and nominal value by name
     inputs: Mapping[str, tuple[str, float]]  #: unit and start value by name
     ranges: Mapping[str, tuple[float, float]]  #: of the inputs that have one
@@ -184,6 +185,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         replaced(header, {"NAME": name}),
         re.sub(r"\n{3,}", "\n\n", source),
         case.scheme.step,
+        case.duration,
         numbers.parameters_of(given),
         ports,
         {key: one.range for key, one in inputs.items() if one.range is not None},

@@ -19,6 +19,7 @@ from xml.etree import ElementTree as xml
 
 from .. import __version__
 from ..core.storage.records import dataclass
+from ..core.values.display import SI, DisplayUnits
 from ..core.values.units import measure
 from .binaries import Binary
 from .c_files import CModel
@@ -31,6 +32,7 @@ CATEGORIES = {
     "logStatusError": "Calls that are not allowed",
     "logSteps": "Communication steps that are not the step of the model",
 }
+USUAL = {"rad": "deg", "rad/s": "rpm"}  #: units in which people read numbers of these, where they have typed no other one
 FIRST = (1980, 1, 1, 0, 0, 0)  #: time of files in the archive: the same model gives the same bytes
 
 
@@ -43,6 +45,7 @@ class Variable(NamedTuple):
     start: float | None = None
     range: tuple[float, float] | None = None
     nominal: float | None = None
+    display: str = ""  #: unit in which people read it, where that is another one
 
 
 @dataclass(frozen=True)
@@ -73,9 +76,17 @@ def variables_of(model: CModel) -> tuple[Variable, ...]:
     return tuple(distinct)
 
 
-def write(model: CModel, version: int, title: str, description: str = "") -> FMU:
-    """The texts of an FMU for a model in C."""
-    variables = variables_of(model)
+def shown(one: Variable, display: DisplayUnits) -> Variable:
+    """The variable with the unit in which people read it: one that they typed, else with the prefix that its numbers ask for."""
+    largest = max((abs(value) for value in (*(one.range or ()), one.nominal or 0.0)), default=0.0)
+    unit, _ = display.find(one.unit, largest)
+    unit = USUAL.get(unit, unit)
+    return one._replace(display="" if unit == one.unit or one.causality == "independent" else unit)
+
+
+def write(model: CModel, version: int, title: str, description: str = "", display: DisplayUnits = SI) -> FMU:
+    """The texts of an FMU for a model in C; tools show its numbers in units of `display`."""
+    variables = tuple(shown(one, display) for one in variables_of(model))
     known = repr((__version__, version, model.source, model.header, variables)).encode()
     token = f"{{{uuid.UUID(hashlib.sha256(known).hexdigest()[:32])}}}"
     wrapper = f"{model.name}_fmi{version}.c"
@@ -83,7 +94,7 @@ def write(model: CModel, version: int, title: str, description: str = "") -> FMU
     sources = [f"{model.name}.c", wrapper]
     describe = description2 if version == 2 else description3
     files = {
-        "modelDescription.xml": text_of(describe(found, model.step, title, description, sources)),
+        "modelDescription.xml": text_of(describe(found, model, title, description, sources)),
         f"sources/{model.name}.c": model.source,
         f"sources/{model.name}.h": model.header,
         f"sources/{wrapper}": wrapper_of(found),
@@ -131,14 +142,17 @@ def add_units(root: xml.Element, variables: Iterable[Variable]) -> None:
         if all(power.denominator == 1 for power in powers.values()):
             factor = {} if quantity.value == 1.0 else {"factor": number(quantity.value)}
             xml.SubElement(place, "BaseUnit", {name: str(power) for name, power in powers.items()} | factor)
+        for name in sorted({one.display for one in variables if one.unit == unit and one.display}):
+            size = measure(f"1 {name}").value / quantity.value
+            xml.SubElement(place, "DisplayUnit", name=name, factor=number(1.0 / size))
 
 
-def add_common(root: xml.Element, fmu: FMU, step: float) -> None:
+def add_common(root: xml.Element, fmu: FMU, model: CModel) -> None:
     add_units(root, fmu.variables)
     categories = xml.SubElement(root, "LogCategories")
     for name, meaning in CATEGORIES.items():
         xml.SubElement(categories, "Category", name=name, description=meaning)
-    xml.SubElement(root, "DefaultExperiment", startTime="0.0", stepSize=number(step))
+    xml.SubElement(root, "DefaultExperiment", startTime="0.0", stopTime=number(model.duration), stepSize=number(model.step))
 
 
 def attributes(one: Variable) -> dict[str, str]:
@@ -146,7 +160,7 @@ def attributes(one: Variable) -> dict[str, str]:
     numbers = {"start": one.start, "nominal": one.nominal}
     if one.range is not None:
         numbers |= {"min": one.range[0], "max": one.range[1]}
-    unit = {"unit": one.unit} if one.unit else {}
+    unit = ({"unit": one.unit} if one.unit else {}) | ({"displayUnit": one.display} if one.display else {})
     return unit | {key: number(value) for key, value in numbers.items() if value is not None}
 
 
@@ -160,7 +174,7 @@ def places(variables: Iterable[Variable], causality: str) -> list[int]:
     return [k for k, one in enumerate(variables) if one.causality == causality]
 
 
-def description2(fmu: FMU, step: float, title: str, about: str, sources: list[str]) -> xml.Element:
+def description2(fmu: FMU, model: CModel, title: str, about: str, sources: list[str]) -> xml.Element:
     """modelDescription.xml of FMI 2.0."""
     root = head(fmu, title, about, guid=fmu.token, numberOfEventIndicators="0")
     can = (
@@ -173,7 +187,7 @@ def description2(fmu: FMU, step: float, title: str, about: str, sources: list[st
     files = xml.SubElement(own, "SourceFiles")
     for name in sources:
         xml.SubElement(files, "File", name=name)
-    add_common(root, fmu, step)
+    add_common(root, fmu, model)
     group = xml.SubElement(root, "ModelVariables")
     for k, one in enumerate(fmu.variables):
         place = xml.SubElement(group, "ScalarVariable", {"name": one.name, "valueReference": str(k)} | kinds(one))
@@ -188,7 +202,7 @@ def description2(fmu: FMU, step: float, title: str, about: str, sources: list[st
     return root
 
 
-def description3(fmu: FMU, step: float, title: str, about: str, sources: list[str]) -> xml.Element:
+def description3(fmu: FMU, model: CModel, title: str, about: str, sources: list[str]) -> xml.Element:
     """modelDescription.xml of FMI 3.0; sources are in buildDescription.xml."""
     root = head(fmu, title, about, instantiationToken=fmu.token)
     can = (
@@ -196,9 +210,11 @@ def description3(fmu: FMU, step: float, title: str, about: str, sources: list[st
         "providesAdjointDerivatives",
     )  # fmt: skip
     xml.SubElement(
-        root, "CoSimulation", {"modelIdentifier": fmu.name, "fixedInternalStepSize": number(step)} | dict.fromkeys(can, "true")
+        root,
+        "CoSimulation",
+        {"modelIdentifier": fmu.name, "fixedInternalStepSize": number(model.step)} | dict.fromkeys(can, "true"),
     )
-    add_common(root, fmu, step)
+    add_common(root, fmu, model)
     group = xml.SubElement(root, "ModelVariables")
     for k, one in enumerate(fmu.variables):
         xml.SubElement(group, "Float64", {"name": one.name, "valueReference": str(k)} | kinds(one) | attributes(one))

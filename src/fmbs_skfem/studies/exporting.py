@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..bodies import values
 from ..bodies.body import Body
@@ -12,6 +12,7 @@ from ..core import extras
 from ..core.errors import InputError, say
 from ..core.storage import container, durable
 from ..core.values import quantities, units
+from ..core.values.display import SI, DisplayUnits
 from ..core.values.fields import AXES
 from ..core.values.problems import Problem
 from ..core.values.units import add_unit
@@ -19,6 +20,7 @@ from ..dynamics import GeneralizedAlpha
 from ..exports import binaries, c_files, fmu, part_ports
 from ..exports.binaries import Built
 from ..exports.c_files import CModel
+from ..exports.fmu import FMU
 from ..families import parametric_model
 from ..parts import files as part_files
 from ..reduction import files
@@ -31,8 +33,17 @@ from .result import ReportTable, Result, list_files
 UNITS = {"young_modulus": "Pa", "density": "kg/m^3"}  #: of numbers of a part that are no lengths
 
 
-def written(job: Job, name: str, step: float | None = None, gravity: str = "") -> tuple[CModel, str, str]:
-    """A saved model in C, its title and a text of its errors; parameters of a whole range are variables, or have given values.
+class Written(NamedTuple):
+    """A model in C."""
+
+    model: CModel
+    title: str
+    text: str  #: of its errors, or of what acts on it
+    display: DisplayUnits  #: in which people read its numbers
+
+
+def written(job: Job, name: str, step: float | None = None, gravity: str = "") -> Written:
+    """A saved model in C; parameters of a whole range are variables, or have given values.
 
     A part has its places as ports; `step` [s] and `gravity` are for it alone.
     """
@@ -53,10 +64,10 @@ def written(job: Job, name: str, step: float | None = None, gravity: str = "") -
     told = [f"{column} {error:.2g}" for column, error in errors.items()]
     text = f"Errors in its training, over the ranges of the outputs: {', '.join(told)}." if told else ""
     title = models.title(job.path, notes)
-    return c_files.write(case, name or job.path.stem, title, text), title, text
+    return Written(c_files.write(case, name or job.path.stem, title, text), title, text, DisplayUnits.of(notes))
 
 
-def written_part(job: Job, name: str, step: float | None, gravity: str) -> tuple[CModel, str, str]:
+def written_part(job: Job, name: str, step: float | None, gravity: str) -> Written:
     """A part in C with its places as ports, its title and what acts on it."""
     part = part_files.load(job.path)
     known = part.body.values  # of other names `changed` says which there are
@@ -73,7 +84,8 @@ def written_part(job: Job, name: str, step: float | None, gravity: str) -> tuple
     text = f"Its places are ports: forces and torques come in, positions, velocities and rotations go out; {weight} acts on it."
     title = f"part {body.name}"
     stem = job.path.name.partition(".")[0]
-    return c_files.write(part_ports.case_of(body, scheme, duration, acceleration), name or stem, title, text), title, text
+    case = part_ports.case_of(body, scheme, duration, acceleration)
+    return Written(c_files.write(case, name or stem, title, text), title, text, SI)
 
 
 def read_number(name: str, text: str) -> float:
@@ -109,9 +121,10 @@ def export(
     if (folder is None) == (fmu_file is None):
         got = "none" if folder is None else "both"
         raise InputError(say("rom export", "a folder for the C file, --c DIR, or a file for an FMU, --fmu FILE", got))
-    found, title, errors = written(job, name, step, gravity)
+    found, title, errors, display = written(job, name, step, gravity)
     if fmu_file is not None:
-        return export_fmu(job, found, title, errors, fmu_file, fmi)
+        unit = fmu.write(found, fmi, title, errors, display)
+        return export_fmu(job, found, title, unit, fmu_file)
     assert folder is not None
     names = [folder / f"{found.name}.c", folder / f"{found.name}.h"]
     refuse_taken(job, f"--c {folder}", names)
@@ -127,11 +140,10 @@ def refuse_taken(job: Job, where: str, places: list[Path]) -> None:
         raise InputError(say(where, "a place without these files", ", ".join(taken), "choose another one, or --force"))
 
 
-def export_fmu(job: Job, model: CModel, title: str, errors: str, place: Path, version: int) -> Result:
+def export_fmu(job: Job, model: CModel, title: str, unit: FMU, place: Path) -> Result:
     """A model as an FMU, with binaries where there is a compiler."""
     refuse_taken(job, f"--fmu {place}", [place])
-    unit = fmu.write(model, version, title, errors)
-    built = binaries.build(unit.files, version)
+    built, version = binaries.build(unit.files, unit.version), unit.version
     with durable.writing(place.parent):
         place.parent.mkdir(parents=True, exist_ok=True)
     made = [durable.write(place, fmu.pack(unit, built.binaries))]
