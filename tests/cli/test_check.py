@@ -518,5 +518,5 @@ def test_check_says_where_bodies_are(tmp_path: Path) -> None:
     assert ball["places"] == {"center": [1, 2, 3]}
     assert (ball["box"], ball["area"], ball["pieces"]) == ([[1, 2, 3], [1, 2, 3]], None, 1)
     text = fmbs("check", path).out
-    assert re.search(r"sheet +\(0, 0, 0\.002\) +\(0\.006, 0\.001, 0\.002\) +2e-06 m2 +2\n", text)
-    assert re.search(r"sheet\.p1\.corner_10 +\(0\.006, 0, 0\.002\)\n", text)
+    assert re.search(r"sheet +\(0, 0, 2\) +\(6, 1, 2\) +2e-06 m2 +2\n", text)
+    assert re.search(r"sheet\.p1\.corner_10 +\(6, 0, 2\)\n", text)

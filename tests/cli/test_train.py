@@ -307,7 +307,7 @@ def test_a_holdout_point_without_a_motion_is_marked_and_the_training_goes_on(
     run = fmbs("rom", "run", tmp_path / "out" / "model.h5", "--no-plots", "--out", tmp_path / "run")
     assert f"This error estimate is not reliable: {doubts}; check with full runs" in run.out
     assert "Errors of the outputs" in again.out
-    assert "end_x [m]" in again.out
+    assert "end_x [µm]" in again.out
 
 
 def test_a_training_stopped_before_its_report_goes_on(call: Call, scene: Path, tmp_path: Path) -> None:

@@ -126,3 +126,29 @@ def test_units_that_are_none_are_refused(wrong: str, told: str) -> None:
 def test_a_scene_without_units_has_prefixes_alone() -> None:
     plain = re.sub(r"(\d) (?:rpm|mm|ms|kg m\^2|N m|kg)", r"\1", SCENE.format(more=""))
     assert scenes.loads(plain).display == DisplayUnits()
+
+
+def test_a_sweep_is_read_in_the_unit_of_its_range(tmp_path: Path) -> None:
+    """Points from 100 to 600 rpm, responses in rpm, and files in rad/s."""
+    (tmp_path / "rotor.yaml").write_text(SCENE.format(more=""), encoding="utf-8")
+    shared: dict[str, Any] = {"samples": 6, "design": "grid", "workers": 1, "surfaces": True}
+    found = studies.sweep(tmp_path / "rotor.yaml", out=tmp_path / "out", **shared)
+    axes = found.figures["response"].axes[0]
+    assert axes.get_ylabel() == "w [rpm]"
+    assert [one.get_xlabel() for one in found.figures["response"].axes if one.get_xlabel()] == ["speed [rpm]"]
+    points = np.sort(np.asarray(axes.collections[0].get_offsets())[:, 0])
+    np.testing.assert_allclose(points, [100.0, 200.0, 300.0, 400.0, 500.0, 600.0], rtol=1e-13)
+    row = next(line for line in str(found).splitlines() if "w [rpm]" in line).split()
+    assert [float(one) for one in row[2:4]] == pytest.approx([100.0, 600.0 + 2.0 * 0.04 / RPM], rel=1e-4)
+    surface = next(one for one in found.figures["surfaces"].axes if one.get_ylabel() == "w final [rpm]")
+    x, y = (np.asarray(one) for one in surface.lines[0].get_data())
+    assert surface.get_xlabel() == "speed [rpm]"
+    np.testing.assert_allclose(y, x + 2.0 * 0.04 / RPM, rtol=1e-3)
+    fan = found.figures["histories"].axes[0]
+    assert np.asarray(fan.lines[0].get_data()[0])[-1] == pytest.approx(40.0)  # ms
+    with (tmp_path / "out" / "sweep.csv").open(newline="") as file:
+        head, *rows = list(csv.reader(file))
+    assert [float(row[head.index("speed [rad/s]")]) for row in rows] == pytest.approx(np.linspace(100.0, 600.0, 6) * RPM)
+    studies.report(tmp_path / "out")
+    text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert ">speed [rpm]</button>" in text

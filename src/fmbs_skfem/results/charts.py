@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core import extras
+from ..core.values.display import DisplayUnits
 from ..core.values.ranges import Parameter, Scale
 from ..core.values.units import add_unit
 from . import palette
@@ -127,8 +128,15 @@ def set_log(axes: Axes, side: str, low: float, high: float) -> None:
         axis.set_minor_formatter(NullFormatter())
 
 
+def read_parameter(own: Parameter, display: DisplayUnits) -> tuple[Parameter, float]:
+    """A parameter in the unit in which people read it, and the size of that."""
+    head, size = display.find(own.unit, max(abs(own.low), abs(own.high)))
+    value = None if own.value is None else own.value / size
+    return Parameter(own.name, own.low / size, own.high / size, own.scale, head, value), size
+
+
 def over_parameter(axes: Axes, side: str, own: Parameter) -> None:
-    """Name, unit, numbers and scale of a parameter along the side `x` or `y`."""
+    """Name, unit, numbers and scale of a parameter, as it is read, along the side `x` or `y`."""
     axes.set(**{f"{side}label": add_unit(own.name, own.unit)})
     if side == "x":
         fit_numbers(axes.xaxis)

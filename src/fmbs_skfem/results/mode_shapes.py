@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core.values.display import SI, DisplayUnits
 from ..dynamics import Shapes, Trajectory
 from . import frames as frames_
 from . import motion, pictures
@@ -89,22 +90,22 @@ def deflection(body: Shown) -> np.ndarray:
     return np.einsum("xc,sxc->sx", n, body.points - body.points[:1])
 
 
-def picture(shapes: Shapes, path: Path, title: str = "") -> Path:
+def picture(shapes: Shapes, path: Path, title: str = "", display: DisplayUnits = SI) -> Path:
     """Every motion at its largest beside the outline of the state, side by side in a PNG."""
     vectors, extent = unit_vectors(shapes)
     frames, look = coloured(moved(shapes, REACH * extent * vectors.real.T), REACH * extent)
-    look = replace(look, title=title, captions=shapes.captions)
+    look = replace(look, title=title, captions=shapes.captions, display=display)
     return pictures.render(frames, path, frames.times.tolist(), look, pictures.Arrangement.MULTIPLES)
 
 
-def animate(shapes: Shapes, number: int, path: Path, title: str = "", count: int = PHASES) -> Path:
+def animate(shapes: Shapes, number: int, path: Path, title: str = "", count: int = PHASES, display: DisplayUnits = SI) -> Path:
     """A period of one motion beside the outline of the state as a GIF or MP4; growth and damping are left out."""
     vectors, extent = unit_vectors(replace(shapes, vectors=shapes.vectors[:, [number]]))
     count = min(count, PHASES)
     phases = np.exp(2j * np.pi * np.arange(count) / count)
     frames, look = coloured(moved(shapes, REACH * extent * np.real(phases[:, None] * vectors[:, 0])), REACH * extent)
     head = f"{title}, {shapes.captions[number]}" if title else shapes.captions[number]
-    look = replace(look, captions=(head,) * count, size=(800, 600))
+    look = replace(look, captions=(head,) * count, size=(800, 600), display=display)
     return pictures.animate(frames, path, count + 1, RATE, look)
 
 

@@ -6,11 +6,14 @@ Only members that ran are drawn as points; where members failed, crosses mark th
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Sized
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..core.errors import InputError, closest, say
+from ..core.values.display import SI, DisplayUnits, largest_of
+from ..core.values.ranges import Parameter
 from ..core.values.units import add_unit
 from ..families.members import Status
 from ..families.response_surfaces import ResponseSurface
@@ -33,8 +36,9 @@ BANDS = ((0.0, 1.0, "all", 0.14), (0.05, 0.95, "5 to 95 %", 0.26), (0.25, 0.75, 
 KINDS = {"max": (palette.VERMILLION, "^"), "final": (palette.BLACK, "o"), "min": (palette.BLUE, "v")}
 
 
-def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figure:
+def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "", display: DisplayUnits = SI) -> Figure:
     """Largest, last and smallest value of outputs over every parameter: a row an output, a column a parameter."""
+    sweep = read_in(sweep, display)
     chosen = choose_outputs(sweep, outputs, MOST_ROWS)
     width, height = 3.1 * len(sweep.parameters) + 1.2, 2.2 * len(chosen) + 0.8
     figure = charts.figure(width, height, headed(title, chosen, sweep.columns))
@@ -52,10 +56,13 @@ def response(sweep: Sweep, outputs: Sequence[str] = (), title: str = "") -> Figu
     return figure
 
 
-def scatter_matrix(sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final", title: str = "") -> Figure:
+def scatter_matrix(
+    sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final", title: str = "", display: DisplayUnits = SI
+) -> Figure:
     """Every parameter and output against those before it, with histograms on the diagonal; outputs by one of `extremes`."""
     if kind not in KINDS:
         raise InputError(say("scatter matrix: kind", f"one of {', '.join(KINDS)}", f"'{kind}'{closest(kind, KINDS)}"))
+    sweep = read_in(sweep, display)
     chosen = choose_outputs(sweep, outputs, max(1, MOST_SIDES - len(sweep.parameters)))
     sides = [(add_unit(p.name, p.unit), sweep.points[:, k]) for k, p in enumerate(sweep.parameters)]
     sides += [(add_unit(f"{name} {kind}", sweep.units.get(name, "")), extremes(sweep, name)[kind]) for name in chosen]
@@ -80,11 +87,13 @@ def scatter_matrix(sweep: Sweep, outputs: Sequence[str] = (), kind: str = "final
     return figure
 
 
-def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "", across: str = "time [s]") -> Figure:
+def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "", across: str = "time [s]", display: DisplayUnits = SI) -> Figure:
     """Histories of outputs over all members: the median, and bands that hold half, nine tenths and all of them.
 
     `across` is the label of their common axis, along which the times of every member have to rise.
     """
+    across, clock = display.head(across, sweep.times)
+    sweep = replace(read_in(sweep, display), times=sweep.times / clock)
     chosen = choose_outputs(sweep, outputs, MOST_OUTPUTS)
     figure, grid = charts.stack(len(chosen), headed(title, chosen, sweep.columns), across)
     for axes, output in zip(grid.flat, chosen, strict=False):
@@ -98,6 +107,20 @@ def fan(sweep: Sweep, outputs: Sequence[str] = (), title: str = "", across: str 
         axes.margins(x=0.0)
     charts.legend_below(figure)
     return figure
+
+
+def read_in(sweep: Sweep, display: DisplayUnits) -> Sweep:
+    """The sweep with parameters and outputs in the units in which people read them."""
+    known = [charts.read_parameter(one, display) for one in sweep.parameters]
+    found = {name: display.find(sweep.units.get(name, ""), largest_of(values)) for name, values in sweep.columns.items()}
+    return replace(
+        sweep,
+        parameters=tuple(one for one, _ in known),
+        points=sweep.points / np.array([size for _, size in known]),
+        columns={name: values / found[name][1] for name, values in sweep.columns.items()},
+        ends={name: values / found[name][1] for name, values in sweep.ends.items()},
+        units={name: unit for name, (unit, _) in found.items()},
+    )
 
 
 def choose_kind(output: str, kinds: Mapping[str, Any]) -> tuple[str, Any]:
@@ -126,7 +149,9 @@ def sensitivity(indices: Mapping[str, Any], title: str = "") -> Figure:
     return figure
 
 
-def surfaces(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str], title: str = "") -> Figure:
+def surfaces(
+    found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str], title: str = "", display: DisplayUnits = SI
+) -> Figure:
     """Response surfaces of last values (largest ones of outputs that end alike) with their samples and errors, an output a row.
 
     Two parameters have a surface, others curves over each of them, all others in the middle of their range.
@@ -134,17 +159,21 @@ def surfaces(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[
     shown = {name: next((kind, kinds[kind]) for kind in ("final", "max", "min") if kind in kinds) for name, kinds in found.items()}
     chosen = list(shown.items())[:MOST_ROWS]
     parameters = chosen[0][1][1].parameters
+    known = [charts.read_parameter(one, display) for one in parameters]
     flat = len(parameters) == 2
     columns = 1 if flat else len(parameters)
     width, height = 5.6 if flat else 3.1 * columns + 1.2, (3.4 if flat else 2.4) * len(chosen) + 0.8
     figure = charts.figure(width, height, headed(title, chosen, shown))
     grid = figure.subplots(len(chosen), columns, squeeze=False)
     for row, (name, (kind, one)) in zip(grid, chosen, strict=True):
-        label = add_unit(f"{name} {kind}", units.get(name, ""))
-        row[0].set_title(f"{label}, error of unseen samples {one.rms_error:.2g} (q2 {one.q2:.3f})", fontsize=8, loc="left")
+        label, size = display.head(add_unit(f"{name} {kind}", units.get(name, "")), one.values)
+        row[0].set_title(f"{label}, error of unseen samples {one.rms_error / size:.2g} (q2 {one.q2:.3f})", fontsize=8, loc="left")
         for number, axes in enumerate(row):
-            draw_map(figure, axes, one) if flat else draw_curve(axes, one, number)
-            charts.over_parameter(axes, "x", parameters[number])
+            if flat:
+                draw_map(figure, axes, one, known, size)
+            else:
+                draw_curve(axes, one, number, known[number][1], size)
+            charts.over_parameter(axes, "x", known[number][0])
             charts.rule(axes)
         if not flat:
             row[0].set_ylabel(label)
@@ -152,27 +181,31 @@ def surfaces(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[
     return figure
 
 
-def draw_map(figure: Figure, axes: Axes, one: ResponseSurface) -> None:
-    """A surface over two parameters as colours, its samples as points in theirs."""
+def draw_map(figure: Figure, axes: Axes, one: ResponseSurface, known: Sequence[tuple[Parameter, float]], size: float) -> None:
+    """A surface over two parameters as colours, its samples as points in theirs; `size` is that of the unit of its values."""
     from matplotlib.ticker import MaxNLocator
 
     points = from_box(one.parameters, charts.through_centre(2, (0, 1), GRID))
-    x, y, mean = (values.reshape(GRID, GRID) for values in (*points.T, one.predict(points)[0]))
-    low, high = min(mean.min(), one.values.min()), max(mean.max(), one.values.max())
+    sizes, found = np.array([own for _, own in known]), one.values / size
+    x, y, mean = (values.reshape(GRID, GRID) for values in (*(points / sizes).T, one.predict(points)[0] / size))
+    low, high = min(mean.min(), found.min()), max(mean.max(), found.max())
     shown = axes.contourf(x, y, mean, levels=np.linspace(low, high, 15), cmap="viridis")
-    coloured: dict[str, Any] = {"c": one.values, "vmin": low, "vmax": high, "cmap": "viridis"}
-    axes.scatter(one.points[:, 0], one.points[:, 1], s=14, edgecolors="white", linewidths=0.5, **coloured)
+    coloured: dict[str, Any] = {"c": found, "vmin": low, "vmax": high, "cmap": "viridis"}
+    axes.scatter(one.points[:, 0] / sizes[0], one.points[:, 1] / sizes[1], s=14, edgecolors="white", linewidths=0.5, **coloured)
     figure.colorbar(shown, ax=axes, ticks=MaxNLocator(charts.MOST))
-    charts.over_parameter(axes, "y", one.parameters[1])
+    charts.over_parameter(axes, "y", known[1][0])
 
 
-def draw_curve(axes: Axes, one: ResponseSurface, number: int) -> None:
-    """A surface over one parameter, the others in the middle of their range, with all samples."""
+def draw_curve(axes: Axes, one: ResponseSurface, number: int, across: float, size: float) -> None:
+    """A surface over one parameter, the others in the middle of their range, with all samples.
+
+    `across` and `size` are those of the units of the parameter and of the values.
+    """
     points = from_box(one.parameters, charts.through_centre(len(one.parameters), [number], GRID))
-    mean, deviation = one.predict(points)
+    mean, deviation = (values / size for values in one.predict(points))
     edges = (mean - 2 * deviation, mean + 2 * deviation)
-    charts.band(axes, points[:, number], edges, mean, ("surface", "two standard deviations"))
-    axes.scatter(one.points[:, number], one.values, s=7, c=palette.BLACK, alpha=0.4, linewidths=0, label="samples")
+    charts.band(axes, points[:, number] / across, edges, mean, ("surface", "two standard deviations"))
+    axes.scatter(one.points[:, number] / across, one.values / size, s=7, c=palette.BLACK, alpha=0.4, linewidths=0, label="samples")
 
 
 def align(times: Array, values: Array) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..core.algebra import ranks
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
+from ..core.values.display import SI, DisplayUnits
 from ..core.values.ranges import Parameter
 from ..families import kriging
 from ..families.kriging import Surrogate
@@ -73,7 +74,9 @@ def surrogate(candidates: Mapping[str, Array], panels: Sequence[SurrogatePanel],
     return figure
 
 
-def slices(known: Sequence[Parameter], model: Surrogate, label: str = "indicator (49)", title: str = "") -> Figure:
+def slices(
+    known: Sequence[Parameter], model: Surrogate, label: str = "indicator (49)", title: str = "", display: DisplayUnits = SI
+) -> Figure:
     """A surrogate with its samples: one parameter a curve with its band, two a surface, more slices through the centre.
 
     Of more than two, curves stand on the diagonal and surfaces below; samples, which lie beside the slices, are projected on them.
@@ -85,15 +88,16 @@ def slices(known: Sequence[Parameter], model: Surrogate, label: str = "indicator
     grid = figure.subplots(size, size, squeeze=False)
     pairs = [(1, 0)] if alone else [(i, j) for i in sides for j in sides if j <= i]
     cuts = {(i, j): _cut(known, model, (j,) if i == j else (j, i)) for i, j in pairs}
-    limits = _limits([panel for _, panel in cuts.values()])
+    limits, read = _limits([panel for _, panel in cuts.values()]), [charts.read_parameter(one, display) for one in known]
     for (i, j), (values, panel) in cuts.items():
         axes = grid[0, 0] if alone else grid[i, j]
-        (_curve if i == j else _surface)(axes, values, panel, limits)
-        charts.over_parameter(axes, "x", known[j])
+        shown = [one / read[k][1] for one, k in zip(values, (j,) if i == j else (j, i), strict=True)]
+        (_curve if i == j else _surface)(axes, shown, panel, limits)
+        charts.over_parameter(axes, "x", read[j][0])
         if i == j:
             axes.set_ylabel(label)
         else:
-            charts.over_parameter(axes, "y", known[i])
+            charts.over_parameter(axes, "y", read[i][0])
     for i, j in itertools.combinations(range(size), 2):
         grid[i, j].set_axis_off()
     if len(known) > 1:

@@ -14,6 +14,7 @@ from ..bodies import body as bodies
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values.display import DisplayUnits, largest_of
 from ..dynamics import initial, rest
 from ..scenes import build, consistency, plausibility, where
 from ..systems import compiled, free_motions, layouts
@@ -250,6 +251,7 @@ def view(found: dict[str, Any]) -> list[Any]:
     """The tables of a checked scene."""
     columns = ("name", "cells", "dofs", "mass", "rigid_motions", "extent", "wave_speed", "slenderness", "sag")
     titles = ("body", "cells", "dofs", "mass [kg]", "rigid motions", "size [m]", "wave speed [m/s]", "slenderness", "sag / length")
+    display = DisplayUnits.of(found)
     rows = [[body[key] for key in columns] for body in found["bodies"]]
     keys = ("count", "size_ratio", "aspect", "angle", "jacobian")
     meshes = [(body["name"], *(body["mesh"][key] for key in keys)) for body in found["bodies"] if body["mesh"]]
@@ -259,8 +261,8 @@ def view(found: dict[str, Any]) -> list[Any]:
     facts += [(f"initial {key}", value) for key, value in found["initial"].items() if isinstance(value, float) and value > 1e-9]
     parts = [
         f"{found['scene']} ({found['analysis']}): the scene is valid",
-        ReportTable("Bodies", titles, rows),
-        *where_bodies_are(found["bodies"]),
+        ReportTable("Bodies", *display.columns(titles, rows)),
+        *where_bodies_are(found["bodies"], display),
         ReportTable("Joints", ("joint", "constraints", "rigid motions taken", "ties"), joints),
         mechanism_table(found["mechanism"]),
         ReportTable("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
@@ -272,26 +274,27 @@ def view(found: dict[str, Any]) -> list[Any]:
     return [*parts[:2], *([ReportTable("Meshes", heads, meshes)] if meshes else []), *parts[2:]]
 
 
-def where_bodies_are(found: list[dict[str, Any]]) -> list[Any]:
+def where_bodies_are(found: list[dict[str, Any]], display: DisplayUnits) -> list[Any]:
     """The tables of boxes and of named places, of which the first are shown."""
+    unit, size = display.find("m", largest_of(np.array([body["box"] for body in found])), prefixes=False)
     boxes = [
         (
             body["name"],
-            *(point(at, body["extent"]) for at in body["box"]),
-            f"{body['length']:.6g} m" if body["length"] else f"{body['area']:.6g} m2" if body["area"] else "-",
+            *(point(at, body["extent"], size) for at in body["box"]),
+            f"{body['length'] / size:.6g} {unit}" if body["length"] else f"{body['area']:.6g} m2" if body["area"] else "-",
             body["pieces"],
         )
         for body in found
     ]
-    places = [(f"{body['name']}.{name}", point(at, body["extent"])) for body in found for name, at in body["places"].items()]
+    places = [(f"{body['name']}.{name}", point(at, body["extent"], size)) for body in found for name, at in body["places"].items()]
     more = [f"and {len(places) - PLACES} more places, all of them with --json"] if len(places) > PLACES else []
-    tables = [ReportTable("Geometry", ("body", "from [m]", "to [m]", "length or area", "pieces"), boxes)]
-    return [*tables, *([ReportTable("Places", ("place", "at [m]"), places[:PLACES])] if places else []), *more]
+    tables = [ReportTable("Geometry", ("body", f"from [{unit}]", f"to [{unit}]", "length or area", "pieces"), boxes)]
+    return [*tables, *([ReportTable("Places", ("place", f"at [{unit}]"), places[:PLACES])] if places else []), *more]
 
 
-def point(at: list[float], size: float) -> str:
-    """A point in a table; coordinates that are nothing beside the size of its body are 0."""
-    return "(" + ", ".join(f"{x if abs(x) > 1e-12 * size else 0.0:.5g}" for x in at) + ")"
+def point(at: list[float], extent: float, size: float) -> str:
+    """A point in a table, in a unit of some size; coordinates that are nothing beside the extent of its body are 0."""
+    return "(" + ", ".join(f"{x / size if abs(x) > 1e-12 * extent else 0.0:.5g}" for x in at) + ")"
 
 
 def joint_row(name: str, constraints: int, counted: dict[str, Any] | None) -> tuple[object, ...]:

@@ -226,6 +226,7 @@ def report_of(scene: Scene, study: Comparison) -> dict[str, Any]:
     return {
         "status": "ok",
         "scene": jobs.title(scene),
+        **scene.display.note,
         "models": [asdict(record) for record in study.records],
         "outputs": {name: extremes(values) for name, values in figures.drawn_outputs(study.full).items()},
         "time_error": asdict(study.time_error) if study.time_error else None,

@@ -18,7 +18,6 @@ from .. import scenes
 from ..core.errors import FmbsError, InputError, NoModel, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
-from ..core.values import display
 from ..families import comparators, greedy, parametric_model, prediction
 from ..families import training as trainings
 from ..families import training_store as store
@@ -131,7 +130,7 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
     view: list[ReportTable | str] = [payoff.words, *summarise(report)]
     view += training_signals_words(report["training_signals"]) if "training_signals" in report else []
     if checked is not None:
-        view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked))]
+        view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked), order.scene.display)]
     about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"
     view += list_files(report)
     return TrainingResult(about=about, report=report, lines=view, figures=figures, model=model, training=found, holdout=checked)
@@ -223,7 +222,7 @@ def make_product(order: TrainingOrder, found: FinishedTraining) -> ParametricMod
         "training": reports.plain(record(order, found)),
         prediction.KEY: {**prediction.record(found), "measure": order.measure},
         "provenance": reports.provenance_to_keep(reports.provenance(scene), scene),
-        display.KEY: asdict(scene.display),
+        **scene.display.note,
     }
     return parametric_model.ParametricModel(found.model.parametric, notes)
 

@@ -20,6 +20,7 @@ import numpy as np
 from ..core.errors import FmbsError
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values.display import DisplayUnits
 from ..core.values.units import add_unit
 from ..families import comparators, prediction
 from ..families import training_store as store
@@ -228,7 +229,7 @@ def table(checked: Checked, measure: str) -> ReportTable:
 
 def figures(order: TrainingOrder, found: FinishedTraining, checked: Checked | None) -> Figures:
     """The surrogate; with hold-out points the errors there, and beside the predicted ones."""
-    rules: dict[str, Callable[[], Figure]] = {"surrogate": functools.partial(surrogate, found)}
+    rules: dict[str, Callable[[], Figure]] = {"surrogate": functools.partial(surrogate, found, order.scene.display)}
     if checked is None or not len(checked.known):
         return Figures(rules)
     known, true, used = found.task.parameters, checked.true[checked.known], checked.known
@@ -236,7 +237,9 @@ def figures(order: TrainingOrder, found: FinishedTraining, checked: Checked | No
     places, label = checked.points[used, 0], add_unit(known[0].name, known[0].unit)
     if len(known) > 1:
         places, label = np.argsort(np.argsort(true)) + 1.0, "hold-out point, by its error"
-    rules["errors"] = functools.partial(plots.errors, places, errors, order.measure, label, order.tolerance, "tolerance")
+    rules["errors"] = functools.partial(
+        plots.errors, places, errors, order.measure, label, order.tolerance, "tolerance", order.scene.display
+    )
     if checked.predictions:
         bands = np.array(checked.predictions)[used].T
         rules["predicted"] = functools.partial(
@@ -245,10 +248,12 @@ def figures(order: TrainingOrder, found: FinishedTraining, checked: Checked | No
     return Figures(rules)
 
 
-def surrogate(found: FinishedTraining) -> Figure:
+def surrogate(found: FinishedTraining, display: DisplayUnits) -> Figure:
     """The surrogate of the indicator after every iteration, with its samples."""
-    labels = [add_unit(p.name, p.unit) for p in found.task.parameters]
-    columns = {label: found.search.candidates[:, k] for k, label in enumerate(labels)}
+    columns = {}
+    for own, values in zip(found.task.parameters, found.search.candidates.T, strict=True):
+        label, size = display.head(add_unit(own.name, own.unit), values)
+        columns[label] = values / size
     panels = [panel(iteration, found.outcome.points[: iteration.number]) for iteration in found.outcome.iterations]
     return training_plots.surrogate(columns, panels, "indicator (49)")
 

@@ -313,6 +313,7 @@ def facts(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
         "multipliers": len(reduced.constraints.names),
         "fingerprint": reports.fingerprint(scene),
         "provenance": reports.provenance(scene),
+        **scene.display.note,
     }
 
 

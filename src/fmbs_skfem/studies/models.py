@@ -53,7 +53,11 @@ def task(job: Job, step: float | None = None) -> solving.RunTask:
     identity = f"{mark(job.path)} {facts.get('parameters', '')} {case.duration} {case.scheme.step}"
     system, point = case.system, "".join(f"{name} = {value:.6g}, " for name, value in facts.get("parameters", {}).items())
     facts = {"model": job.path, **facts, "dofs": system.size, "constraints": len(system.constraints.names)}
-    facts |= {"fingerprint": identity, "provenance": reports.provenance(files=[job.path])}
+    facts |= {
+        "fingerprint": identity,
+        "provenance": reports.provenance(files=[job.path]),
+        display.KEY: asdict(DisplayUnits.of(notes)),
+    }
 
     def integrate(advance: Any, *_: object) -> dynamics.Trajectory:
         return cases.run(case, progress=advance)
@@ -68,7 +72,6 @@ def task(job: Job, step: float | None = None) -> solving.RunTask:
         case.scheme,
         label="reduced model",
         remarks=remarks(facts),
-        display=DisplayUnits.of(notes),
     )
 
 
@@ -82,7 +85,7 @@ def require_own_accuracy(job: Job) -> None:
 def run_saved(job: Job, step: float | None, picture: bool, html: bool = False) -> Run:
     """The run of a saved model, with a picture and a page for the browser where they are wanted."""
     made = task(job, step)
-    wanted: dict[str, webpages.Draw] = {pictures.PICTURE: partial(pictures.model, made.title)} if picture else {}
+    wanted: dict[str, webpages.Draw] = {pictures.PICTURE: partial(pictures.model, made.title, made.display)} if picture else {}
     wanted |= {webpages.PAGE: webpages.drawing(made.title, made.display)} if html else {}
     with painter.at_hand(picture and job.out is not None):
         return solving.solve(job, made.facts["fingerprint"], lambda: made, webpages.together(*wanted.values()), list(wanted))
@@ -138,7 +141,7 @@ def describe_box(path: Path) -> dict[str, Any]:
     return {
         "kind": "a box of parameters",
         **found,
-        display.KEY: asdict(DisplayUnits.of(rom.notes)),
+        **DisplayUnits.of(rom.notes).note,
         "predicted_error": predict_error(rom, {}),
         "notes": notes,
     }
@@ -155,7 +158,7 @@ def describe_point(path: Path) -> dict[str, Any]:
         "components": system.modes,
         "constraints": len(system.constraints.names),
         "outputs": list(system.outputs),
-        display.KEY: asdict(DisplayUnits.of(saved.notes)),
+        **DisplayUnits.of(saved.notes).note,
         "notes": {key: value for key, value in saved.notes.items() if key not in OWN},
     }
 

@@ -235,7 +235,7 @@ def check(job: Job, scene: Scene, found: Part, path: Path, body: str) -> PartRes
     report |= {"beyond_training": [asdict(one) for one in beyond], "notices": job.notices}
     rows = [(key, format_value(value)) for key, value in (sizes | cpu).items()]
     times = ReportTable(f"'{body}' in {jobs.title(scene)}", ("", "value"), rows)
-    about, lines = f"{path} in {jobs.title(scene)}", [times, *tables.output_errors(errors)]
+    about, lines = f"{path} in {jobs.title(scene)}", [times, *tables.output_errors(errors, scene.display)]
     return conclude(PartResult(about=about, report=report, lines=lines, part=found, error=error))
 
 

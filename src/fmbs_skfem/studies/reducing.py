@@ -16,7 +16,6 @@ from .. import reduction
 from ..core.errors import FmbsError
 from ..core.notices import Notice, notify
 from ..core.storage.records import dataclass
-from ..core.values import display
 from ..families import comparators
 from ..reduction import cases, files, full_runs, guarded, reduced_models, training_signals
 from ..reduction.accuracy import costs, error_budget, output_errors
@@ -77,12 +76,12 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Go
     view += [ReportTable(f"Reduced model of {report['scene']}", ("", "value"), facts)]
     view += tables.training_signals(report["training_signals"]) if "training_signals" in report else []
     view += tables.left_out(report["left_out"])
-    view += tables.output_errors(report["output_errors"])
+    view += tables.output_errors(report["output_errors"], scene.display)
     if path is not None:
         training, plain = dict(scene.parameters), reports.plain(report)
         kept, how = reports.provenance_to_keep(origin, scene), {"scheme": found.case.scheme, "newton": found.case.newton}
         notes = {"training": training, "report": plain, "provenance": kept, "choice": scene.choice, guarded.NOTE: found.known}
-        files.save(found.system, path, scene=report["scene"], **notes, **how, **{display.KEY: asdict(scene.display)})
+        files.save(found.system, path, scene=report["scene"], **notes, **how, **scene.display.note)
         view.append(f"written: {path}")
     more = {"file": path, "provenance": origin, "notices": job.notices}
     return replace(found, report={**report, **more}, lines=view)

@@ -17,6 +17,7 @@ from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.storage import container
 from ..core.storage.records import dataclass
+from ..core.values.display import SI, DisplayUnits
 from ..core.values.ranges import Parameter, Scale
 from ..families import parametric_model, prediction, sensitivity
 from ..families.members import FamilyTask, ModelTask, PathTask
@@ -52,6 +53,7 @@ class Members:
     fixed: Mapping[str, float] = field(default_factory=dict)  #: parameters that no member changes
     scene: Scene | None = None  #: whose full models are swept; none of a saved model
     trained: tuple[Parameter, ...] = ()  #: `parameters` with the ranges of the training of a saved model
+    display: DisplayUnits = SI  #: units in which people read its numbers
 
 
 def members(job: Job, ranges: Ranges, instants: int) -> Members:
@@ -76,7 +78,7 @@ def of_scene(job: Job, ranges: Ranges, instants: int) -> Members:
     else:
         task = PathTask(functools.partial(equilibria, scene=read, allow_outside=job.allow_outside), nominal)
     title = read.name or job.path.stem
-    return Members(title, parameters, task, mark_of(reports.fingerprint(read), instants), scene=read)
+    return Members(title, parameters, task, mark_of(reports.fingerprint(read), instants), scene=read, display=read.display)
 
 
 def from_texts(job: Job, ranges: Ranges, values: Mapping[str, float]) -> list[Parameter]:
@@ -129,7 +131,8 @@ def of_model(job: Job, ranges: Ranges, instants: int) -> Members:
         notify(f"the error estimate of the model is not reliable: {'; '.join(doubts)}; check with full runs")
     ranges_of_training = tuple(named[own.name] for own in parameters)
     mark = mark_of(digest, instants)
-    return Members(title, parameters, task, mark, prediction.predictor(model), fixed, trained=ranges_of_training)
+    more = ranges_of_training, DisplayUnits.of(model.notes)
+    return Members(title, parameters, task, mark, prediction.predictor(model), fixed, None, *more)
 
 
 def mark_of(digest: str, instants: int) -> str:

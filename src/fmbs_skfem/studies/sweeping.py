@@ -14,6 +14,7 @@ import numpy as np
 from ..core.errors import InputError, SweepFailure, closest, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values.display import DisplayUnits, largest_of
 from ..core.values.units import add_unit
 from ..families import parametric_model, prediction, response_surfaces, sensitivity, sweeps
 from ..families.members import OUTSIDE, Status
@@ -102,6 +103,7 @@ def sweep_points(
     report = {
         **report_of(members, table, outcome, records),
         "fingerprint": mark,
+        **members.display.note,
         "predicted_error": {name: -low(-column) for name, column in predicted.items()},
         **outside_of(table),
         **({} if job.plan is None else {"accuracy": asdict(job.plan)}),
@@ -118,7 +120,8 @@ def sweep_points(
 
     jobs.deliver(job, report, write, figures)
     error = SweepFailure(report["message"]) if report["failed"] else None
-    tables = [responses(table), *([sobol_table(found)] if found else []), *([surface_table(fitted, table.units)] if fitted else [])]
+    tables = [responses(table, members.display), *([sobol_table(found)] if found else [])]
+    tables += [surface_table(fitted, table.units, members.display)] if fitted else []
     head = [summary(report), *([f"{job.plan.words}; at the nominal parameters"] if job.plan else [])]
     view: list[ReportTable | str] = [*head, *tables, *([failures(report)] if error else []), *list_files(report)]
     about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
@@ -227,13 +230,13 @@ def errors_of(found: Mapping[str, Mapping[str, ResponseSurface]]) -> dict[str, A
     }
 
 
-def surface_table(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str]) -> ReportTable:
+def surface_table(found: Mapping[str, Mapping[str, ResponseSurface]], units: Mapping[str, str], read: DisplayUnits) -> ReportTable:
     """Errors of all surfaces at samples that they have not seen."""
-    rows = [
-        (add_unit(output, units.get(output, "")), kind, one.rms_error, one.largest_error, one.q2)
-        for output, kinds in found.items()
-        for kind, one in kinds.items()
-    ]
+    rows = []
+    for output, kinds in found.items():
+        head, size = read.head(add_unit(output, units.get(output, "")), [largest_of(one.values) for one in kinds.values()])
+        for kind, one in kinds.items():
+            rows.append((head, kind, one.rms_error / size, one.largest_error / size, one.q2))
     return ReportTable("Response surfaces: errors of unseen samples", ("output", "value", "rms error", "largest error", "q2"), rows)
 
 
@@ -252,20 +255,23 @@ def figures_of(job: Job, members: Members, table: Sweep, found: Mapping[str, Any
     And indices and surfaces that were found.
     """
     rules: dict[str, Callable[[], Figure]] = {}
+    shared: dict[str, Any] = {"title": members.name, "display": members.display}
     if table.columns:
-        rules["response"] = partial(sweep_plots.response, table, title=members.name)
-        rules["scatter"] = partial(sweep_plots.scatter_matrix, table, title=members.name)
+        rules["response"] = partial(sweep_plots.response, table, **shared)
+        rules["scatter"] = partial(sweep_plots.scatter_matrix, table, **shared)
         across = "load factor" if members.scene is not None and not members.scene.analysis.clock else "time [s]"
         if not (np.diff(table.times, axis=1) <= 0.0).any():  # as along a path whose load factor turns
-            rules["histories"] = partial(sweep_plots.fan, table, title=members.name, across=across)
+            rules["histories"] = partial(sweep_plots.fan, table, across=across, **shared)
     if members.predict is not None:
         model = parametric_model.load(job.path)
         if (known := prediction.read_record(model)) is not None:
-            rules["surrogate"] = partial(training_plots.slices, model.model.parameters, known[0], title=members.name)
+            rules["surrogate"] = partial(
+                training_plots.slices, model.model.parameters, known[0], title=members.name, display=members.display
+            )
     if found:
         rules["sensitivity"] = partial(sweep_plots.sensitivity, found, title=members.name)
     if fitted:
-        rules["surfaces"] = partial(sweep_plots.surfaces, fitted, table.units, title=members.name)
+        rules["surfaces"] = partial(sweep_plots.surfaces, fitted, table.units, **shared)
     return Figures(rules)
 
 
@@ -327,14 +333,16 @@ def summary(found: Mapping[str, Any]) -> str:
     )
 
 
-def responses(table: Sweep) -> ReportTable:
+def responses(table: Sweep, read: DisplayUnits) -> ReportTable:
     """Range of every output over all members."""
     rows = []
     for name in table.columns:
         ends = sweep_files.extremes(table, name)
         final = ends["final"]
-        rows.append((add_unit(name, table.units.get(name, "")), low(ends["min"]), -low(-ends["max"]), low(final), -low(-final)))
-    return ReportTable("Outputs over all samples (SI units)", ("output", "min", "max", "smallest final", "largest final"), rows)
+        values = [low(ends["min"]), -low(-ends["max"]), low(final), -low(-final)]
+        head, shown = read.row(add_unit(name, table.units.get(name, "")), values)
+        rows.append((head, *shown))
+    return ReportTable("Outputs over all samples", ("output", "min", "max", "smallest final", "largest final"), rows)
 
 
 def failures(found: Mapping[str, Any]) -> ReportTable:

@@ -10,6 +10,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..core.values.display import DisplayUnits, largest_of
 from ..core.values.units import add_unit
 from .result import ReportTable
 
@@ -34,13 +35,13 @@ def tables(scene: Scene, study: Comparison) -> list[Any]:
     if any(record.hyper == "exact" for record in study.records):
         shown: list[Any] = [below("Table 4: sizes", table_4(study), SIZES, known)]
         done = [record for record in table_4(study) if record.status == "done"]
-        shown += [below("Table 4: CPU time [s]", done, SHARES, known), accuracy(study)]
+        shown += [below("Table 4: CPU time [s]", done, SHARES, known), accuracy(study, scene.display)]
     else:
         counted = beside("Table 1: scalar multiplications for the reduced tangent K_r", main(study), PRODUCTS, known)
-        shown = [overview(study), counted, tangents(study, known)]
+        shown = [overview(study, scene.display), counted, tangents(study, known)]
         if trained := [record for record in main(study) if record.snnls_s]:
             shown.append(searches(trained, known))
-    shown += errors_of_outputs(study)
+    shown += errors_of_outputs(study, scene.display)
     shown += [f"{record.name}: {record.status}" for record in study.records if record.status != "done"]
     return [*shown, f"paper: {paper['source']}"] if paper else shown
 
@@ -115,29 +116,39 @@ PRODUCTS = (
 )
 
 
-def accuracy(study: Comparison) -> ReportTable:
+def accuracy(study: Comparison, display: DisplayUnits) -> ReportTable:
     """Errors of all kinds beside Newton's tolerance and what is left of the joints."""
-    rows = []
+    rows, (unit, size) = [], length_unit(study, display)
     for record in [record for record in study.records if record.status == "done" and record.family != "full"]:
         published = (record.coordinates_error, record.coordinates_mean)
-        errors = (record.max_error, record.median_error, record.mean_error, record.distance_error, record.position_error)
+        lengths = (record.distance_error / size, record.position_error / size)
+        errors = (record.max_error, record.median_error, record.mean_error, *lengths)
         sizes = (str(record.constraints), f"{record.newton:.0e}", str(record.iterations), str(record.factorisations))
         rows.append((record.name, *map(tell, (*errors, *published)), *sizes))
     if study.time_error:
         times = study.time_error
-        rows.append((f"step {times.step:g} s", tell(times.relative), "", "", tell(times.distance), tell(times.position), *[""] * 6))
-    columns = ("model", "max error", "median", "mean", "RMS [m]", "position [m]", "(53)", "(48)")
+        rows.append(
+            (
+                f"step {times.step:g} s",
+                tell(times.relative),
+                "",
+                "",
+                tell(times.distance / size),
+                tell(times.position / size),
+                *[""] * 6,
+            )
+        )
+    columns = ("model", "max error", "median", "mean", f"RMS [{unit}]", f"position [{unit}]", "(53)", "(48)")
     heads = (*columns, "constraints", "Newton", "iterations", "factors")
     return ReportTable("Errors against the full model, and of its own step", heads, rows, names=True)
 
 
-def output_errors(found: Mapping[str, Mapping[str, Any]]) -> list[ReportTable]:
+def output_errors(found: Mapping[str, Mapping[str, Any]], display: DisplayUnits) -> list[ReportTable]:
     """Largest error of every output column of one model, in its unit and as a part of its range; nothing without outputs."""
-
-    rows = [
-        (add_unit(column, one["unit"]), part(one["error"]), f"{one['range']:.3g}", part(one["relative"]))
-        for column, one in found.items()
-    ]
+    rows = []
+    for column, one in found.items():
+        head, size = display.head(add_unit(column, one["unit"]), [one["range"]])
+        rows.append((head, part(one["error"], size), f"{one['range'] / size:.3g}", part(one["relative"])))
     heads = ("output", "largest error", "range", "part of the range")
     return [ReportTable("Errors of the outputs", heads, rows, names=True)] if rows else []
 
@@ -166,7 +177,7 @@ def left_out(found: Mapping[str, str]) -> list[ReportTable]:
     return [ReportTable("Equations left out", ("equation", "what that does"), rows)] if rows else []
 
 
-def errors_of_outputs(study: Comparison) -> list[ReportTable]:
+def errors_of_outputs(study: Comparison, display: DisplayUnits) -> list[ReportTable]:
     """Largest errors of all output columns, and those as parts of their ranges, with a column a model."""
 
     found = {record.name: {name: asdict(one) for name, one in record.outputs.items()} for record in main(study) if record.outputs}
@@ -176,21 +187,24 @@ def errors_of_outputs(study: Comparison) -> list[ReportTable]:
     titles = {"error": "Largest errors of the outputs", "relative": "Largest errors of the outputs as parts of their ranges"}
     shown = []
     for key, title in titles.items():
-        rows = [
-            (
-                add_unit(name, one["unit"]),
-                f"{one['range']:.3g}",
-                *(part(columns[name][key]) for columns in found.values()),
-            )
-            for name, one in first.items()
-        ]
+        rows = []
+        for name, one in first.items():
+            head, size = display.head(add_unit(name, one["unit"]), [one["range"]])
+            errors = (part(columns[name][key], size if key == "error" else 1.0) for columns in found.values())
+            rows.append((head, f"{one['range'] / size:.3g}", *errors))
         shown.append(ReportTable(title, ("output", "range", *found), rows, names=True))
     return shown
 
 
-def part(error: float | None) -> str:
-    """An error; nothing where it is unknown or has no range to refer to."""
-    return "-" if error is None or not math.isfinite(error) else f"{error:.2e}"
+def part(error: float | None, size: float = 1.0) -> str:
+    """An error in a unit of some size; nothing where it is unknown or has no range to refer to."""
+    return "-" if error is None or not math.isfinite(error) else f"{error / size:.2e}"
+
+
+def length_unit(study: Comparison, display: DisplayUnits) -> tuple[str, float]:
+    """The unit of distances from the full model, of many orders: one that was typed, or metres."""
+    found = [record.position_error for record in study.records if record.status == "done"]
+    return display.find("m", largest_of(found), prefixes=False)
 
 
 def clock(seconds: float) -> str:
@@ -207,9 +221,9 @@ def main(study: Comparison) -> list[ModelRecord]:
     return [record for record in study.records if record.main and record.modes]
 
 
-def overview(study: Comparison) -> ReportTable:
+def overview(study: Comparison, display: DisplayUnits) -> ReportTable:
     """Time beside error, without the other eps and eta (they are in the figure and in the JSON object)."""
-    rows = []
+    rows, (unit, size) = [], length_unit(study, display)
     full = study["full"].cpu_s
     for record in study.records:
         if not record.main and record.family not in ("full", "coarse", "step"):
@@ -218,9 +232,9 @@ def overview(study: Comparison) -> ReportTable:
             rows.append((record.name, record.dofs or "none", *[""] * 6))
             continue
         pays = "" if record.pays_after_runs is None else str(math.ceil(record.pays_after_runs))
-        error = (tell(record.max_error), tell(record.mean_error), tell(record.position_error))
+        error = (tell(record.max_error), tell(record.mean_error), tell(record.position_error / size))
         rows.append((record.name, record.dofs, f"{record.cpu_s:.3g}", f"{full / record.cpu_s:.1f}", *error, pays))
-    columns = ("model", "dofs", "CPU [s]", "speed-up", "max error", "mean error", "position error [m]", "pays after runs")
+    columns = ("model", "dofs", "CPU [s]", "speed-up", "max error", "mean error", f"position error [{unit}]", "pays after runs")
     return ReportTable("Time beside error", columns, rows, names=True)
 
 

@@ -88,6 +88,11 @@ class DisplayUnits:
         heads, *shown = map(list, zip(*found, strict=True)) if found else [[]]
         return list(heads), shown
 
+    @property
+    def note(self) -> dict[str, Any]:
+        """They as an entry of a report, or of the notes of a saved model."""
+        return {KEY: {"asked": self.asked, "typed": self.typed}}
+
     @classmethod
     def of(cls, holder: Mapping[str, Any]) -> DisplayUnits:
         """Those that a report or the notes of a saved model hold; none of earlier ones."""

@@ -132,8 +132,9 @@ def task(
 
     title = f"{job.path}, guarded by {path}"
     judge = partial(judging.balances, analysis.scheme)
-    more: dict[str, Any] = {"label": "guarded run", "remarks": remarks, "display": scene.display}
-    return RunTask(facts["scene"], facts, title, own.form(raw), integrate, judge, analysis.scheme, **more)
+    return RunTask(
+        facts["scene"], facts, title, own.form(raw), integrate, judge, analysis.scheme, label="guarded run", remarks=remarks
+    )
 
 
 def facts_of(found: Guarded) -> dict[str, Any]:

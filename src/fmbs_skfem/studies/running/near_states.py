@@ -116,14 +116,14 @@ def transfer(linear: StateSpace, title: str) -> Figure:
     return response_plots.magnitudes(omega / (2.0 * np.pi), curves, title)
 
 
-def pictures(title: str, frames: int, ending: str, shapes: Shapes, out: Path) -> list[Callable[[], Path]]:
+def pictures(title: str, frames: int, ending: str, display: DisplayUnits, shapes: Shapes, out: Path) -> list[Callable[[], Path]]:
     """All motions in one picture, and an animation of each with at most `frames` instants of a period (none for 0)."""
-    found: list[Callable[[], Path]] = [partial(mode_shapes.picture, shapes, out / PICTURE, title)]
+    found: list[Callable[[], Path]] = [partial(mode_shapes.picture, shapes, out / PICTURE, title, display)]
     numbers = range(len(shapes.captions)) if frames else ()
     return [
         *found,
         *(
-            partial(mode_shapes.animate, shapes, k, (out / ANIMATION.format(k + 1)).with_suffix(ending), title, frames)
+            partial(mode_shapes.animate, shapes, k, (out / ANIMATION.format(k + 1)).with_suffix(ending), title, frames, display)
             for k in numbers
         ),
     ]

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...core.errors import FmbsError
 from ...core.notices import notify
+from ...core.values.display import DisplayUnits
 from ...results import frames as frames_
 from ...results import motion, pictures, stress_errors
 from ...results.pictures import Look
@@ -60,7 +61,7 @@ def scene(
         moving, chosen = (frames_.magnify(one, start, scale) for one in (moving, chosen))
         heading = f"{heading} (displacements x {scale:g})"
     label = label_of(trajectory, shade)
-    look = Look(shade, label, title=heading, clock=clock)
+    look = Look(shade, label, title=heading, clock=clock, display=scene.display)
     found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, look)]
     look = replace(look, limits=limits, size=(800, 600))
     return [*found, partial(pictures.animate, moving, out / names[1], count, rate, look)] if count else found
@@ -72,14 +73,15 @@ def error(scene: Scene, study: Comparison, path: Path) -> list[Order]:
     if name is None:
         return []
     wanted = instants(scene, study.full)
-    look = Look("error", title=f"{jobs.title(scene)}, {name}: error")
+    look = Look("error", title=f"{jobs.title(scene)}, {name}: error", display=scene.display)
     return [partial(pictures.render, motion.errors(study.full, study.motions[name], wanted), path, wanted, look)]
 
 
-def model(title: str, trajectory: Trajectory, out: Path) -> list[Order]:
+def model(title: str, display: DisplayUnits, trajectory: Trajectory, out: Path) -> list[Order]:
     """Configurations of a saved reduced model, coloured by stress or curvature."""
     chosen = motion.frames(trajectory, frames_.spread(trajectory.times, CONFIGURATIONS))
-    return [partial(pictures.render, chosen, out / PICTURE, None, Look(motion.usual_color(trajectory.system), title=title))]
+    look = Look(motion.usual_color(trajectory.system), title=title, display=display)
+    return [partial(pictures.render, chosen, out / PICTURE, None, look)]
 
 
 def last(trajectory: Trajectory, path: Path, clock: str) -> list[Path]:

@@ -67,7 +67,7 @@ def render_scene(job: Job, frames: int, ending: str, scale: float, html: bool = 
             require_motion(scene, "leave it out: modes get pictures and animations")
         if scale != 1.0:
             raise InputError(say("--scale", "a motion or an equilibrium", scene.analysis.word, "shapes have a size of their own"))
-        names, draw = [near_states.PICTURE], partial(near_states.pictures, jobs.title(scene), frames, ending)
+        names, draw = [near_states.PICTURE], partial(near_states.pictures, jobs.title(scene), frames, ending, scene.display)
     else:
         names = [pictures.PICTURE, *([Path(pictures.ANIMATION).stem + ending] if frames else [])]
         drawn = partial(pictures.scene, scene, count=frames, names=(names[0], names[-1]), scale=scale)
@@ -138,5 +138,4 @@ def scene_task(job: Job, scene: Scene) -> RunTask:
         analysis.scheme,
         request if analysis.moves and job.scene is None else None,
         analysis.label,
-        display=scene.display,
     )

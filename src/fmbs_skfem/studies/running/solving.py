@@ -23,8 +23,7 @@ from ... import dynamics
 from ...core.errors import FmbsError, SolverError, Warned
 from ...core.notices import Notice, Progress
 from ...core.storage.records import dataclass
-from ...core.values import display
-from ...core.values.display import SI, DisplayUnits
+from ...core.values.display import DisplayUnits
 from ...dynamics import GeneralizedAlpha, Trajectory
 from ...dynamics.diagnoses import large_strains
 from ...parts import departures
@@ -62,7 +61,11 @@ class RunTask:
     request: Mapping[str, Any] | None = None  #: what `resume` needs to know; None of what runs anew
     label: str = "integrating"
     remarks: Sequence[ReportTable | str] = ()  #: sentences and tables on the result
-    display: DisplayUnits = SI  #: units in which people read its numbers
+
+    @property
+    def display(self) -> DisplayUnits:
+        """Units in which people read its numbers."""
+        return DisplayUnits.of(self.facts)
 
 
 def solve(job: Job, mark: str, make: Callable[[], RunTask], draw: Draw | None = None, names: Sequence[str] = ()) -> Run:
@@ -116,7 +119,6 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
         **({"stress_errors": uncertain} if uncertain else {}),
         "units": probes.column_units(task.system.outputs),
         "labels": probes.column_labels(task.system.outputs),
-        display.KEY: asdict(task.display),
         "segments": len(record.manifest.segments) if record else 0,
         "notices": job.notices,
         **failure,
