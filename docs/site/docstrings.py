@@ -138,6 +138,8 @@ def rewrite(app: object, what: str, name: str, obj: Any, _: object, lines: list[
     described = isinstance(obj, type) and dataclasses.is_dataclass(obj)
     if described and (obj.__doc__ or "").startswith(f"{obj.__name__}("):
         lines[:] = []
+    if what == "data" and lines and lines[0] == (inspect.getdoc(type(obj)) or "").split("\n")[0]:
+        lines[:] = []  # of its type, not of what it is
     text = list(paragraphs(lines))
     if described:
         text += fields(obj)

@@ -31,6 +31,7 @@ FLOORS = (
     "core.values",
     "core.algebra",
     "core.compiling",
+    "extend",
 )
 
 
@@ -66,19 +67,34 @@ def directive(own: object) -> str:
     return "class" if isinstance(own, type) else "function" if inspect.isroutine(inspect.unwrap(own)) else "data"  # type: ignore[arg-type]
 
 
-def reference_page(path: str, names: list[str]) -> str:
-    """The page of one module in reStructuredText: its docstring, a table of its objects, then every object by autodoc."""
+def homes(pages: dict[str, list[str]]) -> dict[int, str]:
+    """Full names of classes and functions on the first page that has them, by their identity: there they are described."""
+    found: dict[int, str] = {}
+    for path, names in pages.items():
+        module = importlib.import_module(f"fmbs_skfem.{path}")
+        for name in names:
+            if directive(own := getattr(module, name)) != "data":
+                found.setdefault(id(own), f"fmbs_skfem.{path}.{name}")
+    return found
+
+
+def reference_page(path: str, names: list[str], known: dict[int, str]) -> str:
+    """The page of one module in reStructuredText: its docstring, a table of its objects, then those at home here by autodoc."""
     full = f"fmbs_skfem.{path}"
     module = importlib.import_module(full)
+    objects = {name: getattr(module, name) for name in names}
+    places = {name: known.get(id(own), f"{full}.{name}") for name, own in objects.items()}
     lines = [path, "=" * len(path), "", f".. automodule:: {full}", ""]
     if names:
         lines += [".. list-table::", ""]
-        lines += [f"   * - :py:obj:`~{full}.{name}`\n     - {summary(getattr(module, name))}" for name in names]
-    for name in names:
-        own = getattr(module, name)
-        lines += ["", f".. auto{directive(own)}:: {full}.{name}"]
-        if isinstance(own, type):
-            lines += ["   :members:", f"   :exclude-members: {', '.join(getattr(own, '__dataclass_fields__', ()))}"]
+        # all that Python has to say about a number or a tuple is what tuples are
+        texts = {name: "" if directive(own) == "data" else summary(own) for name, own in objects.items()}
+        lines += [f"   * - :py:obj:`~{place}`\n     - {texts[name]}" for name, place in places.items()]
+    for name, own in objects.items():
+        if places[name] == f"{full}.{name}":
+            lines += ["", f".. auto{directive(own)}:: {full}.{name}"]
+            if isinstance(own, type):
+                lines += ["   :members:", f"   :exclude-members: {', '.join(getattr(own, '__dataclass_fields__', ()))}"]
     return "\n".join(lines) + "\n"
 
 
@@ -97,6 +113,7 @@ def write(folder: Path) -> None:
     """A page for every public module, and their index."""
     folder.mkdir()
     pages = dict(public_modules())
+    known = homes(pages)
     for path, names in pages.items():
-        (folder / f"{path}.rst").write_text(reference_page(path, names), encoding="utf-8")
+        (folder / f"{path}.rst").write_text(reference_page(path, names, known), encoding="utf-8")
     (folder / "index.rst").write_text(index(pages), encoding="utf-8")
