@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmbs_skfem import dynamics, reduction
+from fmbs_skfem import control, dynamics, reduction
 from fmbs_skfem.bodies import body, own_laws, sections
 from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.plate import plate
@@ -396,3 +396,47 @@ def test_steps_that_fail_are_divided_as_in_python(small: System, tmp_path: Path)
     assert motion.statistics.halved > 50
     assert run.divided == motion.statistics.halved
     assert np.abs(got - exact).max() < 1e-9 * np.ptp(exact, axis=0).max()
+
+
+def servo(position: bool) -> System:
+    """A beam that an input turns at its root, or moves along y there, in few modes with all points."""
+    root = At("beam", "left")
+    angle, hinge = Input("angle", "rad", 0.0), joints.Pin("hinge", root)
+    held: list[joints.Joint] = [hinge, joints.DrivenAngle("drive", root, angle)]
+    if position:
+        held = [joints.DrivenPosition("drive", root, (of_time("0*t"), replace(angle, unit="m")))]
+    beam = body.cable("beam", segment(6), ROUND, MATERIAL, dim=2)
+    outputs = {"tip": probes.Position(At("beam", "right")), "turn": probes.Angle(root), "rate": probes.AngularVelocity(root)}
+    raw = assemble([beam], held, [loads.Gravity((0, -9.81))], outputs=outputs)
+    full = full_of(signals.with_inputs(raw, {"angle": of_time("0.1*sin(20*t)")}), STEP, 0.4)
+    return replace(reduced(full, reduction.body_level(full.raw), 1e-8).system, signals=raw.signals)
+
+
+@pytest.mark.parametrize("position", [False, True])
+def test_inputs_drive_joints_smoothly_as_in_python(position: bool, tmp_path: Path) -> None:
+    """The cubic through the last four values; its derivatives are exact in C, in Python those of cubics of cos and sin of it."""
+    system = servo(position)
+    case = case_of(system, tolerance=1e-14)
+    model = c_files.write(case, "servo", "a servo")
+    run = CRun(model, tmp_path)
+    live = control.live.start(system, case.scheme, case.newton)
+    assert run.call("start") == 0
+    got, exact = [], []
+    for k in range(300):
+        value = 0.1 * float(np.sin(0.02 * k) ** 3)
+        live.step({"angle": value})
+        run.set("input", 0, value)
+        assert run.step(model.step) == 0
+        got.append(run.outputs)
+        exact.append([live.outputs()[one.name] for one in model.columns])
+    errors = np.abs(np.array(got) - exact).max(axis=0) / np.ptp(exact, axis=0)
+    assert errors[:3].max() < 1e-9
+    assert errors[3] < 1e-7
+    assert run.message(run.call("derivative", 0, None)) == b"an input that drives a joint has no derivatives"
+    # a program that gives the input at every fourth step: the same path, but for the cubics between its values
+    run.call("start")
+    for k in range(3, 300, 4):
+        run.set("input", 0, 0.1 * float(np.sin(0.02 * k) ** 3))
+        assert run.step(4.0 * model.step) == 0
+    assert 1e-9 < np.abs(run.outputs - exact[-1])[:2].max() / np.ptp(exact, axis=0)[:2].max() < 1e-2
+    assert position or run.outputs[2] == pytest.approx(exact[-1][2], abs=1e-12)

@@ -30,7 +30,7 @@ from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
 from ..systems import compiled
 from ..systems.layouts import Storage
-from ..systems.signals import inputs_of
+from ..systems.signals import driving_inputs, inputs_of
 from ..systems.system import System
 from ..systems.terms import turning
 from ..systems.terms.turning import Turning
@@ -56,6 +56,7 @@ class CModel:
     inputs: Mapping[str, tuple[str, float]]  #: unit and start value by name
     ranges: Mapping[str, tuple[float, float]]  #: of the inputs that have one
     columns: tuple[Column, ...]  #: outputs
+    drives: bool  #: whether inputs drive joints, by which there are no derivatives
     left_out: tuple[str, ...]  #: columns that the model has and a C file has not
 
 
@@ -190,6 +191,7 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
         ports,
         {key: one.range for key, one in inputs.items() if one.range is not None},
         tuple(columns),
+        bool(driving_inputs(system)),
         tuple(left_out),
     )
 
@@ -318,6 +320,7 @@ def controls(
         "UNKNOWNS": system.size, "EQUATIONS": len(own.names), "PROBES": len(system.probes.offset),
         "SENSORS": len(system.sensors.offset), "SIGNALS": len(system.signals), "INPUTS": len(inputs),
         "PARAMETERS": len(numbers.parameters_of(given)), "KEPT": whole.kept, "TERMS": len(own.row),
+        "DRIVEN": len(inputs) if driving_inputs(system) else 0,
         "TURNED": sum(bool(one.turns) for one in columns), "BLOCKS": len(frame.blocks) - 1, "ENTRIES": frame.places[-1],
         "SECANTS": secants_of(system), "ITERATIONS": method.iterations, "PATIENT": stepping.PATIENT, "HELD": stepping.HELD,
         "MANY": stepping.MANY,
@@ -344,6 +347,7 @@ def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Tur
         array("PROBE_FIRST", np.concatenate([[0], np.cumsum(ends - begins)]), "int"), array("PROBE_BEGIN", begins, "int"),
         table("TERM", np.stack([own.row, own.signal, own.i, own.j], axis=1)), numbers.table_of(given),
         array("INPUT_START", np.array([one.start for one in inputs.values()])),
+        array("DRIVES", np.array([name in driving_inputs(frame.case.system) for name in inputs], int), "int"),
     ]  # fmt: skip
     rows, at, places, beta = np.zeros((0, 3), int), np.zeros(0), np.zeros(0), np.zeros(0)
     offset = np.zeros(0)
@@ -384,7 +388,8 @@ def header_of(
     system, m = frame.case.system, len(frame.case.system.constraints.names)
     parameters = numbers.parameters_of(given)
     lengths = {
-        "N_": system.size, "M_": m, "I_": len(inputs), "P_": len(parameters), "K_": whole.kept, "S_": 4 * len(system.signals),
+        "N_": system.size, "M_": m, "I_": len(inputs),
+        "D_": len(inputs) if driving_inputs(system) else 0, "P_": len(parameters), "K_": whole.kept, "S_": 4 * len(system.signals),
         "R_": system.size + m, "J_": len(system.probes.offset), "O_": len(system.sensors.offset), "ROOM_": whole.room,
         "MODULI_": whole.moduli, "ENTRIES_": frame.places[-1], "MM_": m**2, "Q_": secants_of(system),
         "T_": sum(bool(one.turns) for one in columns), "C_": 0 if turn is None else 3 * int((turn.table[:, 1] ** 2).sum()),

@@ -174,6 +174,11 @@ def places(variables: Iterable[Variable], causality: str) -> list[int]:
     return [k for k, one in enumerate(variables) if one.causality == causality]
 
 
+def can_do(names: Iterable[str], model: CModel) -> dict[str, str]:
+    """Capabilities of a model; by inputs that drive joints it has no derivatives."""
+    return {name: "false" if model.drives and "Derivative" in name else "true" for name in names}
+
+
 def description2(fmu: FMU, model: CModel, title: str, about: str, sources: list[str]) -> xml.Element:
     """modelDescription.xml of FMI 2.0."""
     root = head(fmu, title, about, guid=fmu.token, numberOfEventIndicators="0")
@@ -183,7 +188,7 @@ def description2(fmu: FMU, model: CModel, title: str, about: str, sources: list[
         "canSerializeFMUstate",
         "providesDirectionalDerivative",
     )
-    own = xml.SubElement(root, "CoSimulation", {"modelIdentifier": fmu.name} | dict.fromkeys(can, "true"))
+    own = xml.SubElement(root, "CoSimulation", {"modelIdentifier": fmu.name} | can_do(can, model))
     files = xml.SubElement(own, "SourceFiles")
     for name in sources:
         xml.SubElement(files, "File", name=name)
@@ -212,7 +217,7 @@ def description3(fmu: FMU, model: CModel, title: str, about: str, sources: list[
     xml.SubElement(
         root,
         "CoSimulation",
-        {"modelIdentifier": fmu.name, "fixedInternalStepSize": number(model.step)} | dict.fromkeys(can, "true"),
+        {"modelIdentifier": fmu.name, "fixedInternalStepSize": number(model.step)} | can_do(can, model),
     )
     add_common(root, fmu, model)
     group = xml.SubElement(root, "ModelVariables")

@@ -1,9 +1,12 @@
-"""Functions of time in C: their values, and where joints read them their first three derivatives."""
+"""Functions of time in C: their values, and where joints read them their first three derivatives.
+
+An input that drives a joint is a cubic through the values at the ends of the last four spans, as in `core.values.inputs`.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import singledispatch
 from typing import Any
 
@@ -18,7 +21,7 @@ from ..core.values.inputs import Input
 from ..core.values.tables import Table
 from ..reduction import cases
 from ..reduction.cases import Place
-from ..systems.signals import Cosine, Sine
+from ..systems.signals import Cosine, Sine, driving_inputs
 from ..systems.system import System, driving
 from .numbers import Numbers
 from .pieces import Array, Piece
@@ -82,18 +85,25 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
         f"VARIED_{k}": Array(np.atleast_1d(cases.leaf_at(given.case, place)), place, np.atleast_1d)
         for k, place in enumerate(changed)
     }
+    smooth = {input_symbol(name): sympy.Function(str(input_symbol(name)))(T) for name in sorted(driving_inputs(system))}
     values, targets = [], []
     for k, signal in enumerate(system.signals):
-        value = sympy.sympify(in_symbols(signal, f"function of time {k}", ("system", "signals", k), found))
-        if k in driven and any(input_symbol(name) in value.free_symbols for name in inputs):
-            remedy = "drive it by a force or a torque"
-            raise InputError(say("inputs", "inputs that act as forces", "one that drives a joint", remedy))
+        value = sympy.sympify(in_symbols(signal, f"function of time {k}", ("system", "signals", k), found)).xreplace(smooth)
         for order in range(ORDERS + 1 if k in driven else 1):
-            values.append(value)
+            values.append(value.doit().xreplace(derivatives_of(smooth.values())))
             targets.append(f"m->signals[{order * count + k}] = {{}};")
             value = sympy.diff(value, T)
     places: dict[Any, str] = {input_symbol(name): f"m->inputs[{k}]" for name, k in inputs.items()}
+    for one, path in smooth.items():
+        name = next(name for name in inputs if input_symbol(name) == one)
+        symbols_of = derivatives_of([path])
+        places |= {symbol: f"m->smooth[{order}][{inputs[name]}]" for order, symbol in enumerate(symbols_of.values())}
     places |= {symbol: f"VARIED_{k}[0]" for k, symbol in enumerate(found)}
     lines, texts = statements(values, places)
     calls = (*lines, *(target.format(one) for target, one in zip(targets, texts, strict=True)))
     return Piece(arrays, {}, {"signals": calls})
+
+
+def derivatives_of(paths: Iterable[Any]) -> dict[Any, Any]:
+    """Symbols of some functions of time and of their derivatives, by these."""
+    return {path.diff(T, order): sympy.Symbol(f"{path.func}_{order}", real=True) for path in paths for order in range(ORDERS + 1)}

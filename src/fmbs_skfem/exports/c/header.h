@@ -34,7 +34,8 @@ typedef enum {
     NAME_NOT_FINITE,
     NAME_SINGULAR,
     NAME_NO_SUCH_INPUT,
-    NAME_PARAMETER_OUTSIDE
+    NAME_PARAMETER_OUTSIDE,
+    NAME_NO_DERIVATIVE
 } NAME_status;
 
 /* An accepted state: unknowns, rates, algorithmic accelerations, accelerations, c times multipliers, earlier ones. */
@@ -51,6 +52,8 @@ typedef struct {
     double time;           /* [s] */
     long long steps, corrections, factorisations, divided;
     double left; /* size of the last of `fixed` corrections [m] */
+    /* inputs that drive joints: values at the ends of the last four spans, and the cubic through them with its derivatives */
+    double given[4][D_], smooth[4][D_], given_end, given_span;
     NAME_state now, before; /* before: that of the begin of a step that is divided */
     /* the method */
     double h, c, bh, gh, sharp, largest_mass;

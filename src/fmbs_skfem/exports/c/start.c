@@ -62,6 +62,7 @@ static int find_accelerations(NAME_memory *m)
     }
     EACH (k, EQUATIONS)
         m->trial_multipliers[k] = 0.0;
+    follow_inputs(m, 0.0);
     read_signals(m, 0.0);
     read_rows(m, m->now.x, 1, m->y);
     if (READS_RATES)
@@ -126,7 +127,11 @@ NAME_status NAME_start(NAME_memory *m)
         EACH (i, BLOCK[b + 1] - BLOCK[b])
             m->largest_mass = most(m->largest_mass, MASS[BLOCK_AT[b] + i * (BLOCK[b + 1] - BLOCK[b] + 1)]);
     set_step(m, NAME_STEP);
-    m->time = 0.0;
+    m->time = m->given_end = 0.0;
+    m->given_span = NAME_STEP;
+    EACH (row, 4)
+        EACH (i, DRIVEN)
+            m->given[row][i] = m->inputs[i];
     m->steps = m->corrections = m->factorisations = m->divided = 0;
     m->judging = 1;
     m->age = m->now.order = 0;
@@ -157,6 +162,8 @@ NAME_status NAME_derivative(NAME_memory *m, int input, double out[])
     double before[NAME_OUTPUTS > 0 ? NAME_OUTPUTS : 1];
     if (input < 0 || input >= INPUTS)
         return NAME_NO_SUCH_INPUT;
+    if (DRIVES[input])
+        return NAME_NO_DERIVATIVE;
     const double value = m->inputs[input], change = 1e-6 * most(1.0, size_of(value));
     EACH (i, UNKNOWNS) {
         m->trial_x[i] = m->now.x[i];
@@ -217,6 +224,7 @@ const char *NAME_message(NAME_status status)
         "a step found no finite numbers: the state is that of the last good one",
         "the matrix of a step is singular: the state is that of the last good one",
         "there is no such input",
-        "a parameter is outside of the range that the model was trained for"};
+        "a parameter is outside of the range that the model was trained for",
+        "an input that drives a joint has no derivatives"};
     return texts[status];
 }

@@ -628,10 +628,45 @@ static enum outcome try_straight(NAME_memory *m)
     return found;
 }
 
+/* Inputs that drive joints at the time t: the cubic through their values at the ends of the last four spans, and its derivatives. */
+static void follow_inputs(NAME_memory *m, double t)
+{
+    const double h = m->given_span, s = (t - m->given_end) / h;
+    EACH (i, DRIVEN) {
+        const double u = m->given[0][i], d = u - m->given[1][i], e = u - 2.0 * m->given[1][i] + m->given[2][i];
+        const double f = u - 3.0 * (m->given[1][i] - m->given[2][i]) - m->given[3][i];
+        m->smooth[0][i] = u + s * (d + (s + 1.0) / 2.0 * (e + (s + 2.0) / 3.0 * f));
+        m->smooth[1][i] = (d + (s + 0.5) * e + (0.5 * s * s + s + 1.0 / 3.0) * f) / h;
+        m->smooth[2][i] = (e + (s + 1.0) * f) / (h * h);
+        m->smooth[3][i] = f / (h * h * h);
+    }
+}
+
+/* Values of inputs that drive joints at the end of a span; where it is another one than before, earlier ones are read of the cubic. */
+static void take_inputs(NAME_memory *m, double span)
+{
+    const double end = m->given_end, before = m->given_span;
+    double earlier[2][ROOM(DRIVEN)];
+    EACH (k, 2) {
+        follow_inputs(m, most(end - 3.0 * before, end - (k + 1) * span));
+        EACH (i, DRIVEN)
+            earlier[k][i] = m->smooth[0][i];
+    }
+    EACH (i, DRIVEN) {
+        m->given[3][i] = earlier[1][i];
+        m->given[2][i] = earlier[0][i];
+        m->given[1][i] = m->given[0][i];
+        m->given[0][i] = m->inputs[i];
+    }
+    m->given_end = m->time + span;
+    m->given_span = span;
+}
+
 /* One step of the method to the time t [s]. */
 static enum outcome take_step(NAME_memory *m, double t, int again)
 {
     enum outcome found;
+    follow_inputs(m, t);
     read_signals(m, t);
     predict(m);
     found = m->fixed > 0 ? iterate_fixed(m, m->fixed) : iterate(m, 0);
@@ -778,6 +813,8 @@ NAME_status NAME_step(NAME_memory *m, double span)
     const double h = size_of(span - parts * NAME_STEP) <= 1e-9 * span ? NAME_STEP : span / parts;
     if (size_of(h - m->h) > 1e-12 * m->h)
         change_step(m, h);
+    if (DRIVEN > 0)
+        take_inputs(m, span);
     for (double k = 1.0; k <= parts; k += 1.0) {
         enum outcome found = take_step(m, begin + span * (k / parts), 1);
         if (found != DONE && m->fixed == 0)
