@@ -95,10 +95,7 @@ def basis_of(states: Trajectory, rows: np.ndarray) -> Basis | None:
     alone = np.vstack([np.zeros(system.size), np.diag(sizes)])
     still, none = np.zeros_like(alone), np.zeros((len(alone), len(system.constraints.names)))
     one = Trajectory(system, np.arange(len(alone), dtype=float), alone, still, still, none)
-    shown = motion.frames(one, np.arange(len(alone)), ("strain",))
-    lines = [name for name, body in shown.bodies.items() if "strain" in body.fields and not body.is_surface]
-    along = motion.derivatives(one) if lines else {}
-    return Basis(shown, {name: along[name] for name in lines}, sizes, x)
+    return Basis(motion.frames(one, np.arange(len(alone)), ()), motion.derivatives(one) if system.lines else {}, sizes, x)
 
 
 def describe(

@@ -91,9 +91,11 @@ def line_bodies(
 
 
 def derivatives(trajectory: Trajectory) -> dict[str, np.ndarray]:
-    """r' and r'' (s, 2, x, 3) along cables and beams, by their names."""
-    q, _ = expand(trajectory.system, trajectory.x, trajectory.v)
-    return {name: spatial(values[:, 1:]) for name, values in centre_lines(trajectory.system, q).items()}
+    """r' and r'' (s, 2, x, 3) along lines that stretch and bend, by their names; none of beams with torsion and rigid bodies."""
+    system = trajectory.system
+    q, _ = expand(system, trajectory.x, trajectory.v)
+    own = {line.name for line in system.lines if line.swept is None} - rigid(system)
+    return {name: spatial(values[:, 1:]) for name, values in centre_lines(system, q).items() if name in own}
 
 
 def rigid(system: System) -> set[str]:
