@@ -40,7 +40,7 @@ async function begin() {
   function play(on = !state.playing) {
     if (on && state.time >= last) state.time = first;
     state.playing = on && last > first;
-    find("play").textContent = state.playing ? "\u23f8" : "\u25b6";
+    find("play").textContent = state.playing ? "\u275a\u275a" : "\u25b6";
     wake();
   }
 

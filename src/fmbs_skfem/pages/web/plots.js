@@ -96,7 +96,7 @@ class Plots {
         for (const read of ticks(panel.first / size, panel.last / size, Math.max(2, Math.floor(width / 90)))) {
           const t = read * size;
           element(svg, "line", { class: "frame", x1: x(t), x2: x(t), y1: panel.top, y2: height - panel.bottom });
-          element(svg, "text", { x: Math.min(x(t), width - 18), y: height - 5, "text-anchor": "middle" }, `${short(read)} ${unit}`.trim());
+          element(svg, "text", { x: Math.min(x(t), width - 22), y: height - 5, "text-anchor": "middle" }, `${short(read)} ${unit}`.trim());
         }
       }
       const trace = ({ times, values }, curve, look) => {
