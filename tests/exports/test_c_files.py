@@ -19,9 +19,10 @@ from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.control.controllers import Controlled, PidLaw
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.values.expressions import of_time
+from fmbs_skfem.core.values.expressions import Expression, of_time
 from fmbs_skfem.core.values.inputs import Input
 from fmbs_skfem.core.values.ranges import Parameter
+from fmbs_skfem.core.values.tables import Table
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.exports import c_files
 from fmbs_skfem.reduction import affine
@@ -84,6 +85,13 @@ def compare(case: Case, folder: Path, steps: int = 300, told: Mapping[str, float
     return float((np.abs(got - exact).max(axis=0) / np.maximum(np.ptp(exact, axis=0), 1e-9)).max())
 
 
+def by_tables() -> Expression:
+    """Functions of time and of an expression, straight and smooth, read beyond their ends as well."""
+    rise = Table("rise(t)", "", (0.02, 0.1, 0.15, 0.2), (0.0, 1.0, -0.4, 0.3))
+    bend = Table("bend", "", (-0.5, 0.0, 0.4, 0.8), (0.2, 0.0, 0.5, 2.0), smooth=True, of="", hold=True)
+    return of_time("rise(t) + bend(sin(9*t)) - 2*rise(t/2)*rise(t)", None, {"rise": rise, "bend": bend})
+
+
 def turning(t: np.ndarray) -> np.ndarray:
     return 3.0 * t
 
@@ -118,6 +126,7 @@ CASES = {
     "points in space": pendulum,
     "damped, in space": lambda: pendulum(damping=Rayleigh(stiffness=1e-4, mass=0.1)),
     "a force": lambda: arm(loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=of_time("sin(9*t)"))),
+    "a force by tables": lambda: arm(loads.PointForce("push", At("beam", "right"), (0.3, 0.2), history=by_tables())),
     "a moment": lambda: arm(loads.Moment("turn", At("beam", "right"), 0.05)),
     "a moment in space": lambda: arm(loads.Moment("turn", At("beam", "right"), (0.0, 0.05, 0.02)), 3),
     "a follower": lambda: arm(loads.Follower("jet", At("beam", "right"), (0.3, 0.2))),
@@ -167,9 +176,11 @@ def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
     assert compare(case_of(pendulum(law=law), tolerance=1e-15), tmp_path) < 1e-10
 
 
-def test_the_source_is_clean_and_its_memory_sound(small: System, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", ["as it is", "with divided steps", "with a driven joint"])
+def test_the_source_is_clean_and_its_memory_sound(kind: str, small: System, tmp_path: Path) -> None:
     """No warning, and no access outside of an array or undefined operation in some steps, as a program of its own."""
-    model = c_files.write(case_of(small), "clean", "a model")
+    step = GeneralizedAlpha(2e-2) if kind == "with divided steps" else STEP
+    model = c_files.write(case_of(servo(False) if kind == "with a driven joint" else small, step), "clean", "a model")
     (tmp_path / "clean.h").write_text(model.header)
     (tmp_path / "clean.c").write_text(model.source)
     main = """
@@ -181,9 +192,11 @@ int main(void)
     clean_init(&m);
     if (clean_start(&m) != clean_OK)
         return 1;
-    for (int k = 0; k < 50; k++)
-        if (clean_step(&m, clean_STEP) != clean_OK)
+    for (int k = 0; k < 50; k++) {
+        m.inputs[0] = 0.01 * k * k / 50;
+        if (clean_step(&m, k == 40 ? 2.5 * clean_STEP : clean_STEP) != clean_OK)
             return 2;
+    }
     clean_outputs(&m, out);
     return out[0] == out[0] ? 0 : 3;
 }
@@ -440,3 +453,11 @@ def test_inputs_drive_joints_smoothly_as_in_python(position: bool, tmp_path: Pat
         assert run.step(4.0 * model.step) == 0
     assert 1e-9 < np.abs(run.outputs - exact[-1])[:2].max() / np.ptp(exact, axis=0)[:2].max() < 1e-2
     assert position or run.outputs[2] == pytest.approx(exact[-1][2], abs=1e-12)
+
+
+def test_names_that_are_alike_in_c_stay_distinct(plant: System, tmp_path: Path) -> None:
+    first, second = (replace(plant.outputs["tip"], columns=columns) for columns in (("a b", "a_b"), ("A.B", "c")))
+    model = c_files.write(case_of(replace(plant, outputs={"first": first, "second": second})), "alike", "a model")
+    words = [line.split()[1:3] for line in model.header.splitlines() if line.startswith("#define alike_OUTPUT_")]
+    assert words == [["alike_OUTPUT_A_B", "0"], ["alike_OUTPUT_A_B_2", "1"], ["alike_OUTPUT_A_B_3", "2"], ["alike_OUTPUT_C", "3"]]
+    CRun(model, tmp_path).run(1)

@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
+from itertools import chain, count, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -64,6 +64,15 @@ def identifier(name: str) -> str:
     """A name that C knows: letters, digits and _."""
     found = re.sub(r"\W", "_", name, flags=re.ASCII).strip("_") or "model"
     return f"model_{found}" if found[0].isdigit() else found
+
+
+def distinct(names: Iterable[str]) -> list[str]:
+    """Names as words of C in capitals; one that is taken gets a number."""
+    found: list[str] = []
+    for name in names:
+        word = identifier(name).upper()
+        found.append(next(one for one in chain([word], (f"{word}_{k}" for k in count(2))) if one not in found))
+    return found
 
 
 def check(case: Case, where: str) -> None:
@@ -394,14 +403,14 @@ def header_of(
         "MODULI_": whole.moduli, "ENTRIES_": frame.places[-1], "MM_": m**2, "Q_": secants_of(system),
         "T_": sum(bool(one.turns) for one in columns), "C_": 0 if turn is None else 3 * int((turn.table[:, 1] ** 2).sum()),
     }  # fmt: skip
+    told = {"PARAMETER": [(key, f"[{one[0] or '-'}] {one[1]:g} to {one[2]:g}, {one[3]:g}") for key, one in parameters.items()]}
+    told["INPUT"] = [(key, f"[{one.unit or '-'}]") for key, one in inputs.items()]
+    told["OUTPUT"] = [(one.name, f"[{one.unit or '-'}]") for one in columns]
     ports = [
-        f"#define NAME_PARAMETER_{identifier(key).upper()} {k} /* [{unit or '-'}] {low:g} to {high:g}, {middle:g} */"
-        for k, (key, (unit, low, high, middle)) in enumerate(parameters.items())
+        f"#define NAME_{kind}_{word} {k} /* {about} */"
+        for kind, found in told.items()
+        for k, (word, (_, about)) in enumerate(zip(distinct(key for key, _ in found), found, strict=True))
     ]
-    ports += [
-        f"#define NAME_INPUT_{identifier(key).upper()} {k} /* [{one.unit or '-'}] */" for k, (key, one) in enumerate(inputs.items())
-    ]
-    ports += [f"#define NAME_OUTPUT_{identifier(one.name).upper()} {k} /* [{one.unit or '-'}] */" for k, one in enumerate(columns)]
     text = re.sub(r"\[([A-Z]+_)\]", lambda one: f"[{max(1, lengths[one.group(1)])}]", template("header.h"))
     words: dict[str, Any] = {key: clean(value) for key, value in texts.items()} | {
         "VERSION": __version__, "PORTS": "\n".join(ports) + "\n", "N_PARAMETERS": len(parameters), "N_INPUTS": len(inputs),

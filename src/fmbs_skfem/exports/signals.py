@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from functools import singledispatch
-from typing import Any
+from functools import partial, singledispatch
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy
@@ -21,6 +21,8 @@ from ..core.values.inputs import Input
 from ..core.values.tables import Table
 from ..reduction import cases
 from ..reduction.cases import Place
+from ..systems.forces import force_symbols as written
+from ..systems.forces import responses
 from ..systems.signals import Cosine, Sine, driving_inputs
 from ..systems.system import System, driving
 from .numbers import Numbers
@@ -37,43 +39,60 @@ def input_symbol(name: str) -> Any:
     return sympy.Symbol(f"input_{plain}", real=True)
 
 
+class Known(NamedTuple):
+    """Symbols in functions of time: of numbers that parameters change, by their places in the case, and of curves of tables."""
+
+    varied: dict[Any, Place]
+    curves: dict[Any, Table]
+
+    def curve(self, table: Table) -> Any:
+        """The symbol of a table, which is added."""
+        for symbol, other in self.curves.items():
+            if other == table:
+                return symbol
+        self.curves[symbol := written.table(len(self.curves))] = table
+        return symbol
+
+
 @singledispatch
-def in_symbols(signal: Any, where: str, leaf: Place, found: dict[Any, Place]) -> Any:
+def in_symbols(signal: Any, where: str, leaf: Place, known: Known) -> Any:
     """A function of time in symbols. Types register here; InputError for one that has not, as a function of Python.
 
-    Numbers at the places in `found`, which grows, are symbols where `leaf` is not empty: parameters may change them.
+    `leaf` is its place in the case. Curves of tables are added to those that are known.
     """
     raise InputError(say(where, "expressions of t and of inputs", type(signal).__name__))
 
 
 @in_symbols.register
-def _(signal: Input, where: str, leaf: Place, found: dict[Any, Place]) -> Any:
+def _(signal: Input, where: str, leaf: Place, known: Known) -> Any:
     return input_symbol(signal.name)
 
 
 @in_symbols.register
-def _(signal: Expression, where: str, leaf: Place, found: dict[Any, Place]) -> Any:
+def _(signal: Expression, where: str, leaf: Place, known: Known) -> Any:
     names: dict[str, Any] = {"t": T, "pi": sympy.pi}
     for one in signal.inputs:
-        if isinstance(one, Table) or one.call:
-            raise InputError(say(where, "expressions of t and of inputs", f"the table '{one.name}'", "write it as interp(...)"))
-        names[one.name] = in_symbols(one, where, leaf, found)
+        if isinstance(one, Table):
+            table = known.curve(one)
+            names |= {one.name: responses.curve(T, table), one.call: partial(responses.curve, table=table)}
+            continue
+        names[one.name] = in_symbols(one, where, leaf, known)
     program: list[Any] = list(signal.program)
     for k, step in enumerate(program):
-        if isinstance(step, float) and (*leaf, "program", k) in found.values():
-            symbol = next(one for one, place in found.items() if place == (*leaf, "program", k))
+        if isinstance(step, float) and (*leaf, "program", k) in known.varied.values():
+            symbol = next(one for one, place in known.varied.items() if place == (*leaf, "program", k))
             program[k], names[symbol.name] = symbol.name, symbol
     return expressions.evaluate(tuple(program), names, symbols.ALGEBRA, symbols.number)
 
 
 @in_symbols.register
-def _(signal: Cosine, where: str, leaf: Place, found: dict[Any, Place]) -> Any:
-    return sympy.cos(in_symbols(signal.angle, where, (*leaf, "angle"), found))
+def _(signal: Cosine, where: str, leaf: Place, known: Known) -> Any:
+    return sympy.cos(in_symbols(signal.angle, where, (*leaf, "angle"), known))
 
 
 @in_symbols.register
-def _(signal: Sine, where: str, leaf: Place, found: dict[Any, Place]) -> Any:
-    return sympy.sin(in_symbols(signal.angle, where, (*leaf, "angle"), found))
+def _(signal: Sine, where: str, leaf: Place, known: Known) -> Any:
+    return sympy.sin(in_symbols(signal.angle, where, (*leaf, "angle"), known))
 
 
 def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> Piece:
@@ -85,10 +104,13 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
         f"VARIED_{k}": Array(np.atleast_1d(cases.leaf_at(given.case, place)), place, np.atleast_1d)
         for k, place in enumerate(changed)
     }
+    known = Known(found, {})
     smooth = {input_symbol(name): sympy.Function(str(input_symbol(name)))(T) for name in sorted(driving_inputs(system))}
     values, targets = [], []
     for k, signal in enumerate(system.signals):
-        value = sympy.sympify(in_symbols(signal, f"function of time {k}", ("system", "signals", k), found)).xreplace(smooth)
+        value = sympy.sympify(in_symbols(signal, f"function of time {k}", ("system", "signals", k), known)).xreplace(smooth)
+        if k in driven and value.atoms(written.lookup):
+            raise InputError(say(f"function of time {k}", "expressions of t where they drive a joint", "a table"))
         for order in range(ORDERS + 1 if k in driven else 1):
             values.append(value.doit().xreplace(derivatives_of(smooth.values())))
             targets.append(f"m->signals[{order * count + k}] = {{}};")
@@ -99,7 +121,11 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
         symbols_of = derivatives_of([path])
         places |= {symbol: f"m->smooth[{order}][{inputs[name]}]" for order, symbol in enumerate(symbols_of.values())}
     places |= {symbol: f"VARIED_{k}[0]" for k, symbol in enumerate(found)}
+    curves = {f"CURVE_{k}": (symbol, table) for k, (symbol, table) in enumerate(known.curves.items())}
+    arrays |= {name: Array(table.numbers) for name, (_, table) in curves.items()}
+    places |= {symbol: name for name, (symbol, _) in curves.items()}
     lines, texts = statements(values, places)
+    lines = [line.replace("const double T", "const double *const T") for line in lines]
     calls = (*lines, *(target.format(one) for target, one in zip(targets, texts, strict=True)))
     return Piece(arrays, {}, {"signals": calls})
 
