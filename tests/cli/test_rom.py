@@ -91,7 +91,7 @@ def test_run_and_rom_run_are_one(model: Path, tmp_path: Path) -> None:
 def test_without_values_the_nominal_ones_run(model: Path, tmp_path: Path) -> None:
     done = fmbs("rom", "run", model, "--no-plots", "--out", tmp_path / "out")
     assert done.code == 0, done.err
-    assert "E = 1e+09" in done.out
+    assert "E = 1 GPa" in done.out
     assert "Predicted error of the outputs over their ranges:" in done.out
     assert "not reliable" not in done.out
 

@@ -176,7 +176,7 @@ def test_the_command_shows_errors(tmp_path: Path) -> None:
     report = json.loads((tmp_path / "out" / "report.json").read_text())
     assert report["accuracy"]["wanted"] == "0.01 of the range"
     by_output = fmbs("run", path, "--accuracy", "tip=1 mm, clamp=5 %", "--json", "--out", tmp_path / "other")
-    assert by_output.json["accuracy"]["wanted"] == "tip: 0.001 m, clamp: 0.05 of the range"
+    assert by_output.json["accuracy"]["wanted"] == "tip: 1 mm, clamp: 0.05 of the range"
 
 
 def test_a_check_plans_nothing(tmp_path: Path) -> None:

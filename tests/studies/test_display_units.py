@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,11 @@ import pytest
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.values.display import DisplayUnits
+from fmbs_skfem.core.values.fields import Context
+from fmbs_skfem.pages import live
+from fmbs_skfem.pages.live import LiveModel, Slider
+from fmbs_skfem.scenes import accuracy
+from fmbs_skfem.studies import folder_report
 
 RPM = math.pi / 30.0
 #: a rotor of 2 kg m^2 about its bearing, driven by 4 N m from 300 rpm: w = 10 pi + 2 t
@@ -101,6 +107,15 @@ def test_reports_of_a_folder_read_alike(run: tuple[studies.Run, Path], tmp_path:
     assert "w [rpm]</td>" in text or "w [rpm]</th>" in text
 
 
+def test_sliders_and_words_have_them_too() -> None:
+    """A page's slider from 40 to 70 GPa gives the model pascals; a value in words has six digits."""
+    display, stress = DisplayUnits((), ("GPa", "rpm")), Slider("E", "Pa", 40e9, 70e9, 50e9)
+    (told,) = live.describe(LiveModel(b"", 1e-3, 3, parameters=(stress,)), display)["parameters"]
+    assert (told["unit"], told["size"], told["low"], told["value"]) == ("GPa", 1e9, 40e9, 50e9)
+    assert display.text("E", 5.5e10, "Pa") == "E = 55 GPa"
+    assert display.text("n", 3.0, "") == "n = 3"
+
+
 def test_units_that_are_asked_for_go_first(tmp_path: Path) -> None:
     (tmp_path / "rotor.yaml").write_text(SCENE.format(more="display_units: [deg, m, rad/s, kW]\n"), encoding="utf-8")
     rows = cells(studies.run(tmp_path / "rotor.yaml"), "Outputs")
@@ -152,3 +167,21 @@ def test_a_sweep_is_read_in_the_unit_of_its_range(tmp_path: Path) -> None:
     studies.report(tmp_path / "out")
     text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert ">speed [rpm]</button>" in text
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        ({"tip": "1 mm", "clamp": "5 %"}, "tip: 1 mm, clamp: 0.05 of the range"),
+        ("0.2 mm", "0.2 mm"),
+        ("2 %", "0.02 of the range"),
+    ],
+)
+def test_an_accuracy_reads_as_typed_and_is_repeated_by_the_report(typed: Any, words: str) -> None:
+    """What a report says can be given again."""
+    found = accuracy.accuracy(typed, Context())
+    assert str(found) == words
+    call = shlex.split(folder_report.repeat("report.json", {"file": "a.yaml", "accuracy": {"wanted": words}}))
+    again = call[call.index("--accuracy") + 1]
+    pairs = [one.split("=") for one in again.split(", ")]
+    assert accuracy.accuracy(dict(pairs) if "=" in again else again, Context()) == found

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,10 +63,8 @@ class Panel:
     def read_in(self, display: DisplayUnits) -> Panel:
         """The same in the unit in which people read it."""
         label, size = display.head(self.label, [largest_of(values) for values in self.curves.values()])
-        if size == 1.0:
-            return self
         curves = {name: np.asarray(values) / size for name, values in self.curves.items()}
-        return Panel(label, curves, {name: band / size for name, band in self.bands.items()})
+        return replace(self, label=label, curves=curves, bands={name: band / size for name, band in self.bands.items()})
 
 
 def panel_grid(

@@ -8,6 +8,7 @@ accuracy: {C: 1 mm, motor: 2 %}       of these outputs
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import field
 from typing import Annotated, Any
 
 from ..core.storage.records import dataclass
@@ -26,9 +27,10 @@ class Bound:
 
     value: float
     unit: str = ""
+    text: str = field(default="", repr=False, compare=False)  #: as it was typed, with its unit
 
     def __str__(self) -> str:
-        return f"{self.value:g} {self.unit}" if self.unit else f"{self.value:g} of the range"
+        return (self.text or f"{self.value:g} {self.unit}") if self.unit else f"{self.value:g} of the range"
 
     def holds(self, unit: str) -> bool:
         """Whether it bounds what has a unit."""
@@ -81,7 +83,8 @@ def bound(value: object, context: Context) -> Bound:
     number = value.strip().removesuffix("%") if isinstance(value, str) else value
     found = quantities.read(number, context.parameters)
     percent = isinstance(value, str) and value.strip().endswith("%")
-    wanted = Bound(found.value / 100.0 if percent else found.value, units.unit(found.exponents))
+    typed = value.strip() if isinstance(value, str) and units.unit_of_text(value) else ""
+    wanted = Bound(found.value / 100.0 if percent else found.value, units.unit(found.exponents), typed)
     if not wanted.value > 0.0:
         raise Problem("an error above 0", shown(value))
     if not wanted.unit and wanted.value >= 1.0:

@@ -240,7 +240,7 @@ def repeat(name: str, one: Mapping[str, Any]) -> str:
     if duration and name == reports.REPORT and command != "train":
         words += ["--duration", repr(duration)]
     if isinstance(plan := one.get("accuracy"), Mapping) and "wanted" in plan:
-        words += ["--accuracy", str(plan["wanted"])]
+        words += ["--accuracy", plan["wanted"].replace(" of the range", "").replace(": ", "=")]
     elif reduced:
         options = {"--tolerance": one.get("tolerance"), "--hyper": one.get("hyper_tolerance")}
         words += [part for key, value in options.items() if value for part in (key, repr(value))]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,12 +50,13 @@ def task(job: Job, step: float | None = None) -> solving.RunTask:
     """The run of a saved model, with what is known of its error."""
     case, notes, facts = (at_values if parametric(job.path) else alone)(job, step)
     identity = f"{mark(job.path)} {facts.get('parameters', '')} {case.duration} {case.scheme.step}"
-    system, point = case.system, "".join(f"{name} = {value:.6g}, " for name, value in facts.get("parameters", {}).items())
+    system, read, named = case.system, DisplayUnits.of(notes), facts.get("parameter_units", {})
+    point = "".join(f"{read.text(name, value, named[name])}, " for name, value in facts.get("parameters", {}).items())
     facts = {"model": job.path, **facts, "dofs": system.size, "constraints": len(system.constraints.names)}
     facts |= {
         "fingerprint": identity,
         "provenance": reports.provenance(files=[job.path]),
-        display.KEY: asdict(DisplayUnits.of(notes)),
+        **read.note,
     }
 
     def integrate(advance: Any, *_: object) -> dynamics.Trajectory:
@@ -100,6 +100,7 @@ def at_values(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], di
     case, beyond = parametric_model.case_of(rom, point, job.duration, step)
     facts = {
         "parameters": point,
+        "parameter_units": {own.name: own.unit for own in known},
         "outside": list(boxes.outside(known, point)),
         "beyond_training": beyond,
         "predicted_error": None if beyond else predict_error(rom, point),

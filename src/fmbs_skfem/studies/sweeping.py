@@ -123,7 +123,7 @@ def sweep_points(
     tables = [responses(table, members.display), *([sobol_table(found)] if found else [])]
     tables += [surface_table(fitted, table.units, members.display)] if fitted else []
     head = [summary(report), *([f"{job.plan.words}; at the nominal parameters"] if job.plan else [])]
-    view: list[ReportTable | str] = [*head, *tables, *([failures(report)] if error else []), *list_files(report)]
+    view: list[ReportTable | str] = [*head, *tables, *([failures(report, members.display)] if error else []), *list_files(report)]
     about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
     return conclude(SweepResult(about=about, report=report, lines=view, figures=figures, error=error, table=table))
 
@@ -345,11 +345,11 @@ def responses(table: Sweep, read: DisplayUnits) -> ReportTable:
     return ReportTable("Outputs over all samples", ("output", "min", "max", "smallest final", "largest final"), rows)
 
 
-def failures(found: Mapping[str, Any]) -> ReportTable:
+def failures(found: Mapping[str, Any], read: DisplayUnits) -> ReportTable:
     """The members that failed."""
-    rows = [
-        (one["member"], ", ".join(f"{name} = {value:g}" for name, value in one["values"].items()), one["reason"], one["message"])
-        for one in found["failed"][:LISTED]
-    ]
+    rows = []
+    for one in found["failed"][:LISTED]:
+        values = [read.text(name, value, found["parameters"][name]["unit"]) for name, value in one["values"].items()]
+        rows.append((one["member"], ", ".join(values), one["reason"], one["message"]))
     more = len(found["failed"]) - len(rows)
     return ReportTable("Failed" + (f" (and {more} more)" if more else ""), ("sample", "parameters", "reason", "message"), rows)

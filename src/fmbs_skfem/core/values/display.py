@@ -74,6 +74,11 @@ class DisplayUnits:
         head, size = self.head(text, values)
         return head, [value / size for value in values]
 
+    def text(self, name: str, value: float, unit: str) -> str:
+        """A value in words: `E = 70 GPa`."""
+        read, size = self.find(unit, abs(value))
+        return f"{name} = {value / size:.6g} {read}".rstrip()
+
     def columns(self, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> tuple[list[str], list[list[Any]]]:
         """A table whose columns of numbers are read in the units that were typed; what is no number stays.
 
