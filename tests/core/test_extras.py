@@ -47,6 +47,16 @@ def fmbs(packages: Path, *words: str | Path) -> subprocess.CompletedProcess[str]
     return subprocess.run(call, env=kept, capture_output=True, text=True)
 
 
+def test_a_page_needs_no_extra_and_c_needs_symbols(packages: Path, tmp_path: Path) -> None:
+    done = fmbs(packages, "view", ROOT / "examples" / "four_bar.yaml", "--duration", "0.02", "--html", tmp_path / "page.html")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "page.html").is_file()
+    part = ROOT / "examples" / "parts" / "link.part.h5"
+    done = fmbs(packages, "rom", "export", part, "--c", tmp_path / "c")
+    assert done.returncode == 7, done.stderr
+    assert 'pip install "fmbs_skfem[symbols]"' in done.stderr
+
+
 def test_a_run_has_its_numbers_without_plots(packages: Path, tmp_path: Path) -> None:
     done = fmbs(packages, "run", ROOT / "examples" / "four_bar.yaml", "--duration", "0.02", "--out", tmp_path / "out", "--json")
     report = json.loads(done.stdout)

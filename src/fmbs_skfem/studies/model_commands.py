@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Unpack
 
+from ..core import extras
 from ..core.errors import InputError, say
 from . import job as jobs
 from .options import (
@@ -97,6 +98,7 @@ def export_model(
     A part in FILE (.part.h5) flies freely: forces and torques at its places are inputs, their positions, velocities and rotations
     outputs. Numbers of it may be others than in its training, --set young_modulus='2 GPa'.
     """
+    extras.need("symbols", "rom export")
     from . import exporting
 
     with jobs.begin(path, **shared) as job:

@@ -16,13 +16,12 @@ from ...core.errors import InputError, SolverError, say
 from ...core.notices import notify
 from ...core.storage import container
 from ...dynamics import Trajectory
-from ...exports import wasm
 from ...pages import content
 from ...pages.live import LiveModel, Slider
 from ...results import segments
 from ...scenes.analyses.analysis import States
-from .. import exporting, models, reports
 from .. import job as jobs
+from .. import models, reports
 from ..job import Job
 from ..planning.planned import Planned
 from ..result import Result
@@ -101,6 +100,12 @@ def of_model(job: Job, name: str, folder: Path) -> Iterator[Callable[[], Path]]:
 
 def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
     """A saved model as it runs in a page; None, with a notice, where it has no C or there is no compiler."""
+    if not extras.there("symbols"):
+        notify(f"the page shows the run alone: C is written of symbols, {extras.install('symbols')}")
+        return None
+    from ...exports import wasm
+    from .. import exporting
+
     try:
         made, *_ = exporting.written(job, "model")
         module = wasm.module(made)
