@@ -19,6 +19,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.values.display import DisplayUnits
 from fmbs_skfem.results import palette, plots, response_plots, speed
 from fmbs_skfem.results.speed import Point
 
@@ -287,3 +288,16 @@ def test_a_long_title_meets_no_key_and_numbers_of_short_times_meet_no_others() -
         figure.findobj(lambda one: isinstance(one, Text) and one.get_text() == figure.get_suptitle())[0],
     )
     assert not key.get_window_extent().overlaps(heading.get_window_extent())
+
+
+def test_a_campbell_diagram_in_turns_a_minute() -> None:
+    """The line of the first order is n / 60 Hz at n rpm; frequencies stay in hertz."""
+    speeds = np.linspace(0.0, 200.0 * np.pi, 11)
+    frequencies = np.stack([40.0 + 0.01 * speeds, 80.0 - 0.02 * speeds], axis=1)
+    figure = response_plots.campbell(speeds, frequencies, frequencies > 1e3, "W [rad/s]", 1, display=DisplayUnits((), ("rpm",)))
+    (axes,) = figure.axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("W [rpm]", "frequency [Hz]")
+    assert axes.get_xlim() == pytest.approx((0.0, 6000.0))
+    first, *_, order = (np.asarray(line.get_data()) for line in axes.lines)
+    np.testing.assert_allclose(first[1], 40.0 + 0.01 * first[0] * np.pi / 30.0, rtol=1e-14)
+    np.testing.assert_allclose(order[1], order[0] / 60.0, rtol=1e-14, atol=1e-15)
