@@ -48,6 +48,12 @@ def arm() -> Body:
 
 
 @cache
+def link() -> Body:
+    """A curved shell, whose corners do not turn: they take forces alone."""
+    return part_files.load(ARM.with_name("link.part.h5")).body
+
+
+@cache
 def bent() -> Body:
     """A beam with torsion, whose sections turn."""
     return trained(bar("bar"), 12, 1e-3)
@@ -63,6 +69,7 @@ def wheel() -> Body:
 PUSHED = {"left.force_y": 0.4, "left.torque_z": -0.02, "right.force_x": -0.2, "right.force_z": 0.3, "right.torque_y": 0.03}
 CASES = {
     "a cable in space": (arm, (0.0, 0.0, -9.81), PUSHED, 1e-3),
+    "a shell": (link, (0.0, 0.0, -9.81), {"corner_00.force_z": 2.0, "corner_11.force_x": -1.0, "corner_10.force_y": 0.5}, 5e-4),
     "a beam with torsion": (bent, (), PUSHED | {"right.torque_x": 1e-3}, 4e-4),
     "a plate with rims in the plane": (wheel, (0.0, -9.81), {"hub.torque": 3.0, "tyre.force_x": 5.0, "tyre.torque": -1.0}, 1e-4),
 }
