@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -376,7 +377,38 @@ def test_a_step_without_inputs_is_of_second_order() -> None:
     assert float(said[1]) == pytest.approx(true, rel=0.3)
 
 
-@pytest.mark.parametrize(("accuracy", "said"), [(2.0, "between 0 and 1"), ({"hight": 1e-3}, "'hight'"), (0.0, "between 0 and 1")])
-def test_an_accuracy_is_of_outputs_and_below_one(accuracy: float | dict[str, float], said: str) -> None:
+@pytest.mark.parametrize(
+    ("accuracy", "said"),
+    [(2.0, "between 0 and 1"), ({"hight": 1e-3}, "'hight'"), (0.0, "between 0 and 1"), ("1 mm", "'1 mm' for")],
+)
+def test_an_accuracy_is_of_outputs_and_below_one(accuracy: Any, said: str) -> None:
     with pytest.raises(InputError, match=said):
         start(arm(), GeneralizedAlpha(H), accuracy=accuracy)
+
+
+def test_turns_are_those_of_the_motion_whoever_reads_them_and_how_often() -> None:
+    """Of an arm that turns often: read in every step, by all outputs, at the end alone, and after many steps in one call."""
+    torque = [60.0 if k % 100 < 60 else -30.0 for k in range(1500)]
+    every, seldom, late = (start(arm(), GeneralizedAlpha(H)) for _ in range(3))
+    for k, u in enumerate(torque):
+        every.step({"u": u})
+        seen = every.outputs(["turn", "against"])
+        if k % 250 == 17:
+            assert every.outputs()["turn"] == seen["turn"]
+        seldom.step({"u": u})
+        late.step({"u": u})
+    assert abs(seen["turn"]) > 4 * np.pi
+    assert abs(seen["against"]) > 2 * np.pi
+    for found in (seldom.outputs(), late.outputs(["against", "turn"])):
+        assert found["turn"] == seen["turn"]
+        assert found["against"] == seen["against"]
+    one, many = (start(arm(), GeneralizedAlpha(H)) for _ in range(2))
+    for _ in range(1500):
+        one.step({"u": 60.0})
+        turned = one.outputs(["turn"])["turn"]
+    many.step({"u": 60.0}, 1500)
+    assert many.outputs(["turn"])["turn"] == turned
+    held = many.state
+    again = start(arm(), GeneralizedAlpha(H))
+    again.state = held
+    assert again.outputs(["turn"])["turn"] == turned == again.outputs()["turn"]

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, NoReturn
+from numbers import Real
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -122,7 +123,7 @@ class Feed(SingleSteps):
     def tell(self, values: Mapping[str, float]) -> None:
         """New values of inputs for the next step; those that are not named keep theirs."""
         for name, value in values.items():
-            if name not in self.free or not math.isfinite(value):
+            if name not in self.free or not is_finite(value):
                 self.refuse(name, value)
             if name in self.ranges and not self.ranges[name][0] <= value <= self.ranges[name][1]:
                 self.warn_outside(name, value)
@@ -296,3 +297,8 @@ def sampler(one: Controlled, scheme: GeneralizedAlpha) -> Sampler:
         expected = f"a whole number of steps of {scheme.step:g} s"
         raise InputError(say(f"controller '{one.name}'.sample", expected, f"{one.sample:g} s"))
     return Sampler(one, every, list(one.law.memory))
+
+
+def is_finite(value: Any) -> bool:
+    """Whether something is a finite number."""
+    return isinstance(value, Real) and math.isfinite(value)

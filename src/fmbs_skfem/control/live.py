@@ -10,12 +10,15 @@ joint is the cubic through its last four values; any other one acts with the val
 
 from __future__ import annotations
 
+import sys
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..core.errors import InputError, closest, listed, say
+from ..core.notices import Notice
 from ..core.values.inputs import Held
 from ..dynamics.checkpoint import Checkpoint
 from ..dynamics.integration import begun, take_step
@@ -25,10 +28,13 @@ from ..dynamics.run import cost_of, moment, restore
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..dynamics.trajectory import Happening, Trajectory
 from ..parts import finer_parts
-from ..systems.measures.probes import formula_of
+from ..systems.measures.probes import formula_of, kind_of
 from ..systems.system import System
 from .beside import TWICE, Beside, parts_beside, step_beside
 from .feed import Feed
+
+DOUBTFUL = ".* too far apart to count the turns"  #: a warning of a meter that is read seldom, while turns are counted beside it
+OFTEN = 64  #: steps after which turns are counted, at most
 
 
 def start(
@@ -66,8 +72,8 @@ def require_accuracy(accuracy: Mapping[str, float] | float, system: System) -> N
         if name not in system.outputs:
             known = f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
             raise InputError(say(where, known, f"'{name}'") + closest(name, system.outputs))
-        if not 0.0 < one < 1.0:
-            raise InputError(say(where, expected, f"{one} for '{name}'"))
+        if not isinstance(one, int | float) or not 0.0 < one < 1.0:
+            raise InputError(say(where, expected, f"{one!r} for '{name}'"))
 
 
 class LiveRun:
@@ -81,6 +87,7 @@ class LiveRun:
         self.feed = self.run.find(Feed)
         self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
         self.meters: dict[tuple[str, ...], Meter | RowMeter] = {}  #: of outputs by name
+        self.turns = self.counter()
         self.held: Mapping[str, np.ndarray] = {}  #: of the state that was put back last, for meters that are made later
         self.beside: list[Beside] = []  #: runs that say how good this one is
 
@@ -117,16 +124,19 @@ class LiveRun:
         end = self.run.done + count
         while self.run.done < end and not self.run.ended:
             take_step(self.run)
+            self.count_turns()
             for one in self.beside:
                 one.step(self, inputs or {})
             if not self.beside and self.feed.holds(self.run) and self.run.done < end:
-                self.feed.take_held(self.run, end - self.run.done)
+                self.feed.take_held(self.run, min(end - self.run.done, max(self.reach, 1)))
+                self.count_turns()
 
     @property
     def state(self) -> Checkpoint:
         """All that the next step reads: set it to go on from there, here or in another run of the same system and scheme."""
         held = moment(self.run).checkpoint()
-        shown = {key: value for meter in (self.meter, *self.meters.values()) for key, value in meter.kept().items()}
+        meters = [self.meter, *(meter for meter in self.meters.values() if isinstance(meter, Meter))]
+        shown = self.turns.kept() | {key: value for meter in meters for key, value in meter.kept().items()}
         return replace(held, arrays=held.arrays | shown)
 
     @state.setter
@@ -134,13 +144,14 @@ class LiveRun:
         restore(self.run, held)
         self.beside = []  # which stand elsewhere
         self.meter.take_up(self.run, held.arrays)
+        self.turns.take_up(held.arrays)
         self.meters, self.held = {}, held.arrays
 
     def outputs(self, names: Sequence[str] | None = None) -> dict[str, float]:
         """Named outputs of the present state, all or those of some names, which costs less: by column, in SI units.
 
-        Angles count their turns from call to call for the same names, energies from the start on. Positions, velocities and angles
-        alone cost less than a step. InputError for a name that is none.
+        Angles count their turns from the start on, whoever reads them and how often, and so do energies. Positions, velocities and
+        angles alone cost less than a step. InputError for a name that is none.
         """
         if names is None:
             return self.measured(self.meter)
@@ -148,20 +159,49 @@ class LiveRun:
         meter = self.meters.get(key) or self.meter_of(key)
         if isinstance(meter, Meter):
             return self.measured(meter)
+        return self.read(meter)
+
+    def counter(self) -> RowMeter:
+        """What counts the turns of all angles whose formulas are known, beside the steps."""
+        system = self.run.model.system
+        angles = [(name, one) for name, one in system.outputs.items() if kind_of(one).counted]
+        known = [(name, one, found) for name, one in angles if (found := formula_of(one, system.dim)) is not None]
+        return RowMeter(system, self.run.model.order, known, self.begin)
+
+    def count_turns(self) -> None:
+        """Count them where an angle may have changed by much since it was read last."""
+        if self.reach <= 0:
+            self.read(self.turns)
+
+    @property
+    def reach(self) -> int:
+        """Steps that may be taken before turns are counted again: at most OFTEN where there are any."""
+        if not self.turns.angles:
+            return sys.maxsize
+        step = self.run.scheme.step
+        return int((self.turns.due(OFTEN * step) - self.time) / step + 1e-6)
+
+    def read(self, meter: RowMeter) -> dict[str, float]:
+        """Columns of the present state by formulas."""
         state = self.run.step.state
         return meter.columns(self.time, state.x, state.v, state.acceleration)
 
     def measured(self, meter: Meter) -> dict[str, float]:
-        """Columns of the present state by a meter, which counts from the begin of the run."""
+        """Columns of the present state by a meter, which counts from the begin of the run; turns are those that were counted."""
         now = motion_of(self.run, self.time)
-        if meter.seen is None:
-            meter.columns(self.begin)
-            meter.keep()
-        if meter.seen is not None and meter.seen[0].times[0] == now.times[0]:
-            return dict(meter.seen[1])
-        found = meter.columns(now)
+        with warnings.catch_warnings():
+            if self.turns.angles:
+                warnings.filterwarnings("ignore", DOUBTFUL, Notice)
+            if meter.seen is None:
+                meter.columns(self.begin)
+                meter.keep()
+            if meter.seen is not None and meter.seen[0].times[0] == now.times[0]:
+                return dict(meter.seen[1])
+            found = meter.columns(now)
+        found |= {name: value for name, value in self.read(self.turns).items() if name in found}
+        meter.last = now, found
         meter.keep()
-        return found
+        return dict(found)
 
     def meter_of(self, names: tuple[str, ...]) -> Meter | RowMeter:
         """What reads outputs of some names, made when they are first asked for."""
@@ -173,8 +213,7 @@ class LiveRun:
         formulas = [formula_of(system.outputs[name], system.dim) for name in names]
         known = [(name, system.outputs[name], one) for name, one in zip(names, formulas, strict=True) if one is not None]
         if len(known) == len(names):
-            rows = RowMeter(system, self.run.model.order, known, self.begin)
-            rows.take_up(self.held)
+            rows = RowMeter(system, self.run.model.order, known, self.begin, self.turns)
             self.meters[names] = rows
             return rows
         meter = Meter(names)

@@ -5,6 +5,7 @@ Angles count their turns, and potential energies, works and losses their changes
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -12,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.algebra.linalg import as_dense, narrowed, rows_at
+from ..core.notices import notify
 from ..systems.measures import readings
-from ..systems.measures.angles import DOUBT, TURN, change_between, warn_of_doubt
+from ..systems.measures.angles import DOUBT, TURN, change_between
 from ..systems.measures.probes import Formula, kind_of
 from ..systems.system import Output, System
 from . import checkpoint as checkpoints
@@ -24,6 +26,9 @@ from .trajectory import COLUMNS, Trajectory, joined
 
 if TYPE_CHECKING:
     from .run import OpenRun
+
+
+TURNED = 0.25  #: change of an angle [rad] after which its turns are counted again
 
 
 class Meter:
@@ -87,7 +92,14 @@ class RowMeter:
     a position takes 8 us, all outputs by a `Meter` 256 us.
     """
 
-    def __init__(self, system: System, order: np.ndarray, known: Sequence[tuple[str, Output, Formula]], begin: Trajectory) -> None:
+    def __init__(
+        self,
+        system: System,
+        order: np.ndarray,
+        known: Sequence[tuple[str, Output, Formula]],
+        begin: Trajectory,
+        turns: RowMeter | None = None,
+    ) -> None:
         rows = np.array([row for _, output, _ in known for row in output.rows], dtype=np.int64)
         matrix, self.used = narrowed(rows_at(system.sensors.matrix, rows)[:, order])
         self.matrix = np.ascontiguousarray(as_dense(matrix).T)
@@ -102,7 +114,10 @@ class RowMeter:
         self.word = f"columns of {', '.join(name for name, *_ in self.known)}:"  #: before what is kept of it
         #: by output, as it was read last: time [s], angle with its turns [rad], rate [rad/s] and acceleration [rad/s2]
         self.angles: dict[str, tuple[float, float, float, float]] = {}
-        self.columns(float(begin.times[0]), *(part[0][order] for part in (begin.x, begin.v, begin.a)))
+        if turns is not None:
+            self.angles = turns.angles  # counted from whoever has read them last
+        else:
+            self.columns(float(begin.times[0]), *(part[0][order] for part in (begin.x, begin.v, begin.a)))
 
     def columns(self, time: float, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> dict[str, float]:
         """Columns in a state (n,) of the order in which the model steps [s]; turns are counted from the one before."""
@@ -124,9 +139,13 @@ class RowMeter:
             expected = change_between(time - t, (w, speed), (change, acceleration))
             angle += TURN * round((expected - (angle - value)) / TURN)
             if abs(angle - value - expected) > DOUBT:
-                warn_of_doubt(f"output '{name}'")
+                notify(f"output '{name}': the angle turns too far in a step to count its turns for certain; take smaller steps")
         self.angles[name] = time, angle, speed, acceleration
         return angle, speed
+
+    def due(self, longest: float) -> float:
+        """The time [s] by which an angle may have changed by TURNED at its rate and acceleration, `longest` after it was read."""
+        return min(t + min(time_of(TURNED, abs(w), abs(change)), longest) for t, _, w, change in self.angles.values())
 
     def kept(self) -> dict[str, np.ndarray]:
         """What is to be kept of it, by name."""
@@ -181,6 +200,12 @@ class Reader(Meter, Observer):
     def size(self) -> float:
         """The largest column of what was read last."""
         return max(map(abs, self.last[1].values()), default=0.0) if self.last else 0.0
+
+
+def time_of(angle: float, rate: float, acceleration: float) -> float:
+    """t > 0 with w t + a t^2 / 2 = angle, for w and a of at least 0; infinite where both are zero."""
+    root = rate + math.sqrt(rate * rate + 2.0 * acceleration * angle)
+    return 2.0 * angle / root if root > 0.0 else math.inf
 
 
 def counted_columns(found: Mapping[str, Output]) -> set[str]:

@@ -404,7 +404,7 @@ def header_of(
         "T_": sum(bool(one.turns) for one in columns), "C_": 0 if turn is None else 3 * int((turn.table[:, 1] ** 2).sum()),
     }  # fmt: skip
     told = {"PARAMETER": [(key, f"[{one[0] or '-'}] {one[1]:g} to {one[2]:g}, {one[3]:g}") for key, one in parameters.items()]}
-    told["INPUT"] = [(key, f"[{one.unit or '-'}]") for key, one in inputs.items()]
+    told["INPUT"] = [(key, f"[{one.unit or '-'}]{spanned(one)}") for key, one in inputs.items()]
     told["OUTPUT"] = [(one.name, f"[{one.unit or '-'}]") for one in columns]
     ports = [
         f"#define NAME_{kind}_{word} {k} /* {about} */"
@@ -417,6 +417,11 @@ def header_of(
         "N_OUTPUTS": len(columns), " STEP ": f" {number(frame.case.scheme.step)} ",
     }  # fmt: skip
     return replaced(text, words | {"NUMBERS": texts["NUMBERS"]})
+
+
+def spanned(one: Input) -> str:
+    """The range of an input as a comment, outside of which a model was not trained."""
+    return "" if one.range is None else f" trained from {one.range[0]:g} to {one.range[1]:g}"
 
 
 def table(name: str, rows: np.ndarray) -> str:

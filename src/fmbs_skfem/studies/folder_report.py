@@ -241,6 +241,8 @@ def repeat(name: str, one: Mapping[str, Any]) -> str:
         words += ["--duration", repr(duration)]
     if isinstance(plan := one.get("accuracy"), Mapping) and "wanted" in plan:
         words += ["--accuracy", plan["wanted"].replace(" of the range", "").replace(": ", "=")]
+    elif command == "train" and isinstance(wanted := one.get("tolerance"), float):
+        words += ["--tolerance", repr(wanted)]
     elif reduced:
         options = {"--tolerance": one.get("tolerance"), "--hyper": one.get("hyper_tolerance")}
         words += [part for key, value in options.items() if value for part in (key, repr(value))]

@@ -11,6 +11,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .. import dynamics
 from ..core.errors import InputError, say
 from ..core.storage import container, durable
@@ -105,7 +107,7 @@ def at_values(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], di
         "beyond_training": beyond,
         "predicted_error": None if beyond else predict_error(rom, point),
         "doubts": list(rom.notes.get(prediction.DOUBTS, ())),
-        "measure": str(rom.notes.get(prediction.KEY, {}).get("measure", "relative error (48)")),
+        "measure": str(rom.notes.get(prediction.KEY, {}).get("measure", "relative error (48)")) + signalled(rom),
     }
     return case, rom.notes, facts
 
@@ -215,20 +217,27 @@ def predict_error(rom: ParametricModel, point: Mapping[str, float]) -> dict[str,
     return None if found is None or math.isnan(found.error) else found._asdict()
 
 
-def errors_of(path: Path) -> dict[str, float]:
-    """What is known of the errors of a saved model's outputs, over their ranges, by column.
+def signalled(rom: ParametricModel) -> str:
+    """What is to be said of errors of a plant, which are parts of ranges under the signals of its training."""
+    return " under the signals of its training" if "training_signals" in rom.notes.get("training", {}) else ""
 
-    Of a model at one point those in its training; of a box the largest one that is predicted, with its band, for all columns alike.
+
+def errors_of(path: Path, outputs: Mapping[str, np.ndarray]) -> tuple[dict[str, float], str]:
+    """What is known of the errors of a saved model's outputs (s,), by column in their units, and a sentence on it.
+
+    Of a model at one point those in its training; of a box the largest one that is predicted, with its band, over the ranges of
+    these outputs. Ranges of a plant are those under the signals of its training, of which a box tells nothing.
     """
     if not parametric(path):
-        return files.read_errors(files.read(path).notes)
-    rom = parametric_model.load(path)
-    record = rom.notes.get("training", {})
-    if record.get("measure") != RANGES:
-        return {}
-    columns = [column for output in rom.model.nominal.system.outputs.values() for column in output.columns]
-    largest = record["predicted_error"]["high"]
-    return dict.fromkeys(columns, float(largest)) if largest is not None and math.isfinite(largest) else {}
+        known = files.read(path).notes.get("report", {}).get("output_errors", {})
+        found = {name: float(one["error"]) for name, one in known.items() if name in outputs and one.get("error") is not None}
+        return found, "Bands of the outputs are the errors of its training." if found else ""
+    record = parametric_model.load(path).notes.get("training", {})
+    largest = record.get("predicted_error", {}).get("high")
+    if record.get("measure") != RANGES or largest is None or not math.isfinite(largest) or "training_signals" in record:
+        return {}, ""
+    bands = {name: largest * float(np.ptp(values)) for name, values in outputs.items()}
+    return bands, f"Bands of the outputs are the largest error that is predicted, {largest:.2g} of their ranges."
 
 
 def read_value(parameter: Parameter, given: str, option: str = "--set") -> float:

@@ -31,6 +31,7 @@ class Plots {
     this.clock = clock; // unit in which times are read, and its size [s]
     this.seek = seek;
     this.now = this.told = this.drawn = 0;
+    this.running = false; // a model, beside whose outputs recorded ones are pale
     this.figures = panels.map((panel) => this.make(panel, names));
     this.width = place.clientWidth;
     this.draw();
@@ -110,7 +111,7 @@ class Plots {
         element(svg, "polyline", { points: path, fill: "none", stroke: curve.colour, "stroke-width": 1.5, ...look });
       };
       for (const curve of panel.curves) {
-        trace(curve, curve, { "stroke-dasharray": curve.dash, ...(curve.live ? { opacity: 0.35 } : {}) });
+        trace(curve, curve, { "stroke-dasharray": curve.dash, ...(this.running ? { opacity: 0.35 } : {}) });
         if (curve.live) trace(curve.live, curve, { class: "live" });
       }
       Object.assign(panel.cursor.style, { top: `${panel.top}px`, height: `${height - panel.top - panel.bottom}px` });
@@ -122,6 +123,7 @@ class Plots {
 
   /** Values of columns at a time of the model that runs. */
   record(time, columns, values) {
+    this.running = true;
     for (const curve of this.curves) {
       const k = columns.indexOf(curve.column);
       if (k < 0) continue;
@@ -138,6 +140,7 @@ class Plots {
 
   /** Only what was recorded. */
   forget() {
+    this.running = false;
     for (const curve of this.curves) curve.live = undefined;
     this.draw();
   }
@@ -152,6 +155,7 @@ class Plots {
     this.told = performance.now();
     for (const curve of this.curves) {
       if (curve.live) { curve.shown.textContent = `${curve.label}${short(curve.live.values.at(-1))}`; continue; }
+      if (this.running) { curve.shown.textContent = `${curve.label}not in the model`; continue; }
       const [i, part] = locate(curve.times, time);
       const next = Math.min(i + 1, curve.values.length - 1);
       curve.shown.textContent = `${curve.label}${short(curve.values[i] + part * (curve.values[next] - curve.values[i]))}`;

@@ -176,7 +176,8 @@ class Dynamic(History):
                 yield ("analysis", "every", i, "every"), Problem(f"at most {times.STEPS} states", got, "keep fewer")
         if self.open:
             if self.accuracy is None and self.step == LEFT_OUT:
-                yield key, Problem("a step, or an accuracy for which one is found", "neither", "add step: 1 ms or accuracy: 1e-3")
+                remedy = "add step: 1 ms or accuracy: 1e-3, or step: auto where --accuracy is given"
+                yield key, Problem("a step, or an accuracy for which one is found", "neither", remedy)
             return
         if self.step > self.duration:
             yield key, Problem(f"a step of at most the duration {self.duration:g} s", f"{self.step:g} s")

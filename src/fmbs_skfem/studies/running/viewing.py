@@ -6,10 +6,12 @@ import json
 import os
 import sys
 import webbrowser
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ...core import extras
 from ...core.errors import InputError, SolverError, say
@@ -79,10 +81,15 @@ def draw(job: Job, path: Path, instants: int = content.INSTANTS) -> str:
     scene, task, trajectory = motion(job)
     reports.make_folder(path.parent)
     words = webpages.about(trajectory, task.remarks)
-    errors, live = (models.errors_of(job.path), live_model(job, trajectory)) if models.is_model(job) else ({}, None)
-    if errors:
-        words.append(f"Bands of the outputs are its largest errors: {max(errors.values()):.2g} of their ranges, at most.")
-    film = replace(webpages.film_of(task.title, trajectory, instants, errors=errors), live=live)
+
+    def errors(outputs: Mapping[str, np.ndarray]) -> Mapping[str, float]:
+        bands, said = models.errors_of(job.path, outputs)
+        words.extend([said] if said else [])
+        return bands
+
+    known = models.is_model(job)
+    film = webpages.film_of(task.title, trajectory, instants, errors=errors if known else None)
+    film = replace(film, live=live_model(job, trajectory) if known else None)
     webpages.write(path, task.title, [film], *webpages.look(scene, trajectory), words, task.display)
     return task.title
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,12 +34,12 @@ def film_of(
     trajectory: Trajectory,
     instants: int = content.INSTANTS,
     full: Trajectory | None = None,
-    errors: Mapping[str, float] = MappingProxyType({}),
+    errors: Callable[[Mapping[str, np.ndarray]], Mapping[str, float]] | None = None,
 ) -> Film:
-    """A motion with the panels of its outputs, and bands of what is known of their `errors` over their ranges, by column."""
+    """A motion with the panels of its outputs, and bands of what is known of their `errors`, by column in their units."""
     outputs = dynamics.outputs(trajectory)
-    bands = {column: error * float(np.ptp(outputs[column])) for column, error in errors.items() if column in outputs}
     several = outputs and len(trajectory.times) > 1
+    bands = errors(outputs) if errors and several else {}
     shown: list[Panel] = panels.arrange(trajectory.system.outputs, outputs, errors=bands) if several else []
     return content.film(name, trajectory, shown, instants, full)
 
