@@ -154,8 +154,8 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
     spent = time.process_time() - begun + before
     count = HELD[len(known)]
     points = (boxes.grid(known, count) if len(known) == 1 else boxes.latin_hypercube(known, count, seed=7))[::every]
-    full = holdouts.read_or_run(found, folder)
-    truth = holdouts.read_or_run(found, folder, sharp=not name.endswith(FINE))
+    full = holdouts.read_or_run(found, found.task, folder)
+    truth = holdouts.read_or_run(found, found.task, folder, sharp=not name.endswith(FINE))
     held = comparators.compare(found.task, [*comparators.stages(found)][-1:], truth, points)[0]
     predict = prediction.predictor(ParametricModel(found.model.parametric, {prediction.KEY: prediction.record(found)}))
     bands = [predict(boxes.named(known, row)) for row in points] if predict else []
