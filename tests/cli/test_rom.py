@@ -16,7 +16,7 @@ from fmbs_skfem.reduction import files
 from fmbs_skfem.studies import models
 from fmbs_skfem.studies.running import solving
 
-from .calls import fmbs
+from .calls import EXAMPLES, fmbs
 from .test_train import REDUCTION, kept, written
 
 PENDULUM = """\
@@ -249,3 +249,11 @@ def test_models_of_a_scene_are_no_scenes_and_no_families(model: Path, tmp_path: 
     assert "expected a model over ranges of parameters, got one of a single scene; make one with fmbs train" in swept.err
     part = fmbs("part", "info", plain)
     assert (part.code, "is it the file that you mean?" in part.err) == (8, True)
+
+
+@pytest.mark.parametrize("words", [("run",), ("info",), ("export", "--c", "out")])
+def test_a_scene_is_no_model(words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = fmbs("rom", words[0], EXAMPLES / "four_bar.yaml", *words[1:])
+    assert done.code == 3
+    assert "expected a saved reduced model, got a scene; run it with fmbs run" in done.err

@@ -240,6 +240,9 @@ def test_a_box_is_trained_under_signals_and_checked_under_others(tmp_path: Path)
         stated = report["holdout"]["outputs"][column]["relative"]
         assert np.abs(motions[1][column] - values).max() <= max(3.0 * stated, 1e-4) * np.ptp(values), column
     assert 0.0 < report["holdout"]["max_error"] < 0.02
+    trained = {run.values["E"] for run in (*found.training.runs, *found.training.checks)} if found.training else set()
+    both = sum(any(abs(row[0] - E) < 1.0 for E in trained) for row in report["holdout"]["points"])
+    assert (f"{both} of the 2 hold-out points are full runs" in str(found)) == (both > 0)
     still = outputs(integrate(reduced, GeneralizedAlpha(1e-3), 0.1))
     assert max(np.ptp(values) for values in still.values()) < 1e-9
     again = studies.train(place, out=tmp_path / "out", plots=False, resume=True)

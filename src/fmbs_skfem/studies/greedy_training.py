@@ -130,7 +130,8 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
     view: list[ReportTable | str] = [payoff.words, *summarise(report)]
     view += training_signals_words(report["training_signals"]) if "training_signals" in report else []
     if checked is not None:
-        view += [holdouts.table(checked, order.measure), *output_errors(holdouts.largest_of_outputs(checked), order.scene.display)]
+        view += [holdouts.table(checked, order.measure), *holdouts.trained_there(order, found)]
+        view += output_errors(holdouts.largest_of_outputs(checked), order.scene.display)
     about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"
     view += list_files(report)
     return TrainingResult(about=about, report=report, lines=view, figures=figures, model=model, training=found, holdout=checked)

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from ..reduction.full_runs import FullRun
     from .greedy_training import TrainingOrder
 
+SAME = 1e-9  #: of the sides of a box, up to which two points are one
 CORNERS = 3  #: parameters up to which local bases are made at all corners of the box
 
 
@@ -157,6 +158,17 @@ def fastest(found: FinishedTraining) -> dict[str, float]:
         motion = reduced_models.run_reduced(found.task, found.model.cases(values))
         speeds.append((float(np.linalg.norm(lifted(motion)[1], axis=1).max()), values))
     return max(speeds, key=lambda pair: pair[0])[1]
+
+
+def trained_there(order: TrainingOrder, found: FinishedTraining) -> list[str]:
+    """A sentence on hold-out points that are full runs of the training as well, as few candidates over one parameter make them."""
+    known, points = order.task.parameters, order.points.holdout
+    runs = parameters.to_box(known, [parameters.row_of(known, run.values) for run in (*found.runs, *found.checks)])
+    count = sum(bool((np.abs(runs - point).max(axis=1) < SAME).any()) for point in parameters.to_box(known, points))
+    if not count:
+        return []
+    text = f"{count} of the {len(points)} hold-out points are full runs of the training as well"
+    return [f"{text}, where errors are small: name others in training.holdout."]
 
 
 def list_failed(order: TrainingOrder, checked: Checked) -> list[dict[str, Any]]:

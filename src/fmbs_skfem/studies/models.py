@@ -40,6 +40,7 @@ INFO = "info.json"
 #: notes of a model at one set of parameters that are not listed as they are
 OWN = "training", "provenance", "scheme", "newton", "choice", guarded.NOTE, display.KEY
 SHORT = 12  #: entries of a list that a table shows
+SCENES = ".yaml", ".yml"  #: endings of what is no model
 RANGES = "error of the outputs over their ranges"  #: a measure of a training
 
 
@@ -198,6 +199,10 @@ def flatten(notes: Mapping[str, Any], before: str = "") -> list[tuple[str, Any]]
 def parametric(path: Path) -> bool:
     """Whether a file holds a model of a whole box of parameters; its first line says so."""
     container.require_file(path, parametric_model.KIND.name, "make one with fmbs reduce or fmbs train")
+    if path.suffix in SCENES:
+        raise InputError(
+            say(f"{path}", "a saved reduced model", "a scene", "run it with fmbs run, or make a model with fmbs reduce")
+        )
     return container.title(path) == parametric_model.KIND.title
 
 
