@@ -60,9 +60,15 @@ class Printer(C99CodePrinter):
 
 
 def number(value: float) -> str:
-    """A number that is read back to the bit."""
+    """A number that is read back to the bit, in as few letters as there are for it."""
     text = repr(float(value))
-    return text.replace("inf", "1e300")
+    return text.replace("inf", "1e300").replace("e-0", "e-")
+
+
+def entry(value: float) -> str:
+    """The same in an array, where whole numbers need no point; a zero below zero does."""
+    text = number(value)
+    return text if text == "-0.0" else text.removesuffix(".0")
 
 
 def whole(value: int) -> str:
@@ -72,7 +78,7 @@ def whole(value: int) -> str:
 def array(name: str, values: np.ndarray, kind: str = "double") -> str:
     """A constant array, row by row; of no numbers one that nothing reads."""
     flat = np.asarray(values).ravel()
-    write = number if kind == "double" else whole
+    write = entry if kind == "double" else whole
     numbers = ", ".join(map(write, flat if flat.size else np.zeros(1)))
     head = f"static const {kind} {name}[{max(1, flat.size)}] = {{"
     if len(head) + len(numbers) + 2 <= WIDTH:
