@@ -231,9 +231,9 @@ def fingerprint(task: TrainingTask, *others: Any) -> str:
     """
     corners = [{p.name: end(p) for p in task.parameters} for end in (lambda p: p.low, lambda p: p.high)]
     digest = hashlib.sha256()
-    measure = (*(() if task.measure is None else (task.measure,)), *((task.code,) if task.code else ()))
-    families, signals = (task.family(corner) for corner in corners), () if task.signals is None else (task.signals,)
-    for value in (*families, task.parameters, task.plan, task.interval, *measure, *signals, *others):
+    families = (task.family(corner) for corner in corners)
+    further = (one for one in (task.measure, task.code, task.signals) if one)
+    for value in (*families, task.parameters, task.plan, task.interval, *further, *others):
         add_to_digest(value, digest)
     return digest.hexdigest()
 

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
+from ..core.values.display import is_number
+
 SHORT = 12  #: entries of a list that stand in one line
 LONG = 2000  #: rows of a table, at most
 KINDS = {".png": "image/png", ".gif": "image/gif", ".svg": "image/svg+xml"}
@@ -31,7 +33,7 @@ def table(title: str, heads: Sequence[str], rows: Sequence[Sequence[object]]) ->
 
 def cell(value: object) -> str:
     """A value in a table; numbers to the right, with all digits where they sort."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         return f"<td>{escape(shown(value))}</td>"
     return f'<td class=number data-value="{value!r}">{escape(shown(value))}</td>'
 

@@ -122,12 +122,15 @@ def read_start(notes: Mapping[str, Any], where: str) -> Start:
     raise CorruptFile(say(f"{where}: notes.report.start", " or ".join(get_args(Start)), shown(found), KIND.remedy))
 
 
-def read_errors(notes: Mapping[str, Any]) -> dict[str, float]:
-    """Errors of the outputs over their ranges in the training, by column, as far as the notes of a file have them."""
+def read_errors(notes: Mapping[str, Any], kind: str = "relative") -> dict[str, float]:
+    """Errors of the outputs in the training, by column, as far as the notes of a file have them.
+
+    Over their ranges, or as `error` in their units.
+    """
     report = notes.get("report", {})
     known = report.get("output_errors", {}) if isinstance(report, Mapping) else {}
     rows = known.items() if isinstance(known, Mapping) else ()
-    found = {name: one.get("relative") for name, one in rows if isinstance(one, Mapping)}
+    found = {name: one.get(kind) for name, one in rows if isinstance(one, Mapping)}
     return {name: float(error) for name, error in found.items() if isinstance(error, int | float)}
 
 

@@ -155,10 +155,9 @@ class Excited:
 
 def excite(task: TrainingTask, wanted: TrainingSignals) -> Excited | None:
     """A task without parameters with signals for its inputs that have ranges; None where there are none."""
-    case = task.family({})
-    if not ranged(case.system):
+    case, own = task.family({}), of_box(task, wanted)
+    if own is None:
         return None
-    own = Signals(wanted, band(replace(case, system=task.form(case.system)), wanted), 0)
 
     @functools.cache
     def excited(run: int) -> Case:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -182,7 +183,7 @@ class Scene:
     #: what was found for an accuracy, as `chosen` takes it
     choice: tuple[Any, ...] | None = field(default=None, metadata=HIDDEN)
 
-    @property
+    @cached_property
     def display(self) -> DisplayUnits:
         """The units in which its results are read, see `core.values.display`."""
         return DisplayUnits(

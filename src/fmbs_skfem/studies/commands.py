@@ -325,8 +325,8 @@ def view(
 
     SCENE is a scene, a saved reduced model (NAME.h5), or a folder with results of `fmbs run`. The page is one file, which needs no
     network and no server: bodies in space, to turn, scrub and play, with the outputs over time beside them. Motions that are not
-    stored in a folder, as those of short runs, are run again. The page opens in the
-    browser of who is at the screen; elsewhere the path of it is said.
+    stored in a folder, as those of short runs, are run again. The page opens in the browser of who is at the screen; elsewhere the
+    path of it is said.
     """
     from .running import viewing
 

@@ -32,16 +32,8 @@ from .running import viewing, webpages
 from .running.outcome import OUTPUTS, UNITS
 
 NAME = "report.html"
-APART = (
-    "provenance",
-    "notices",
-    "files",
-    "units",
-    "labels",
-    KEY,
-    "fingerprint",
-    reports.CHECKSUMS,
-)  #: shown in sections of their own
+#: shown in sections of their own
+APART = ("provenance", "notices", "files", "units", "labels", KEY, "fingerprint", reports.CHECKSUMS)
 LARGEST = 8_000_000  #: of a picture that is put in [bytes]
 #: record of a study -> the command that makes it; `report.json` is of several
 COMMANDS = {"compare.json": "compare", "check.json": "check", "verification.json": "verify", "info.json": "rom info"}
@@ -212,16 +204,18 @@ def origin(one: Mapping[str, Any]) -> Iterator[str]:
         yield report.hidden("the scene with all values", reports.dumps(scene))
 
 
+def command_of(name: str, one: Mapping[str, Any]) -> str:
+    """The command that makes a record, or a file of a model."""
+    if Path(name).suffix in MODELS:
+        return "reduce"
+    return COMMANDS.get(name) or ("rom run" if one.get("model") else "train" if "candidates" in one else "run")
+
+
 def repeat(name: str, one: Mapping[str, Any]) -> str:
     """The command that makes a record again; empty where it does not say of what it is, and for samples, which stand in a table."""
     origin = one.get("provenance") or {}
     source = one.get("model") or one.get("file") or origin.get("file")
-    reduced = Path(name).suffix in MODELS
-    command = (
-        "reduce"
-        if reduced
-        else COMMANDS.get(name) or ("rom run" if one.get("model") else "train" if "candidates" in one else "run")
-    )
+    command = command_of(name, one)
     if command == "verify":
         return "fmbs verify"
     if not source or "members" in one:
@@ -243,7 +237,7 @@ def repeat(name: str, one: Mapping[str, Any]) -> str:
         words += ["--accuracy", plan["wanted"].replace(" of the range", "").replace(": ", "=")]
     elif command == "train" and isinstance(wanted := one.get("tolerance"), float):
         words += ["--tolerance", repr(wanted)]
-    elif reduced:
+    elif command == "reduce":
         options = {"--tolerance": one.get("tolerance"), "--hyper": one.get("hyper_tolerance")}
         words += [part for key, value in options.items() if value for part in (key, repr(value))]
     return shlex.join(words)

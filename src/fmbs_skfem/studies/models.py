@@ -234,8 +234,7 @@ def errors_of(path: Path, outputs: Mapping[str, np.ndarray]) -> tuple[dict[str, 
     these outputs. Ranges of a plant are those under the signals of its training, of which a box tells nothing.
     """
     if not parametric(path):
-        known = files.read(path).notes.get("report", {}).get("output_errors", {})
-        found = {name: float(one["error"]) for name, one in known.items() if name in outputs and one.get("error") is not None}
+        found = files.read_errors(files.read(path).notes, "error")
         return found, "Bands of the outputs are the errors of its training." if found else ""
     record = parametric_model.load(path).notes.get("training", {})
     largest = record.get("predicted_error", {}).get("high")
