@@ -13,39 +13,61 @@ from numba.core import config
 
 from fmbs_skfem.core.compiling import jit as module
 from fmbs_skfem.core.compiling.jit import cache_folder, jit, prepare, remove_old, stamp
+from fmbs_skfem.core.compiling.kernels import MODULES
 from fmbs_skfem.core.notices import Notice
+
+INNER = ("a.py", "inner/b.py")
 
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
     folder = tmp_path / "package"
     (folder / "inner").mkdir(parents=True)
-    for name in ("a.py", "inner/b.py"):
-        (folder / name).write_text("import numba\n")
-        os.utime(folder / name, ns=(10**18, 10**18))
+    for name in INNER:
+        write(folder / name, "import numba\n")
     return folder
 
 
-def test_stamp_sees_every_change_of_a_module(package: Path) -> None:
-    inner, first = package / "inner" / "b.py", stamp(package)
-    assert stamp(package) == first
-    os.utime(inner, ns=(10**18, 10**18 + 1))
-    touched = stamp(package)
-    inner.write_text("import numba as n\n")
-    os.utime(inner, ns=(10**18, 10**18))
-    longer = stamp(package)
+def write(path: Path, text: str, age: float = 3600.0) -> None:
+    path.write_text(text)
+    os.utime(path, (module.BEGIN - age,) * 2)
+
+
+def test_stamp_sees_every_change_of_a_text_and_nothing_else(package: Path) -> None:
+    inner, first = package / "inner" / "b.py", stamp(package, INNER)
+    write(inner, "import numba\n", age=7200.0)
+    assert stamp(package, INNER) == first
+    assert stamp(package.rename(package.with_name("elsewhere")), INNER) == first
+    package.with_name("elsewhere").rename(package)
+    write(inner, "import numbo\n")
+    other = stamp(package, INNER)
     inner.rename(package / "b.py")
-    assert len({first, touched, longer, stamp(package)}) == 4
-    last = stamp(package)
-    (package / "notes.txt").write_text("not code: import numba")
-    (package / "plain.py").write_text("jit = 2\n")
-    assert stamp(package) == last
+    moved = stamp(package, ("a.py", "b.py"))
+    assert len({first, other, moved}) == 3
+
+
+def test_code_of_a_text_that_changed_while_a_process_runs_is_its_own(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may have imported the text before: under the hash of the new one, its code would be found by all later processes."""
+    inner, first = package / "inner" / "b.py", stamp(package, INNER)
+    monkeypatch.setattr(module, "BEGIN", time.time() - 1.0)
+    os.utime(inner)
+    assert stamp(package, INNER) != first
+    os.utime(inner, (time.time() + 3600.0,) * 2)  # the clock of another machine
+    assert stamp(package, INNER) == first
+
+
+def test_the_list_of_modules_with_compiled_functions_is_complete() -> None:
+    """The stamp reads these alone, since all of the package would take longer than a small model does."""
+    marks = ("jit import", "structs import", "import numba", "from numba")
+    package = Path(module.__file__).parents[2]
+    texts = {path.relative_to(package).as_posix(): path.read_text(encoding="utf-8") for path in package.rglob("*.py")}
+    assert sorted(name for name, text in texts.items() if any(mark in text for mark in marks)) == list(MODULES)
 
 
 def test_stamp_depends_on_the_numba_version(package: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = stamp(package)
+    first = stamp(package, INNER)
     monkeypatch.setattr(module.installed, "version", lambda name: "0.0.0")
-    assert stamp(package) != first
+    assert stamp(package, INNER) != first
 
 
 def test_folders_without_use_for_30_days_are_removed(tmp_path: Path) -> None:

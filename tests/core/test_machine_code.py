@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import importlib
 import os
 import subprocess
 import sys
@@ -128,6 +129,8 @@ def test_code_is_found_only_for_what_it_was_compiled_for(tmp_path: Path, monkeyp
     names = {first, name(space["f"], SIGNATURE, True), name(enclosing(1)), name(enclosing(2))}
     assert name(space["f"], SIGNATURE, False) == first
     os.utime(written, (0.0, 0.0))
+    assert name(space["f"], SIGNATURE, False) == first  # the text counts, not when it was written
+    written.write_text("def f(x):\n    return x  #\n")
     names.add(name(space["f"], SIGNATURE, False))
     last = name(space["f"], SIGNATURE, False)
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")  # as in the processes of a sweep, which load what was compiled before
@@ -140,3 +143,24 @@ def test_code_is_found_only_for_what_it_was_compiled_for(tmp_path: Path, monkeyp
     assert None not in names
     assert name(enclosing(lambda: 1)) is None  # type: ignore[arg-type]
     machine_code.machine.cache_clear()
+
+
+def test_code_of_own_modules_is_found_by_the_texts_of_all_that_they_import(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An extension may call functions and use constants of another file of its author's."""
+    monkeypatch.syspath_prepend(tmp_path)
+    first, second = tmp_path / "my_kernel.py", tmp_path / "my_numbers.py"
+    first.write_text("from my_numbers import OFFSET, TABLE, shift\n\ndef kernel(x):\n    return shift(x) + OFFSET + TABLE[0]\n")
+
+    def name(numbers: str) -> Path | None:
+        second.write_text(numbers)
+        for imported in ("my_kernel", "my_numbers"):
+            sys.modules.pop(imported, None)
+        importlib.invalidate_caches()
+        return machine_code.place(tmp_path, "f", importlib.import_module("my_kernel").kernel, ())
+
+    texts = ["import numpy as np\nOFFSET = 1\nTABLE = np.ones(2)\ndef shift(x): return x\n"]
+    texts += [texts[0].replace("OFFSET = 1", "OFFSET = 20"), texts[0].replace("ones", "zeros"), texts[0] + "\n\n"]
+    assert len({name(text) for text in texts}) == 4
+    assert name(texts[0]) == name(texts[0])
+    for imported in ("my_kernel", "my_numbers"):
+        del sys.modules[imported]

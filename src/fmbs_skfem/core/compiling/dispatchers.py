@@ -9,16 +9,19 @@ This module loads numba: `jit` imports it when the first function is compiled.
 from __future__ import annotations
 
 import functools
+import hashlib
 from collections.abc import Callable
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 from numba.core import compiler, config, types
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher, cpu_target
 
 from ..errors import InputError, say
-from . import jit
+from . import jit, machine_code
 
 if config.DISABLE_JIT:
     raise InputError(
@@ -83,8 +86,46 @@ class Containing(compiler.Compiler):
         return super().define_pipelines()
 
 
+class ByText(_CacheLocator):
+    """Where code of a function is kept: by the text of its module, as that behind addresses."""
+
+    def __init__(self, function: Callable[..., Any], path: Path) -> None:
+        text = "".join((function.__module__, machine_code.digest_of(path), *machine_code.outside(function.__module__)))
+        self.folder, self.line = jit.cache_folder(), function.__code__.co_firstlineno
+        self.text = hashlib.sha256(text.encode()).hexdigest()[:24]
+
+    def get_cache_path(self) -> str:
+        return str(self.folder)
+
+    def get_source_stamp(self) -> str:
+        return self.text
+
+    def get_disambiguator(self) -> str:
+        return f"{self.line}-{self.text}"
+
+    @classmethod
+    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> ByText | None:
+        path = Path(py_file)
+        return cls(py_func, path) if path.exists() else None
+
+
+class ImplementationByText(CompileResultCacheImpl):
+    """What numba keeps of a function, where `ByText` says."""
+
+    _locator_classes: ClassVar = [ByText]
+
+
+class CacheByText(FunctionCache):
+    """The cache of one function."""
+
+    _impl_class = ImplementationByText
+
+
 class WholeDispatcher(CPUDispatcher):
     """A function as Python calls it, compiled by this process or another one."""
+
+    def enable_caching(self) -> None:
+        self._cache = CacheByText(self.py_func)
 
     def compile(self, signature: Any) -> Any:
         name = f"{self.py_func.__module__}.{self.py_func.__qualname__}.whole"

@@ -1,10 +1,10 @@
 """Compiled functions whose cache can never be stale.
 
-    cache folder = <user's cache>/<hash of the numba version and of name, size and time of every module with compiled functions>
+    cache folder = <user's cache>/<hash of the numba version and of name and text of every module with compiled functions>
 
 Numba looks only at the file of the compiled function itself: code of other modules that was compiled into it would survive their
-change. Here any change in a module with compiled functions leads to another folder. `NUMBA_CACHE_DIR` in the environment replaces
-the user's cache.
+change. Here any change in a module with compiled functions leads to another folder; copies of the package with the same text share
+one, wherever and whenever they were written. `NUMBA_CACHE_DIR` in the environment replaces the user's cache.
 
 A function that a compiled function calls becomes part of that one (`dispatchers`). Numba is imported when the first function is
 compiled, or called by Python through its wrapper (`InlinedFunction`); what stands behind an address is loaded without it
@@ -26,12 +26,13 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 from fmbs_skfem.core import installed
 from fmbs_skfem.core.compiling import compilation, machine_code
+from fmbs_skfem.core.compiling.kernels import MODULES
 from fmbs_skfem.core.compiling.machine_code import SUFFIX
 from fmbs_skfem.core.notices import notify
 from fmbs_skfem.core.storage import locks
@@ -40,22 +41,26 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 #: whether nothing is compiled: with FMBS_PLAIN=1 in the environment kernels are functions of Python, with `plain` in place of numba
 PLAIN = os.environ.get("FMBS_PLAIN", "0") not in ("", "0")
-MARKS = (b"jit import", b"structs import", b"import numba", b"from numba")  #: texts of modules that compile functions
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 KEEP_DAYS = 30.0  #: folders of other versions are removed after so long without use [d]
+
+BEGIN = time.time()  #: of this process, as far as modules with compiled functions matter [s]
 
 _PACKAGE = Path(__file__).resolve().parents[2]
 
 
-def stamp(package: Path = _PACKAGE) -> str:
-    """Hash of the numba version and of name, size and time stamp of every module below `package` that compiles functions."""
-    parts = [f"numba {installed.version('numba')}"]
-    for path in sorted(package.rglob("*.py")):
-        if not any(mark in path.read_bytes() for mark in MARKS):
-            continue
-        status = path.stat()
-        parts.append(f"{path.relative_to(package)} {status.st_size} {status.st_mtime_ns}")
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
+def stamp(package: Path = _PACKAGE, modules: Sequence[str] = MODULES) -> str:
+    """Hash of the numba version and of name and text of the modules of `package` that compile functions.
+
+    A text that changed since this process began may not be what it has imported: then no other process shares the code.
+    """
+    found = hashlib.sha256(f"numba {installed.version('numba')}\n".encode())
+    for name in modules:
+        path = package / name
+        found.update(f"{name} {hashlib.sha256(path.read_bytes()).hexdigest()}\n".encode())
+        if BEGIN < path.stat().st_mtime <= time.time():
+            found.update(f"process {os.getpid()} at {BEGIN}\n".encode())
+    return found.hexdigest()[:16]
 
 
 def remove_old(parent: Path, keep: Path) -> None:
@@ -180,11 +185,10 @@ class InlinedFunction:
         """As Python calls it, cached on disk."""
         from . import dispatchers
 
-        with caching() as cache:
-            found = dispatchers.whole(self.py_func, self.options)
-            if cache:
-                found.enable_caching()
-            return found
+        found = dispatchers.whole(self.py_func, self.options)
+        if cache_folder() is not None:
+            found.enable_caching()
+        return found
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         try:
@@ -234,19 +238,6 @@ def optimised(function: Callable[..., Any]) -> Any:
     import numba
 
     return numba.njit(error_model="numpy", fastmath={"reassoc", "contract"})(function)
-
-
-@contextlib.contextmanager
-def caching() -> Iterator[bool]:
-    """Functions decorated inside are cached in the folder of this process; whether there is one."""
-    from numba.core import config
-
-    folder, before = cache_folder(), config.CACHE_DIR
-    config.CACHE_DIR = "" if folder is None else str(folder)  # numba fixes the place of the cache at decoration
-    try:
-        yield folder is not None
-    finally:
-        config.CACHE_DIR = before
 
 
 @contextlib.contextmanager

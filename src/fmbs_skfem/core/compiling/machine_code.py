@@ -22,7 +22,10 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
+
+import numpy as np
 
 from ..storage.records import dataclass
 
@@ -31,6 +34,7 @@ SUFFIX = ".code"
 HELPERS = {"numba._helperlib": "numba_", "numba.core.runtime._nrt_python": "NRT_"}
 #: settings of numba that leave the code as it is: processes with one thread each, as those of sweeps, load that of others
 APART = {"NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS"}
+INSTALLED = {sys.prefix, sys.base_prefix, os.path.realpath(sys.prefix), os.path.realpath(sys.base_prefix)}
 LOCK = threading.Lock()
 
 
@@ -54,16 +58,60 @@ def machine() -> tuple[str, ...]:
 def place(folder: Path, name: str, function: Callable[..., Any], given: tuple[object, ...]) -> Path | None:
     """The file of a function compiled for what is `given`, such as its signature; None where its closure cannot be hashed.
 
-    As numba does, it looks at the bytecode, at what the function encloses, and at size and time of its file.
+    It looks at the text of the function's file, of which the bytecode tells what a factory made, and at what it encloses; of a
+    function outside of this package also at what its module imports (`outside`): `folder` knows the modules of the package alone.
     """
-    source, cells = Path(function.__code__.co_filename), function.__closure__ or ()
+    cells = function.__closure__ or ()
     try:
-        status, closure = source.stat(), pickle.dumps([identity(cell.cell_contents) for cell in cells])
+        text = digest_of(Path(function.__code__.co_filename))
+        closure = pickle.dumps([identity(cell.cell_contents) for cell in cells])
     except (OSError, ValueError, TypeError, AttributeError, pickle.PicklingError):
         return None
     own = (function.__module__, function.__qualname__, function.__code__.co_firstlineno, function.__code__.co_code, closure)
-    parts = (*machine(), *own, str(source), status.st_size, status.st_mtime_ns, *map(str, given))
+    parts = (*machine(), *own, text, *outside(function.__module__), *map(str, given))
     return folder / f"{name}-{hashlib.sha256(repr(parts).encode()).hexdigest()[:24]}{SUFFIX}"
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of the text of a file; OSError where it cannot be read."""
+    return digest(path, path.stat().st_mtime_ns)
+
+
+@functools.cache
+def digest(path: Path, changed: int) -> str:
+    """As `digest_of`, of a file that changed at an instant: read once."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def outside(name: str) -> list[str]:
+    """What compiled functions of a module outside of this package may depend on: texts of all modules that it and those that it
+    imports name, but for installed ones, and their constants, which may come from anywhere."""
+    found: dict[str, str] = {}
+    left = [name]
+    while left:
+        name = left.pop()
+        module = sys.modules.get(name)
+        file = getattr(module, "__file__", None)
+        if name in found or module is None or not file or is_installed(name, Path(file)):
+            continue
+        values = [value for key, value in vars(module).items() if not key.startswith("__")]
+        found[name] = f"{digest_of(Path(file))} {sorted(map(constant, values))}"
+        left += [value.__name__ if isinstance(value, ModuleType) else str(getattr(value, "__module__", "")) for value in values]
+    return [found[name] for name in sorted(found)]
+
+
+def constant(value: object) -> str:
+    """A number, a text, an array or a tuple of these, which compiled code may contain; nothing of anything else."""
+    if isinstance(value, np.ndarray):
+        return repr((value.shape, value.dtype, value.tobytes())) if value.dtype != object else ""
+    if isinstance(value, tuple):
+        return "".join(map(constant, value))
+    return repr(value) if isinstance(value, bool | int | float | complex | str) else ""
+
+
+def is_installed(name: str, file: Path) -> bool:
+    """Whether a module is of this package, which the folder of its code knows, or comes with Python or an installed package."""
+    return name.partition(".")[0] == __name__.partition(".")[0] or any(map(file.is_relative_to, INSTALLED))
 
 
 def identity(enclosed: Any) -> Any:
