@@ -26,17 +26,74 @@ from fmbs_skfem.core.errors import MissingFeature
 from fmbs_skfem.results import pictures
 from fmbs_skfem.results.rendering import painter
 
-#: files with tests of half a minute; the first ones compile nothing, while the other process compiles what all others need
-LONG = ("test_project.py", "test_docs.py", "test_benchmarks.py", "test_registry.py")
-FAST = ("core", "shapes", "bodies", "systems", "dynamics")  #: folders whose tests are marked `fast`
+from . import durations
+
+COLLECTED = durations.Collected()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """`pytest -m fast` takes the tests of the floors that most changes touch; long tests begin, so that no process ends alone."""
-    items.sort(key=lambda item: LONG.index(item.path.name) if item.path.name in LONG else len(LONG))
-    for item in items:
-        if item.path.parent.name in FAST:
-            item.add_marker(pytest.mark.fast)
+def pytest_addoption(parser: pytest.Parser) -> None:
+    durations.add_options(parser)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    if config.option.all:
+        durations.measure_caches()
+        durations.measure_compilation()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    durations.choose(config, items)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    durations.METER.start()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_fixture_setup(fixturedef: Any, request: Any) -> Iterator[Any]:
+    with durations.fixture(fixturedef, request):
+        return (yield)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> None:
+    if call.when == "teardown" and item.config.option.all:
+        durations.note(item)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    COLLECTED.add(report)
+
+
+def pytest_deselected(items: list[pytest.Item]) -> None:
+    COLLECTED.left_out = len(items)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """A full run is over: the process that all others report to writes the file, or looks for what it does not list."""
+    if hasattr(session.config, "workerinput"):
+        session.config.workeroutput["left_out"] = COLLECTED.left_out  # type: ignore[attr-defined]
+    elif session.config.option.all:
+        seconds = COLLECTED.seconds()
+        if session.config.option.record:
+            durations.write(seconds)
+        elif session.exitstatus == pytest.ExitCode.OK and max(durations.unlisted(seconds).values(), default=0.0) > durations.FAIL:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    COLLECTED.left_out = getattr(node, "workeroutput", {}).get("left_out", 0)
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """What a run has left out, and what a full run has found."""
+    if COLLECTED.left_out:
+        terminalreporter.write_line(f"{COLLECTED.left_out} tests were left out; --all takes all")
+    for test, spent in durations.unlisted(COLLECTED.seconds()).items():
+        terminalreporter.write_line(f"{test} took {spent:.1f} s: make it quick, or list it by `pytest -n logical --all --record`")
 
 
 @pytest.hookimpl(optionalhook=True)
