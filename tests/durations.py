@@ -30,6 +30,16 @@ SLOW = 1.0  #: a test that takes more CPU seconds is slow
 NAMED, FAIL = 2.0, 5.0  #: a test that is not listed and takes more is named at the end of a full run, or fails it [s]
 LISTED = 0.3  #: what takes less is not worth a line of the file [s]
 PROPERTY = "durations"
+ALWAYS = {"tests/test_project.py::test_types"}  #: slow tests of every part
+#: folders of the package -> folders of tests, where they have other names
+TESTED_IN = {
+    "contact": "systems",
+    "control": "systems",
+    "parts": "reduction",
+    "families": "reduction",
+    "pages": "web",
+    "foreign": "shapes",
+}
 SMOKE = frozenset[str]()  #: slow tests that every run takes
 
 
@@ -39,7 +49,9 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption("--all", action="store_true", help="slow tests too")
     group.addoption("--record", action="store_true", help=f"write {FILE.name} with what each test took; needs --all")
     group.addoption("--slow", metavar="K/N", help="the K-th of N parts of the slow tests, and no quick ones")
-    group.addoption("--slow-in", metavar="FOLDER", nargs="*", default=[], help="with --slow: and those of these folders of tests")
+    group.addoption(
+        "--slow-in", metavar="FOLDER", nargs="*", default=[], help="with --slow: and those of these folders of the package"
+    )
     group.addoption("--budget", metavar="S", type=float, default=600.0, help="with --slow-in: CPU seconds that these may take")
 
 
@@ -106,12 +118,13 @@ def part_of(slow: dict[str, float], config: pytest.Config) -> set[str]:
         share[file] = spent.index(min(spent))
         spent[share[file]] += length[file]
     kept = [file for file in files if share[file] == number % parts]
+    touched = {TESTED_IN.get(folder, folder) for folder in config.option.slow_in}
     left = config.option.budget
     for file in sorted(files, key=lambda one: (length[one], one)):
-        if file not in kept and file.split("/")[1] in config.option.slow_in and length[file] <= left:
+        if file not in kept and file.split("/")[1] in touched and length[file] <= left:
             left -= length[file]
             kept.append(file)
-    return {test for file in kept for test in files[file]}
+    return {test for file in kept for test in files[file]} | (ALWAYS & set(slow))
 
 
 def cpu() -> float:
