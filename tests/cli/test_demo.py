@@ -59,6 +59,10 @@ def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypat
     assert errors["accuracy 0.001"] <= 1e-3
     assert errors["full"] > 0.0  # its own step errs
     assert re.fullmatch(r"\d+ cells a line and \d+ steps", done.json["truth"])
+    times = {model["name"]: model["cpu_s"] for model in done.json["models"]}
+    for wanted, name in done.json["cheapest"].items():
+        good = [each for each, error in errors.items() if error is not None and error <= float(wanted)]
+        assert name == min(good, key=times.__getitem__)
     assert set(done.json["provenance"]) == KEYS
     out = tmp_path / "fmbs-demo"
     wanted = {"compare.json", "history_B.png", "history_C.png", "errors.png", "speed_error.png", "motion.pvd"}
@@ -72,7 +76,7 @@ def test_demo_computes_all_models_and_writes_all_files(tmp_path: Path, monkeypat
 
 @pytest.mark.parametrize("tables", [False, True])
 def test_demo_says_the_gist_in_twelve_lines_of_a_terminal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tables: bool) -> None:
-    """The full model, the best reduced one, the error of the step and the pictures; all tables where they are asked for."""
+    """Full and best reduced model, the error of the step, pictures, the cheapest models; all tables where they are asked for."""
     scene = short(read(projects.folder() / projects.DEMO))
     assert scene.compare
     scene = replace(scene, compare=replace(scene.compare, steps=[2e-3]))
@@ -81,10 +85,12 @@ def test_demo_says_the_gist_in_twelve_lines_of_a_terminal(tmp_path: Path, monkey
     monkeypatch.chdir(tmp_path)
     found = studies.demo(out="demo", tables=tables)
     shown = [item.text(80) if isinstance(item, ReportTable) else "\n".join(text_tables.fill(item, 80)) for item in found.lines]
-    lines = "\n".join(shown).splitlines()
+    lines = "\n".join(item.removesuffix("\n") for item in shown).splitlines()  # as a terminal shows them
     assert max(map(len, (line for line in lines if " " in line.strip()))) <= 80
     assert ("Table 2: time of one reduced tangent" in lines) == tables
     if not tables:
         assert len(lines) <= 12
         for words in ("full model", "reduced (component+ecsw", "error of the step, 0.001 s", "Pictures: demo"):
             assert any(line.strip().startswith(words) for line in lines)
+        assert [line.split(":")[0] for line in lines[-2:]] == ["  0.01", "  0.001"]
+    assert "Cheapest model for each true error (of mesh, step and model, over the range):" in lines

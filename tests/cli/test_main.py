@@ -15,14 +15,15 @@ from click.testing import CliRunner
 
 from fmbs_skfem import studies
 from fmbs_skfem.cli import common, screen
-from fmbs_skfem.cli.main import COMMANDS, main
-from fmbs_skfem.core.errors import CorruptFile, InputError, MissingFeature, Reason, SolverError
+from fmbs_skfem.cli.main import COMMANDS, GROUPS, main
+from fmbs_skfem.core.errors import CorruptFile, FmbsError, InputError, MissingFeature, Reason, SolverError
 from fmbs_skfem.core.notices import notify
 from fmbs_skfem.studies import ReportTable, Result
 from fmbs_skfem.studies import job as jobs
 from fmbs_skfem.studies.options import OutputOptions
 
-from .calls import EXAMPLES, fmbs
+from .. import pages
+from .calls import EXAMPLES, ROOT, fmbs
 from .test_guard import SWING
 from .test_train import kept
 
@@ -272,3 +273,29 @@ def test_long_work_tells_a_log_how_far_it_is(monkeypatch: pytest.MonkeyPatch, ca
     for part in (0.0, 0.1, 0.4, 0.5, 0.75):
         bar.progress("1000 samples", part)
     assert capsys.readouterr().err == "1000 samples: 40% after 40 s\n1000 samples: 75% after 75 s\n"
+
+
+def test_pages_name_every_command_with_options_that_it_has() -> None:
+    """Lines of the shell in the README and in docs/commands.md; their examples are there."""
+    text = "\n".join(block for page in ("README.md", "docs/commands.md") for block in pages.blocks(page, "sh"))
+    calls = [re.split(r"\s#|&&", rest)[0].split() for rest in re.findall(r"(?:^|/| )fmbs (\w.*)$", text, re.MULTILINE)]
+    assert {call[0] for call in calls} == set(COMMANDS)
+    context = click.Context(main)
+    for call in calls:
+        command = main.get_command(context, call[0])
+        if call[0] in GROUPS:
+            group = GROUPS[call[0]]()
+            command = group.get_command(context, call[1])
+        assert command is not None, call
+        known = {name for parameter in command.params for name in parameter.opts}
+        assert {word for word in call if word.startswith("--")} <= known, call
+        assert all((ROOT / word).is_file() for word in call if word.startswith("examples/")), call
+
+
+def test_the_page_of_commands_has_all_exit_codes() -> None:
+    """Those of the help, and of every class of errors."""
+    page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    listed = {int(code) for code in re.findall(r"^\| (\d+) \|", page, re.MULTILINE)}
+    helped = (main.help or "").partition("Exit codes:")[2]
+    assert listed == set(map(int, re.findall(r"\d+", helped)))
+    assert {error.exit_code for error in FmbsError.__subclasses__()} <= listed

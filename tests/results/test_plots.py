@@ -215,6 +215,17 @@ def test_front_exactly() -> None:
     assert [point.name for point in speed.front(twins)] == ["first"]
 
 
+def test_the_cheapest_at_an_error() -> None:
+    """A failed run, whose error is no number, never is; of equal times the most exact."""
+    bounds = (1e-5, 5e-5, 1.1e-4, 1.0)
+    found = [speed.cheapest(POINTS, bound) for bound in bounds]
+    names = [point.name if point else None for point in found]
+    assert names == ["full, 100 elements", "full, 20 elements", "points, 23 + 23", "points, 23 + 23"]
+    assert speed.cheapest(POINTS[1:], 1e-5) is None
+    twins = (Point("first", "full", 1.0, 1e-3), Point("second", "full", 1.0, 1e-4))
+    assert speed.cheapest(twins, 1e-2) == twins[1]
+
+
 def test_front_in_words() -> None:
     assert speed.front_in_words(POINTS) == (
         "Of 6 models 3 are on the Pareto front, 1 of them reduced; fastest first: points, 23 + 23 (0.14 s, error 1.1e-04), "

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +42,34 @@ def test_models_off_the_chart_are_named_above_it() -> None:
     figure = figures.cloud(scenes.read(EXAMPLES / "double_pendulum.yaml"), study)
     assert figure.get_suptitle() == "double-pendulum; off the chart (error > 100 %): ffrf"
     assert "floating frame" not in figure.axes[0].get_legend_handles_labels()[1]
+
+
+def test_the_cheapest_model_of_every_error_is_named_full_ones_too() -> None:
+    """By time and true error: a full model with an accuracy, a reduced one, a coarser mesh, the scene's own; or none."""
+    rows = [
+        ("full", "full", 1.6, 1e-5),
+        ("coarse-20", "coarse", 0.4, 4e-5),
+        ("component+ecsw", "component+ecsw", 0.14, 2e-4),
+        ("accuracy 0.001", "chosen", 0.06, 8.1e-4),
+        ("ffrf", "ffrf", 0.01, math.nan),
+    ]
+    records = tuple(ModelRecord(name, family, cpu_s=cpu, true_error=error) for name, family, cpu, error in rows)
+    study = Comparison(records, None, {}, {}, {}, None, truth="36 cells a line")  # type: ignore[arg-type]
+    wanted = (1e-2, 1e-3, 3e-4, 1e-4, 2e-5, 1e-6)
+    found = comparison.cheapest_by_error(study, wanted)
+    assert list(found.values()) == ["accuracy 0.001", "accuracy 0.001", "component+ecsw", "coarse-20", "full", None]
+    report = {"models": [asdict(record) for record in records], "cheapest": found}
+    head, *lines = comparison.cheapest_words(report)
+    assert "true error" in head
+    assert lines == [
+        "  0.01: full model with accuracy 0.001, 0.06 s, error 8.1e-04",
+        "  0.001: full model with accuracy 0.001, 0.06 s, error 8.1e-04",
+        "  0.0003: reduced (component+ecsw), 0.14 s after training, error 2.0e-04",
+        "  0.0001: full model (coarse-20), 0.4 s, error 4.0e-05",
+        "  2e-05: full model of the scene, 1.6 s, error 1.0e-05",
+        "  1e-06: none of these models",
+    ]
+    assert comparison.cheapest_words({"models": []}) == []
 
 
 def test_a_slider_is_followed_along_its_guide(tmp_path: Path) -> None:

@@ -171,6 +171,7 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: 
     assert {path.name for path in stiff.files} == {"outputs.csv", "outputs.units.json", "report.json", "outputs.png"}
     assert all(path.is_file() for path in stiff.files)
     assert json.loads((tmp_path / "family" / "report.json").read_text())["status"] in ("ok", "no promise")
+    assert names["pendulum"].size > 400
 
 
 SWING = """\

@@ -42,6 +42,12 @@ def front(points: Iterable[Point]) -> tuple[Point, ...]:
     return tuple(best)
 
 
+def cheapest(points: Iterable[Point], error: float) -> Point | None:
+    """The fastest of the models that err by no more than `error`, of equal ones the most exact; None where there is none."""
+    good = (point for point in points if point.error <= error)
+    return min(good, key=lambda point: (point.cpu_s, point.error), default=None)
+
+
 def accuracy(point: Point) -> str:
     """The error as text; no error at all is the reference itself."""
     return f"error {point.error:.1e}" if point.error > 0 else "the reference"

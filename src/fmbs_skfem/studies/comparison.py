@@ -100,7 +100,7 @@ def show_demo(job: Job, tables: bool) -> ComparisonResult:
 
 
 def gist(found: ComparisonResult) -> list[Any]:
-    """Time and error of the full and of the best reduced model, the error of the step, and where the pictures are."""
+    """Time and error of the full and the best reduced model, the error of the step, places of pictures, the cheapest models."""
     study, report = found.study, found.report
     full, best, times = study["full"], choice(study), report["time_error"]
     rows = [("full model", str(full.dofs), f"{full.cpu_s:.2g}", "1", "-")]
@@ -112,8 +112,8 @@ def gist(found: ComparisonResult) -> list[Any]:
     moved = f"A flexible double pendulum swings for {study.full.times[-1]:g} s: {len(study.records)} models of it."
     table = ReportTable(moved, ("", "unknowns", "CPU [s]", "times as fast", "error [m]"), rows, names=True)
     places = found.files
-    shown = f"Pictures: {places[0].parent} (speed_error.png, full.png, motion.gif, ...)" if places else "No pictures."
-    return [table, shown, "All tables: fmbs demo --tables. Scenes to change: fmbs demo --copy."]
+    shown = f"Pictures: {places[0].parent}." if places else "No pictures."
+    return [table, f"{shown} All tables: fmbs demo --tables. Scenes: fmbs demo --copy.", *cheapest_words(report)]
 
 
 def comparison(
@@ -129,7 +129,7 @@ def comparison(
     compiling.announce(job, reduces=True)
     with drawing_beside(scene, shown if out else None) as gallery:
         study = run(scene, quick, job.allow_outside, job.progress("comparing"), gallery.begin if gallery else None, wanted)
-        report, drawn = report_of(scene, study), figures.draw(scene, study)
+        report, drawn = report_of(scene, study, wanted), figures.draw(scene, study)
         report |= {"quick": quick, "fingerprint": mark, "provenance": reports.provenance(scene), "notices": job.notices}
 
         def orders(folder: Path) -> list[pictures.Order]:
@@ -219,10 +219,10 @@ def lean(scene: Scene) -> Scene:
     return replace(scene, compare=replace(scene.compare, coarse=COARSE, steps=STEPS))
 
 
-def report_of(scene: Scene, study: Comparison) -> dict[str, Any]:
-    """The JSON object of a study."""
+def report_of(scene: Scene, study: Comparison, wanted: Sequence[float]) -> dict[str, Any]:
+    """The JSON object of a study, with the cheapest models of the true errors that are `wanted`."""
 
-    best, chosen = cheapest(study), choice(study)
+    best, chosen = fastest_that_pays(study), choice(study)
     return {
         "status": "ok",
         "scene": jobs.title(scene),
@@ -236,10 +236,18 @@ def report_of(scene: Scene, study: Comparison) -> dict[str, Any]:
         "pays_after": best.name if best else None,
         "pays_after_runs": best.pays_after_runs if best else None,
         "choice": chosen.name if chosen else None,
+        **({"cheapest": cheapest_by_error(study, wanted)} if wanted else {}),
     }
 
 
-def cheapest(study: Comparison) -> ModelRecord | None:
+def cheapest_by_error(study: Comparison, wanted: Sequence[float]) -> dict[str, str | None]:
+    """Error, as text -> name of the fastest model, full or reduced, whose true error is no larger; None where there is none."""
+    points = figures.points(study)
+    best = {f"{error:g}": speed.cheapest(points, error) for error in wanted}
+    return {error: point.name if point else None for error, point in best.items()}
+
+
+def fastest_that_pays(study: Comparison) -> ModelRecord | None:
     """The fastest of the main reduced models whose training pays."""
     paying = [record for record in study.records if record.main and record.pays_after_runs is not None]
     return min(paying, key=lambda record: record.cpu_s, default=None)
@@ -260,7 +268,32 @@ def summarise(report: Mapping[str, Any]) -> list[str]:
     kind = f"true ones, as parts of the ranges of outputs, against {report['truth']}" if report["truth"] else DISTANCES
     note += f"Errors on the Pareto front are {kind}; training is not in the CPU times."
     excited = tables.excitation(report["training_signals"]) if "training_signals" in report else []
-    return [report["front"], note, *excited, time_words(report["time_error"]), gain, *choice_words(report)]
+    return [report["front"], note, *excited, time_words(report["time_error"]), gain, *choice_words(report), *cheapest_words(report)]
+
+
+def cheapest_words(report: Mapping[str, Any]) -> list[str]:
+    """A line for every true error that was wanted: which model meets it in the least time, and what it errs by itself."""
+    if "cheapest" not in report:
+        return []
+    models = {model["name"]: model for model in report["models"]}
+    lines = ["Cheapest model for each true error (of mesh, step and model, over the range):"]
+    for error, name in report["cheapest"].items():
+        if name is None:
+            lines.append(f"  {error}: none of these models")
+            continue
+        model = models[name]
+        trained = "" if model["family"] in speed.FULL else " after training"
+        lines.append(f"  {error}: {kind_of(model)}, {model['cpu_s']:.2g} s{trained}, error {model['true_error']:.1e}")
+    return lines
+
+
+def kind_of(model: Mapping[str, Any]) -> str:
+    """A model in words: a full one, with the accuracy that chose it, on another mesh, or with another step; or a reduced one."""
+    if model["family"] == "chosen":
+        return f"full model with {model['name']}"
+    if model["family"] == "full":
+        return "full model of the scene"
+    return f"{'full model' if model['family'] in speed.FULL else 'reduced'} ({model['name']})"
 
 
 def time_words(found: Mapping[str, Any] | None) -> str:
