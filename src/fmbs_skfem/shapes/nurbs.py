@@ -34,7 +34,7 @@ SIDES = ("xi2_min", "xi1_max", "xi2_max", "xi1_min")  #: in the order of the sid
 
 @storable
 @dataclass(frozen=True, eq=False)
-class Patch:
+class Patch(line.Keeping):
     """Tensor product of B-splines over two open knot vectors; NURBS when `weights` (n1, n2) are given."""
 
     knots1: Floats
@@ -62,7 +62,9 @@ class Patch:
     @property
     def lines(self) -> tuple[line.BSpline, line.BSpline]:
         """The B-splines of both directions."""
-        return line.BSpline(self.degree1, self.knots1), line.BSpline(self.degree2, self.knots2)
+        return self.keep(
+            "lines", lambda patch: (line.BSpline(patch.degree1, patch.knots1), line.BSpline(patch.degree2, patch.knots2))
+        )
 
     @property
     def shape(self) -> tuple[int, int]:
