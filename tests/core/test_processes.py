@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.core import processes
+from fmbs_skfem.core import consents, processes
 from fmbs_skfem.core.processes import WorkerProcess
 
 from ..hard_cases import alive
@@ -60,6 +60,15 @@ def test_a_process_has_one_thread_and_nothing_of_the_current_folder(worker: Work
     assert dict(os.environ) == before
     if sys.platform == "linux":
         assert worker.submit(eval, "int(open('/proc/self/oom_score_adj').read())").result(timeout=60) == processes.FIRST_TO_GO
+
+
+@pytest.mark.parametrize("word", consents.WORDS)
+def test_a_process_has_the_consent_of_the_call(word: str) -> None:
+    """As `--allow-extensions` gives it."""
+    with consents.given(word):
+        worker = WorkerProcess()
+    assert worker.submit(os.getenv, consents.SWITCH).result(timeout=60) == word
+    worker.shutdown()
 
 
 def test_errors_come_back_with_the_traceback_of_the_process(worker: WorkerProcess) -> None:

@@ -2,10 +2,10 @@
 
     call -> process -> what it gives, or BrokenExecutor where the process ends before
 
-They start as new interpreters (nothing is forked), have one thread for linear algebra, and import nothing from the current folder.
-What they read and write goes over a pair of sockets without an address, which nobody else can open. Each has its own, and this
-process keeps no copy of the far end, so that reading ends with the process: `ProcessPoolExecutor` keeps one, and waits for ever
-for a process that is killed while it sends.
+They start as new interpreters (nothing is forked), have one thread for linear algebra, import nothing from the current folder, and
+run the Python files of scenes where this call may. What they read and write goes over a pair of sockets without an address, which
+nobody else can open. Each has its own, and this process keeps no copy of the far end, so that reading ends with the process:
+`ProcessPoolExecutor` keeps one, and waits for ever for a process that is killed while it sends.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from . import consents
 from .errors import InputError, say
 
 LEAVE = 5.0  #: longest wait for a process that has nothing to do [s]
@@ -46,8 +47,10 @@ class WorkerProcess(Executor):
         context = multiprocessing.get_context("spawn")
         self.line, far = context.Pipe()
         self.process = context.Process(target=serve, args=(far,), daemon=True)
+        consent = {consents.SWITCH: consents.current()}
         try:
-            with environment(ENVIRONMENT), interrupts_held():  # which may start a process as well
+            # holding interrupts may start a process as well
+            with environment(ENVIRONMENT | consent), interrupts_held():
                 self.process.start()
         except RuntimeError as error:  # this is such a process, on its way through the script
             raise unguarded() from error
