@@ -140,6 +140,14 @@ def test_no_dependency_is_under_the_gpl() -> None:
     assert {name: texts for name, texts in stated.items() if any(map(is_gpl, texts))} == {}
 
 
+def test_all_is_for_one_machine() -> None:
+    extras = PROJECT["optional-dependencies"]
+    (every,) = map(Requirement, extras["all"])
+    names = {name.lower() for name in closure(text for extra in every.extras for text in extras[extra])}
+    assert names >= {"pyvista", "sympy", "scikit-learn"}
+    assert not names & set(PACKAGES["cluster"])
+
+
 def imported(path: Path) -> set[str]:
     """First words of the absolute imports of a module, those inside functions too."""
     words: set[str] = set()

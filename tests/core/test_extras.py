@@ -72,7 +72,7 @@ def test_a_run_has_its_numbers_without_plots(packages: Path, tmp_path: Path) -> 
         ("viz", ("render", "four_bar.yaml", "--duration", "0.02")),
         ("families", ("train", "pendulum_family.yaml")),
         ("symbols", ("check", "controlled_arm.yaml")),
-        ("cluster", ("sweep", "pendulum_family.yaml", "--samples", "2")),
+        ("cluster", ("sweep", "pendulum_family.yaml", "--samples", "2", "--scheduler", "tcp://127.0.0.1:9")),
     ],
 )
 def test_commands_say_which_line_installs_what_they_need(

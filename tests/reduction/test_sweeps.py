@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import faulthandler
 import logging
+import multiprocessing
 import os
 import re
 import signal
-import subprocess
-import sys
+import time as clock
 import warnings
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,11 +20,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from distributed import Client, LocalCluster, Security
 
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice, notify
-from fmbs_skfem.families import members, sweeps
+from fmbs_skfem.families import members, sweeps, workers
 from fmbs_skfem.families.sweeps import Record, Result, Status, SweepOptions, SweepOutcome
 
 from ..hard_cases import child, ended
@@ -48,6 +47,7 @@ class Squares:
     breaks: tuple[float, ...] = ()
     exits: tuple[float, ...] = ()
     notices: tuple[float, ...] = ()
+    waits: tuple[float, ...] = ()
     once: Path | None = None  #: the first member to see that this file is missing makes it and kills its worker
     unprepared: str = ""  #: what happens when it is prepared
 
@@ -76,6 +76,8 @@ class Squares:
             raise ZeroDivisionError("x")
         if x in self.exits:
             raise SystemExit(1)
+        if x in self.waits:
+            clock.sleep(3600.0)
         if x in self.notices:
             notify("outside the trained box")
         return Result(TIMES, {"y": x**2 * TIMES}, {"y": "m"}, {"predicted error": 1e-3 * x})
@@ -118,6 +120,8 @@ def fragile() -> Iterator[str]:
 
 def start_cluster() -> Iterator[str]:
     """Two workers, with the usual settings of dask."""
+    from distributed import LocalCluster  # not for workers that read this module
+
     with LocalCluster(2, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL) as cluster:
         yield cluster.scheduler_address
 
@@ -199,26 +203,6 @@ def test_members_that_are_there_are_skipped(address: str) -> None:
     assert (records, outcome.counts) == ({}, {})
 
 
-def test_as_many_workers_as_are_asked_for() -> None:
-    """Three here, one below."""
-    with sweeps.cluster(SweepOptions(workers=3), 40) as client:
-        assert len(client.nthreads()) == 3
-
-
-def test_nobody_else_reaches_the_processes_of_a_sweep() -> None:
-    """Neither without a key nor with another one; the ports of the scheduler and the workers are of this machine alone."""
-    with sweeps.cluster(SweepOptions(workers=1), 4) as client:
-        assert len(client.nthreads()) == 1
-        known = client.scheduler_info()
-        addresses = [known["address"], *known["workers"]]
-        assert all(address.startswith("tls://127.0.0.1:") for address in addresses)
-        with pytest.raises((OSError, TimeoutError)):
-            Client(addresses[0].replace("tls://", "tcp://"), timeout=2.0, set_as_default=False)
-        with pytest.raises((OSError, TimeoutError)):
-            Client(addresses[0], security=Security.temporary(), timeout=2.0, set_as_default=False)
-        assert client.submit(pow, 3, 2).result() == 9
-
-
 def test_a_task_that_refuses_to_be_prepared_ends_the_sweep(address: str) -> None:
     with pytest.raises(InputError, match="mesh: expected a file"):
         swept(Squares(unprepared="refuses"), 4, SweepOptions(scheduler=address))
@@ -257,6 +241,37 @@ def test_an_interrupt_ends_the_sweep_wherever_it_arrives(address: str) -> None:
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
         signal.signal(signal.SIGINT, usual)
+
+
+def test_an_interrupt_ends_a_sweep_of_this_machine_at_once() -> None:
+    """Whatever its processes do; none is left, and what is done is kept."""
+    found: list[Record] = []
+
+    def keep(record: Record) -> None:
+        found.append(record)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    begin, before = clock.monotonic(), multiprocessing.active_children()
+    with pytest.raises(sweeps.Stopped) as stopped:
+        sweeps.run(Squares(waits=(1.0, 2.0)), ("x",), points(9), keep, SweepOptions(workers=1, batch=1e-9))
+    assert (stopped.value.number, stopped.value.settled) == (signal.SIGTERM, 1)
+    assert clock.monotonic() - begin < 60.0
+    assert set(multiprocessing.active_children()) == set(before)
+    check_squares({record.number: record for record in found}, [0])
+
+
+def test_workers_of_this_machine_are_replaced() -> None:
+    """As many as are asked for, under names that none has had before."""
+    before = multiprocessing.active_children()
+    with workers.of_machine(3) as crew:
+        first = crew.there()
+        assert len(first) == 3
+        with pytest.raises(crew.losses):
+            first["process 1"].submit(os._exit, 1).result()
+        assert sorted(crew.there()) == ["process 0", "process 2", "process 3"]
+        assert crew.there()["process 0"] is first["process 0"]
+        assert [one.submit(pow, 3, 2).result() for one in crew.there().values()] == [9, 9, 9]
+    assert set(multiprocessing.active_children()) == set(before)
 
 
 def test_an_interrupt_ends_a_sweep_on_an_executor() -> None:
@@ -314,19 +329,8 @@ def test_options_and_points_are_checked() -> None:
 
 
 def test_an_address_without_a_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sweeps, "CONNECT", 0.5)
+    monkeypatch.setattr(workers, "CONNECT", 0.5)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of dask, which goes on trying for a moment
         with pytest.raises(InputError, match="the address of a running scheduler"):
             swept(Squares(), 2, SweepOptions(scheduler="tcp://127.0.0.1:9"))
-
-
-def test_a_script_that_its_processes_would_run_again_is_told(tmp_path: Path) -> None:
-    script = tmp_path / "script.py"
-    script.write_text(
-        "from fmbs_skfem.reduction import sweeps\nwith sweeps.cluster(sweeps.SweepOptions(workers=1), 1):\n    pass\n"
-    )
-    found = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=900, check=False)
-    assert found.returncode == 1
-    assert found.stderr.count("__main__") >= 2
-    assert found.stderr.splitlines()[-1].endswith("run the whole script again; put what the script does below that line")

@@ -2,9 +2,9 @@
 
 pip install "fmbs_skfem[viz]"        plots, pictures, animations
 pip install "fmbs_skfem[families]"   the Kriging surrogate of trainings over parameters
-pip install "fmbs_skfem[cluster]"    sweeps over processes and machines
 pip install "fmbs_skfem[symbols]"    forces by expressions of the state; laws, joints and forces of one's own
-pip install "fmbs_skfem[all]"        all four
+pip install "fmbs_skfem[all]"        all three
+pip install "fmbs_skfem[cluster]"    sweeps over many machines, by dask
 pip install "fmbs_skfem[pymor]"      systems as models of pyMOR
 pip install "fmbs_skfem[fmu]"        zig, a C compiler, for FMUs with binaries of other machines
 """

@@ -2,24 +2,19 @@ r"""Sweeps: many members of a family computed by worker processes, which may fai
 
     points (k, d) -> batches -> workers -> records, one a member, as they finish
 
-A task is prepared once in every worker and then runs members. Workers are processes of dask.distributed: a cluster of this machine
-that lives as long as the sweep, or one that is given by its address. Every worker has one batch at a time, long enough that sending
-it costs next to nothing. A worker that ends takes its batch with it: its members are tried again one by one, and the member with
-which a worker ends again is listed as killed. A member that takes longer than the time limit ends its worker by a timer outside of
-the interpreter (so that compiled code cannot hold it up) and is listed as timeout.
+A task is prepared once in every worker and then runs members. Workers (`workers`) are processes of this machine that live as long
+as the sweep, or those of a cluster of dask. Every worker has one batch at a time, long enough that sending it costs next to
+nothing. A worker that ends takes its batch with it: its members are tried again one by one, and the member with which a worker
+ends again is listed as killed. A member that takes longer than the time limit ends its worker by a timer outside of the
+interpreter (so that compiled code cannot hold it up) and is listed as timeout.
 
-On this machine scheduler and workers talk by TLS, with a key that is made for the sweep and lives in the memory of its processes:
-whoever may hand tasks to a worker runs code as its user, and other users of the machine reach its ports. A cluster that is given is
-secured by those who run it.
-
-M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduling, Proc. 14th Python in Science Conf. (2015)
-126-132, doi 10.25080/Majora-7b98e3ed-013.
+Whoever may hand tasks to a worker runs code as its user: workers of this machine have no ports, a cluster is secured by those who
+run it.
 """
 
 from __future__ import annotations
 
 import contextlib
-import logging
 import math
 import re
 import signal
@@ -27,47 +22,34 @@ import time as clock
 import uuid
 import warnings
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
+from collections.abc import Callable, Collection, Iterable, Sequence
+from concurrent.futures import BrokenExecutor, Executor, Future
+from contextlib import AbstractContextManager
 from dataclasses import field, replace
 from functools import partial
-from multiprocessing import process
 from queue import Empty, SimpleQueue
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core import extras
+from ..core import processes
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import Progress, notify
 from ..core.storage import endings
 from ..core.storage.records import dataclass
-from . import members
+from . import members, workers
 from .members import Member, Record, Result, Status, Task, Work
-
-if TYPE_CHECKING:
-    from distributed import Client, LocalCluster, Security
+from .workers import Crew
 
 __all__ = ["Task", "Work", "Member", "Result", "Record", "Status", "SweepOptions", "SweepOutcome", "run"]
 
 BATCH = 1.0  #: time that a batch should take [s]
 SHORTEST = 1e-4  #: time of a member, at least [s]
-CONNECT = 10.0  #: longest wait for a given cluster to answer [s]
 TICK = 0.5  #: longest time between two looks at the workers [s]
-GRACE = 2.0  #: after which a batch on a worker that the scheduler does not know is taken for lost [s]
-SETTLED = 0.3  #: after which a worker may end and be started again: one that ends while its nanny starts it is not [s]
+GRACE = 2.0  #: after which a batch on a worker that is not there is taken for lost [s]
 PATIENCE = 60.0  #: after which a sweep without any worker is given up [s]
 ATTEMPTS = 3  #: workers in a row that may end while they prepare
-ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
-SETTINGS: dict[str, Any] = {  #: of dask, for processes of this machine
-    "distributed.scheduler.allowed-failures": 0,  # a batch whose worker ends comes back at once
-    "distributed.scheduler.worker-ttl": None,  # compiled code may leave no time for signs of life
-    "distributed.nanny.pre-spawn-environ": {**dict.fromkeys(ONE_THREAD, "1"), "PYTHONSAFEPATH": "1"},
-    "distributed.scheduler.http.routes": [],  # pages need no key
-    "distributed.worker.http.routes": [],
-}
-
 LISTED = 10  #: members that a notice lists
 NUMBER = re.compile(r"(?<![\w'])-?\d+(\.\d*)?(e[-+]?\d+)?")  #: in a notice; not in names
 
@@ -88,7 +70,7 @@ class SweepOptions:
     timeout: float | None = None  #: longest time of one member [s]
     batch: float = BATCH  #: [s]
     first_alone: bool = False  #: one worker prepares before the others, which find its compiled code
-    executor: Executor | None = None  #: of concurrent.futures, MPI, ..., instead of dask; a worker that ends ends the sweep
+    executor: Executor | None = None  #: of threads, MPI, ..., instead of both; a worker that ends ends the sweep
 
     def __post_init__(self) -> None:
         if self.workers is not None and (self.workers < 1 or self.scheduler):
@@ -138,8 +120,7 @@ class Sent:
 class Desk:
     """A sweep on its way. A worker is an executor of one process, and an executor that is given stands for any number of them."""
 
-    workers: Callable[[], Mapping[str, Executor]]  #: those that are there, by their names
-    loss: type[Exception]  #: of a batch whose worker ended
+    crew: Crew
     work: Callable[..., Any]  #: `members.work` of the task
     options: SweepOptions
     queue: deque[Member]
@@ -147,7 +128,6 @@ class Desk:
     alone: deque[Member] = field(default_factory=deque)  #: members of lost batches, one by one
     busy: dict[Future[Any], Sent] = field(default_factory=dict)
     done: SimpleQueue[Future[Any]] = field(default_factory=SimpleQueue)
-    met: dict[str, float] = field(default_factory=dict)  #: when workers were first seen [s]
     ready: set[str] = field(default_factory=set)  #: workers that have prepared the task
     counts: Counter[Status] = field(default_factory=Counter)
     heard: Heard = field(default_factory=dict)  #: notices of members
@@ -183,8 +163,8 @@ def run(
     if not todo:
         return SweepOutcome({}, 0, 0.0, 0.0, 0.0, 0.0, 0)
     # an interrupt that is raised inside of a callback, as dask has many, would be lost
-    with endings.noted(asked.append), crew(options, len(todo)) as (workers, loss):
-        desk = Desk(workers, loss, partial(members.work, uuid.uuid4().hex, task), options, deque(todo), keep)
+    with endings.noted(asked.append), crew(options, len(todo)) as found:
+        desk = Desk(found, partial(members.work, uuid.uuid4().hex, task), options, deque(todo), keep)
         try:
             with warnings.catch_warnings():  # as they were, whatever threads leave of theirs
                 serve(desk, len(todo), asked, progress)
@@ -196,7 +176,7 @@ def run(
             show_others(desk.heard)
     end = clock.monotonic()
     begun = (desk.began or end) - start
-    count = desk.most if options.executor is None else width(options.executor) or 1
+    count = desk.most if options.executor is None else workers.width(options.executor) or 1
     return SweepOutcome(dict(desk.counts), count, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
 
 
@@ -225,95 +205,29 @@ def serve(desk: Desk, total: int, asked: Sequence[int], progress: Progress | Non
         raise Stopped(asked[0], sum(desk.counts.values()))
 
 
-@contextlib.contextmanager
-def crew(options: SweepOptions, count: int) -> Iterator[tuple[Callable[[], Mapping[str, Executor]], type[Exception]]]:
-    """What gives the workers for so many members, and the error of one that ended: workers of a cluster, or a given executor."""
+def crew(options: SweepOptions, count: int) -> AbstractContextManager[Crew]:
+    """Where so many members run."""
     if options.executor is not None:
-        given = dict.fromkeys(map(str, range(width(options.executor) or count)), options.executor)
-        yield lambda: given, CancelledError
-        return
-    with cluster(options, count) as client:
-        from distributed import KilledWorker
-
-        own = {"allow_other_workers": False, "pure": False}
-        yield lambda: {name: client.get_executor(workers=[name], **own) for name in client.nthreads()}, KilledWorker
-
-
-def width(executor: Executor) -> int:
-    """How many members an executor runs at a time; 0 where it does not say."""
-    return getattr(executor, "_max_workers", None) or 0
-
-
-@contextlib.contextmanager
-def cluster(options: SweepOptions, members: int) -> Iterator[Client]:
-    """A client of the given cluster, or of processes of this machine."""
-    extras.need("cluster", "sweep")
-    import dask
-    from dask.system import CPU_COUNT
-    from distributed import Client, Security
-
+        return contextlib.nullcontext(workers.of_executor(options.executor, count))
     if options.scheduler:
-        try:
-            client = Client(options.scheduler, timeout=CONNECT, set_as_default=False)
-        except (OSError, ValueError) as error:
-            raise InputError(say(f"scheduler {options.scheduler}", "the address of a running scheduler", error)) from error
-        with client, client.as_current():
-            yield client
-        return
-    secret = Security.temporary()
-    with (
-        dask.config.set(SETTINGS),
-        start_processes(min(options.workers or CPU_COUNT, members), secret) as local,
-        Client(local, security=secret, set_as_default=False) as client,
-        client.as_current(),
-    ):
-        yield client
-
-
-def start_processes(count: int, secret: Security) -> LocalCluster:
-    """Processes of this machine; InputError where they cannot start."""
-    from distributed import LocalCluster
-
-    unguarded = InputError(
-        say(
-            "sweep on processes of this machine",
-            'a script that does so below `if __name__ == "__main__":`',
-            "processes that cannot start, as where they would run the whole script again",
-            "put what the script does below that line",
-        )
-    )
-    if getattr(process.current_process(), "_inheriting", False):  # this is such a process, on its way through the script
-        raise unguarded
-    try:
-        return LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            protocol="tls://",
-            security=secret,
-            silence_logs=logging.CRITICAL,
-            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-        )
-    except RuntimeError as error:
-        raise unguarded from error
+        return workers.of_cluster(options.scheduler)
+    return workers.of_machine(min(options.workers or processes.cores(), count))
 
 
 def send(desk: Desk) -> None:
     """A batch for every worker that is free; those that came prepare the task, batches of those that went are given up."""
-    now, there = clock.monotonic(), desk.workers()
+    now, there = clock.monotonic(), desk.crew.there()
     for future, sent in list(desk.busy.items()):
         if sent.worker not in there and now - sent.since > GRACE and not future.done():
             del desk.busy[future]
             future.cancel()
             bury(desk, sent)
     desk.ready &= there.keys()
-    desk.met = {worker: desk.met.get(worker, now) for worker in there}
     occupied = {sent.worker for sent in desk.busy.values()}
     for worker in [worker for worker in there if worker not in occupied]:
         prepared = worker in desk.ready or desk.options.executor is not None
         if not prepared:
-            if now - desk.met[worker] >= SETTLED and not (desk.options.first_alone and not desk.most and desk.busy):
+            if not (desk.options.first_alone and not desk.most and desk.busy):
                 post(desk, there[worker], Sent((), worker, now, False))
         elif desk.alone:
             post(desk, there[worker], Sent((desk.alone.popleft(),), worker, now, True))
@@ -348,12 +262,12 @@ def settle(desk: Desk, future: Future[Any], sent: Sent) -> None:
     """Take what a worker gives back."""
     try:
         found = future.result()
+    except desk.crew.losses:
+        bury(desk, sent)
+        return
     except BrokenExecutor as error:
         got, remedy = f"one that lost its workers ({error})", "the records so far are kept: go on with resume"
         raise InputError(say("sweep: executor", "an executor that runs", got, remedy)) from error
-    except (desk.loss, CancelledError):
-        bury(desk, sent)
-        return
     if isinstance(found, tuple):  # of a task that cannot be prepared
         kind, message, reason = found
         raise kind(message) if reason is None else SolverError(message, reason)

@@ -1,0 +1,193 @@
+"""Processes that run calls: what they answer, how they end, and what they have of this one."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from concurrent.futures import BrokenExecutor
+from pathlib import Path
+
+import pytest
+
+from fmbs_skfem.core import consents, processes
+from fmbs_skfem.core.processes import WorkerProcess
+
+from ..hard_cases import alive
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and sockets of POSIX")
+SOURCE = Path(__file__).parents[2] / "src"
+START = f"import sys; sys.path.insert(0, {str(SOURCE)!r})\nfrom fmbs_skfem.core.processes import WorkerProcess\n"
+CUT = """
+import os, signal
+from multiprocessing.connection import Connection
+send = Connection._send
+def cut(line, data):
+    send(line, data[:5])
+    os.kill(os.getpid(), signal.SIGKILL)
+Connection._send = cut
+"""
+RAISE = """
+from fmbs_skfem.core.errors import Reason, SolverError
+raise SolverError("t = 0.5: no", Reason.DIVERGED, 0.5)
+"""
+
+
+@pytest.fixture
+def worker() -> Iterator[WorkerProcess]:
+    made = WorkerProcess()
+    yield made
+    made.shutdown()
+
+
+def test_calls_are_answered_in_their_order(worker: WorkerProcess) -> None:
+    found = [worker.submit(pow, k, 2) for k in range(20)]
+    assert [one.result(timeout=60) for one in found] == [k * k for k in range(20)]
+    assert worker.submit(int, "ff", base=16).result(timeout=60) == 255
+    assert worker.submit(os.getpid).result(timeout=60) == worker.process.pid
+    assert not worker.ended
+
+
+def test_a_process_has_one_thread_and_nothing_of_the_current_folder(worker: WorkerProcess) -> None:
+    before = dict(os.environ)
+    for name in processes.ONE_THREAD:
+        assert worker.submit(os.getenv, name).result(timeout=60) == "1"
+    assert worker.submit(eval, "__import__('sys').flags.safe_path").result(timeout=60)
+    assert dict(os.environ) == before
+    if sys.platform == "linux":
+        assert worker.submit(eval, "int(open('/proc/self/oom_score_adj').read())").result(timeout=60) == processes.FIRST_TO_GO
+
+
+@pytest.mark.parametrize("word", consents.WORDS)
+def test_a_process_has_the_consent_of_the_call(word: str) -> None:
+    """As `--allow-extensions` gives it."""
+    with consents.given(word):
+        worker = WorkerProcess()
+    assert worker.submit(os.getenv, consents.SWITCH).result(timeout=60) == word
+    worker.shutdown()
+
+
+def test_errors_come_back_with_the_traceback_of_the_process(worker: WorkerProcess) -> None:
+    with pytest.raises(ZeroDivisionError) as caught:
+        worker.submit(eval, "1 / 0").result(timeout=60)
+    assert "in a worker process" in caught.value.__notes__[0]
+    for text in (RAISE, "raise SystemExit(3)", "raise KeyboardInterrupt"):
+        with pytest.raises(RuntimeError, match="in a worker process"):
+            worker.submit(exec, text).result(timeout=60)
+    assert worker.submit(pow, 3, 2).result(timeout=60) == 9
+
+
+def test_functions_without_a_name_go_by_value(worker: WorkerProcess) -> None:
+    """As those of notebooks."""
+    factor = 3
+    assert worker.submit(lambda value: factor * value, 4).result(timeout=60) == 12
+
+
+@pytest.mark.parametrize("text", ["import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "import os; os._exit(1)", CUT])
+def test_a_process_that_ends_breaks_its_calls_alone(worker: WorkerProcess, text: str) -> None:
+    """Also one that ends while it sends, for which a ProcessPoolExecutor waits for ever."""
+    other = WorkerProcess()
+    lost, waiting = worker.submit(exec, text, {}), worker.submit(pow, 3, 2)
+    for one in (lost, waiting):
+        with pytest.raises(BrokenExecutor):
+            one.result(timeout=60)
+    assert worker.ended
+    assert other.submit(pow, 3, 2).result(timeout=60) == 9
+    other.shutdown()
+
+
+def test_a_process_that_ends_while_nothing_is_asked_of_it(worker: WorkerProcess) -> None:
+    worker.submit(pow, 3, 2).result(timeout=60)
+    os.kill(worker.process.pid or 0, signal.SIGKILL)
+    worker.process.join()
+    assert worker.ended
+
+
+def test_a_process_sees_no_interrupts(worker: WorkerProcess) -> None:
+    """Neither while it starts nor later: Ctrl-C goes to all processes of a terminal."""
+    os.kill(worker.process.pid or 0, signal.SIGINT)
+    assert worker.submit(pow, 3, 2).result(timeout=60) == 9
+    os.kill(worker.process.pid or 0, signal.SIGINT)
+    assert worker.submit(pow, 3, 2).result(timeout=60) == 9
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+def test_whoever_works_is_ended_at_once() -> None:
+    worker = WorkerProcess()
+    worker.submit(pow, 3, 2).result(timeout=60)
+    long = worker.submit(time.sleep, 3600.0)
+    while not worker.busy:
+        time.sleep(0.001)
+    worker.shutdown(wait=False)
+    with pytest.raises(BrokenExecutor):
+        long.result(timeout=60)
+    worker.wait()
+    assert worker.process.exitcode == -signal.SIGKILL
+
+
+def test_what_is_idle_leaves_by_itself() -> None:
+    worker = WorkerProcess()
+    worker.submit(pow, 3, 2).result(timeout=60)
+    worker.shutdown()
+    assert worker.process.exitcode == 0
+
+
+def test_nobody_else_reaches_a_process(worker: WorkerProcess) -> None:
+    """Its socket has no address and listens to nobody."""
+    with socket.socket(fileno=os.dup(worker.line.fileno())) as own:
+        assert (own.family, own.getsockname(), own.getpeername()) == (socket.AF_UNIX, "", "")
+        assert not own.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN)
+
+
+def test_a_process_ends_with_the_one_that_waits_for_it(tmp_path: Path) -> None:
+    """Whatever it does, and however that one ends."""
+    script = tmp_path / "script.py"
+    lines = ("import os, signal, time", "if __name__ == '__main__':", "    worker = WorkerProcess()")
+    lines += ("    print(worker.submit(os.getpid).result(), flush=True)", "    worker.submit(time.sleep, 3600.0)")
+    lines += ("    while not worker.busy: time.sleep(0.001)", "    os.kill(os.getpid(), signal.SIGKILL)")
+    script.write_text(START + "\n".join(lines))
+    done = subprocess.run([sys.executable, str(script)], stdout=subprocess.PIPE, text=True, timeout=60, check=False)
+    assert done.returncode == -signal.SIGKILL
+    until = time.monotonic() + 60.0
+    while alive(int(done.stdout)) and time.monotonic() < until:
+        time.sleep(0.01)
+    assert not alive(int(done.stdout))
+
+
+def test_a_script_that_its_processes_would_run_again_is_told(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(f"{START}print(WorkerProcess().submit(pow, 3, 2).result())\n")
+    found = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60, check=False)
+    assert found.returncode == 1
+    assert found.stderr.count("__main__") >= 2
+    assert found.stderr.splitlines()[-1].endswith("run the whole script again; put what the script does below that line")
+
+
+def test_what_lies_in_the_current_folder_is_not_imported(tmp_path: Path) -> None:
+    """Neither by a process nor by the one of Python that watches over them."""
+    script, folder = tmp_path / "script.py", tmp_path / "folder"
+    script.write_text(f"{START}if __name__ == '__main__':\n    print(WorkerProcess().submit(pow, 3, 2).result())\n")
+    folder.mkdir()
+    for name in ("multiprocessing", "pickle", "signal", "numpy", "fmbs_skfem"):
+        (folder / f"{name}.py").write_text("open('imported', 'w').close()\n")
+    kept = {name: value for name, value in os.environ.items() if name not in ("PYTHONSAFEPATH", "PYTHONPATH")}
+    done = subprocess.run([sys.executable, str(script)], cwd=folder, env=kept, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("9\n", "")
+    assert not (folder / "imported").exists()
+
+
+def test_cores_are_those_of_affinity_and_quota(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(8)), raising=False)
+    assert processes.cores(tmp_path) == 8
+    (tmp_path / "cpu").mkdir()
+    for quota, expected in (("-1", 8), ("250000", 3)):
+        (tmp_path / "cpu" / "cpu.cfs_quota_us").write_text(f"{quota}\n")
+        (tmp_path / "cpu" / "cpu.cfs_period_us").write_text("100000\n")
+        assert processes.cores(tmp_path) == expected
+    for quota, expected in (("max", 3), ("150000", 2), ("1600000", 3)):
+        (tmp_path / "cpu.max").write_text(f"{quota} 100000\n")
+        assert processes.cores(tmp_path) == expected
