@@ -3,9 +3,9 @@
     <user's cache>/numba/bytecode-<hash of the installed versions>/<path of the source>.cpython-311.pyc
 
 With PYTHONDONTWRITEBYTECODE=1, as in most containers, and where the packages are installed for reading only, every command compiles
-the text of a thousand modules: 1 to 2 seconds. The command `fmbs` then keeps their bytecode beside its compiled kernels, also that of
-the processes that it starts. Where bytecode is found or written as usual, and where `-B` or PYTHONPYCACHEPREFIX say what is wanted,
-nothing changes; neither does it for programs that import the package.
+the text of a thousand modules: 1 to 2 seconds. The command `fmbs` then keeps their bytecode beside its compiled kernels, and that
+of the processes that it starts. Where bytecode is found or written as usual, and where `-B` or PYTHONPYCACHEPREFIX say what is
+wanted, nothing changes; neither does it for programs that import the package.
 
 Python itself decides by time and size of the source whether bytecode is old; versions are in the folder's name, since files of two
 versions in images of containers may be alike in both. `jit.remove_old` removes folders that nobody uses.
