@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import html
 import importlib
 import sys
 import time
@@ -49,6 +48,8 @@ class ProgressLine:
         taken = now - self.begin
         if taken < PATIENCE or now - self.shown < PACE:
             return
+        import html
+
         self.shown = now
         left = f", about {taken * (1.0 / fraction - 1.0):.0f} s left" if fraction > 0.0 else ""
         self.show(
