@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import html
 import importlib
 import sys
 import time
@@ -48,8 +49,6 @@ class ProgressLine:
         taken = now - self.begin
         if taken < PATIENCE or now - self.shown < PACE:
             return
-        import html
-
         self.shown = now
         left = f", about {taken * (1.0 / fraction - 1.0):.0f} s left" if fraction > 0.0 else ""
         self.show(
