@@ -406,9 +406,10 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int, memor
     """A step with its space and room for so many states; `memory` as in `first_state`."""
     n, m = model.system.size, model.constraints
     apart = (woodbury.fill, woodbury.close, woodbury.correct) if columns_apart(model) else ()
-    first, last = (evaluation.evaluate, *factors.doors(model.layout.storage)), (stepping.take, factors.assemble, *apart)
     settle = 0 if has_steady_joints(model) else settling.settle.address
-    doors = Doors(*(one.address for one in first), settle, *(one.address for one in last))
+    first = evaluation.evaluate, *factors.doors(model.layout.storage)
+    last = stepping.take, factors.assemble, *apart
+    doors = Doors(*[*(one.address for one in first), settle, *(one.address for one in last)])
     rotations = beam_points.rotations_of(model)
     if len(rotations.groups):
         doors = rotated.behind(doors)
