@@ -11,12 +11,13 @@ import importlib
 from types import ModuleType
 
 from . import wings
-from .core import listing
+from .core import imports, listing
 
 __version__ = "0.1.0"
 __all__ = ["shapes", "bodies", "systems", "dynamics", "reduction", "scenes", "results", "studies"]
 
 listing.install(__name__)
+imports.install()
 wings.tell(__name__)
 
 

@@ -47,8 +47,10 @@ def test_help_imports_nothing_heavy() -> None:
 def test_a_check_of_a_scene_imports_only_what_it_uses() -> None:
     """The parts of scipy that are slow to import, and what compiles, reads other mesh formats or draws."""
     scipy = ("scipy.optimize", "scipy.interpolate", "scipy.spatial", "scipy.special")
-    own = ("fmbs_skfem.results", "fmbs_skfem.families", "fmbs_skfem.verification")
-    unused = (*scipy, *own, "rich", "matplotlib", "meshio", "skfem", "sympy", "numba")
+    own = ("results", "families", "verification", "dynamics.many", "dynamics.equilibria.arclength", "dynamics.near_state.buckling")
+    own += ("dynamics.diagnoses.diagnosis", "reduction.files", "reduction.guarded", "reduction.spaces.ffrf")
+    numpy = ("numpy.f2py", "numpy.testing")
+    unused = (*scipy, *(f"fmbs_skfem.{name}" for name in own), *numpy, "rich", "matplotlib", "meshio", "skfem", "sympy", "numba")
     code = (
         "import sys\nfrom fmbs_skfem.cli.main import main\n"
         f"main(['check', {str(EXAMPLES / 'double_pendulum.yaml')!r}], standalone_mode=False)\n"

@@ -31,7 +31,8 @@ def declared(decorate: Callable[[type], type]) -> type:
 
 
 def pending(kind: type) -> bool:
-    return any(isinstance(value, records.Pending) for value in vars(kind).values())
+    """Whether something waits but for texts, comparisons and hashes."""
+    return any(isinstance(value, records.Pending) and name not in records.LATER for name, value in vars(kind).items())
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=str)
@@ -59,6 +60,25 @@ def test_any_of_its_attributes_makes_a_class(name: str) -> None:
     assert isinstance(vars(kind)[name], records.Pending)
     getattr(kind, name)
     assert not pending(kind)
+    left = {key for key in records.LATER if isinstance(vars(kind)[key], records.Pending)}
+    assert left == set(records.LATER) - {name}
+
+
+@pytest.mark.parametrize("options", [{"frozen": True}, {}, {"frozen": True, "eq": False}], ids=str)
+@pytest.mark.parametrize("own", [(), ("__eq__",), ("__hash__",), ("__eq__", "__hash__", "__repr__")], ids=str)
+def test_what_a_class_says_itself_stays(options: dict[str, bool], own: tuple[str, ...]) -> None:
+    """Its text, and how it compares; its hash follows as Python's do."""
+    said = {"__eq__": lambda one, other: True, "__hash__": lambda one: 7, "__repr__": lambda one: "own"}
+    found = []
+    for decorator in (records.dataclass, dataclasses.dataclass):
+        names = {"__annotations__": {"x": float}, "__qualname__": "One"}
+        kind: Any = decorator(**options)(type("One", (), names | {name: said[name] for name in own}))
+        hashed = "none" if kind.__hash__ is None else "own" if "__hash__" in own else kind.__hash__ is object.__hash__
+        found.append((repr(kind(1.0)) if options.get("eq", True) or "__repr__" in own else "", hashed))
+        found[-1] += (kind(1.0) == kind(1.0), kind(1.0) == kind(2.0), kind(1.0) == 1.0)
+        if hashed is False:
+            found[-1] += (hash(kind(1.0)),)
+    assert found[0] == found[1]
 
 
 def without_init(kind: type, **values: Any) -> Any:

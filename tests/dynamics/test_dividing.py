@@ -139,3 +139,15 @@ def test_no_large_step_comes_to_another_solution(steps: int) -> None:
     """A cell that turns over costs 274 J, or 822 J; the strains of the motion have 0.09 J at most. Each of these ended so once."""
     motion = integrate(models.spin_up(8, continuity=2), GeneralizedAlpha(20.0 / steps), 20.0)
     assert energies(motion)[:, 1].max() < 0.1
+
+
+@pytest.mark.parametrize("system,settles", [(models.double_pendulum(4), False), (models.mass_pendulum((0.6, -0.8)), True)])
+def test_a_run_compiles_what_it_needs(system: System, settles: bool) -> None:
+    """What divides steps with the first one that is divided, what puts velocities onto joints where these are not steady."""
+    divides = list[bool]()
+    for every in (100, 2):
+        seen = list[OpenRun]()
+        motion(system, 20, 0.2, Divide(every, 1), Look(seen.append))
+        divides.append(bool(seen[-1].packed.table[packing.DIVIDE]))
+        assert bool(seen[-1].step.doors.settle) == settles
+    assert divides == [False, True]

@@ -17,7 +17,6 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..core import imports
 from ..core.errors import FmbsError, InputError
 from ..core.notices import Notice
 from ..core.storage import durable, endings
@@ -84,7 +83,6 @@ def command(name: str, study: Callable[..., Result], into: str = "") -> click.Co
 def perform(function: Callable[[], Result], call: Call, bar: screen.Bar) -> int:
     """Call the body of a command, print what it found, and give its exit code."""
     screen.occupy()
-    imports.prepare()
     try:
         found = function()
         bar.close()

@@ -31,10 +31,18 @@ def load() -> None:
         import_module(package)
 
 
-def names_of(package: str) -> Callable[[str], Any]:
-    """`__getattr__` of a package of the engine."""
+def names_of(package: str, later: Mapping[str, str] | None = None) -> Callable[[str], Any]:
+    """`__getattr__` of a package of the engine; `later`: its modules -> names that are taken from them when they are first used.
+
+    Such a name is that of something in the module, or, of a folder, of one of its modules.
+    """
+    own = {name: module for module, names in (later or {}).items() for name in names.split()}
 
     def look_up(name: str) -> Any:
+        if name in own:
+            owner = f"{package}.{own[name]}".rstrip(".")
+            found = vars(import_module(owner)).get(name)
+            return import_module(f"{owner}.{name}") if found is None else found
         if (place := _NAMES.get(f"{package}.{name}")) is None:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         module, _, attribute = place.partition(":")

@@ -7,36 +7,22 @@ Python gives every module its `__dir__` when it is imported; a module with one o
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable
 from functools import partial
-from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
-
-class PackageFinder:
-    """Finds the modules of one package as Python does."""
-
-    def __init__(self, package: str) -> None:
-        self.prefix = f"{package}."
-
-    def find_spec(self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
-        if not fullname.startswith(self.prefix):
-            return None
-        spec = PathFinder.find_spec(fullname, path, target)
-        if spec is not None and spec.loader is not None:
-            execute = spec.loader.exec_module
-
-            def listed(module: ModuleType) -> None:
-                execute(module)
-                module.__dict__.setdefault("__dir__", partial(names, module))
-
-            spec.loader.exec_module = listed  # type: ignore[method-assign]
-        return spec
+from . import imports
 
 
 def install(package: str) -> None:
     """Let `dir` of the modules of a package that are imported from now on list public names."""
-    sys.meta_path.insert(0, PackageFinder(package))
+    sys.meta_path.insert(0, imports.Finder(lambda name: name.startswith(f"{package}."), listed))
+
+
+def listed(execute: Callable[[ModuleType], None], module: ModuleType) -> None:
+    """Run a module, and give it its `__dir__`."""
+    execute(module)
+    module.__dict__.setdefault("__dir__", partial(names, module))
 
 
 def names(module: ModuleType) -> list[str]:

@@ -1,22 +1,44 @@
 """Time integration, statics, vibration modes, stability and buckling."""
 
+from typing import TYPE_CHECKING
+
 from ..core.beside import load, names_of
 from .diagnoses import far_turns, fast_wheels, step_size  # which offer observers  # noqa: F401
-from .diagnoses.diagnosis import Diagnosis, explain
-from .diagnoses.stability import unstable
-from .equilibria.arclength import ArcLength, Branch, at_load_factor, follow_path, limit_points
-from .equilibria.statics import solve_equilibria, solve_statics
-from .integration import integrate
-from .many import integrate_many
-from .near_state.buckling import BucklingModes, buckling
-from .near_state.campbell import CampbellDiagram, campbell
-from .near_state.linear import Linear, Spin, in_rotating_frame, is_symmetric, linearise
-from .near_state.modes import ComplexModes, VibrationModes, complex_modes, real_modes, vibration_modes
-from .near_state.shapes import Shapes, find_free, shares
-from .near_state.statespace import StateSpace, state_space
 from .outputs import energies, energy_drift, energy_errors, outputs, reactions
-from .scheme import GeneralizedAlpha, Newton, acceleration_noise
-from .trajectory import Crossing, Statistics, Trajectory
+
+if TYPE_CHECKING:
+    from .diagnoses.diagnosis import Diagnosis, explain
+    from .diagnoses.stability import unstable
+    from .equilibria.arclength import ArcLength, Branch, at_load_factor, follow_path, limit_points
+    from .equilibria.statics import solve_equilibria, solve_statics
+    from .integration import integrate
+    from .many import integrate_many
+    from .near_state.buckling import BucklingModes, buckling
+    from .near_state.campbell import CampbellDiagram, campbell
+    from .near_state.linear import Linear, Spin, in_rotating_frame, is_symmetric, linearise
+    from .near_state.modes import ComplexModes, VibrationModes, complex_modes, real_modes, vibration_modes
+    from .near_state.shapes import Shapes, find_free, shares
+    from .near_state.statespace import StateSpace, state_space
+    from .scheme import GeneralizedAlpha, Newton, acceleration_noise
+    from .trajectory import Crossing, Statistics, Trajectory
+
+#: module -> what is taken from it when it is first used: a check of a scene needs few of them
+WHERE = {
+    "diagnoses.diagnosis": "Diagnosis explain",
+    "diagnoses.stability": "unstable",
+    "equilibria.arclength": "ArcLength Branch at_load_factor follow_path limit_points",
+    "equilibria.statics": "solve_equilibria solve_statics",
+    "integration": "integrate",
+    "many": "integrate_many",
+    "near_state.buckling": "BucklingModes buckling",
+    "near_state.campbell": "CampbellDiagram campbell",
+    "near_state.linear": "Linear Spin in_rotating_frame is_symmetric linearise",
+    "near_state.modes": "ComplexModes VibrationModes complex_modes real_modes vibration_modes",
+    "near_state.shapes": "Shapes find_free shares",
+    "near_state.statespace": "StateSpace state_space",
+    "scheme": "GeneralizedAlpha Newton acceleration_noise",
+    "trajectory": "Crossing Statistics Trajectory",
+}
 
 __all__ = [
     "GeneralizedAlpha",
@@ -63,5 +85,5 @@ __all__ = [
     "explain",
 ]
 
-__getattr__ = names_of(__name__)
+__getattr__ = names_of(__name__, WHERE)
 load()

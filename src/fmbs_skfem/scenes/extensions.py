@@ -15,7 +15,6 @@ import importlib.util
 import sys
 import traceback
 from collections.abc import Sequence
-from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
@@ -38,8 +37,11 @@ class SourceLoader(SourceFileLoader):
         return self.source_to_code(self.get_data(path), path)
 
 
-class ExtensionFinder(MetaPathFinder):
-    """Modules of files by the path in their name, so that what they declare can be sent to other processes."""
+class ExtensionFinder:
+    """Modules of files by the path in their name, so that what they declare can be sent to other processes.
+
+    It is no `importlib.abc.MetaPathFinder`, which loads a dozen modules that a check of a scene has no use for.
+    """
 
     def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
         if not name.startswith(PREFIX):

@@ -14,14 +14,16 @@ import contextlib
 import warnings
 import zlib
 from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..core.storage.records import dataclass
 from ..core.values.problems import printable
 from .msh import MAX_COUNT, Array, Ints, MshCells, Raw, bad
+
+if TYPE_CHECKING:
+    from xml.etree import ElementTree
 
 MAX_BYTES = 64 * 2**20  #: unpacked size of one array
 
@@ -128,6 +130,8 @@ def _open(data: bytes, where: str) -> _File:
 
 def _tree(data: bytes) -> tuple[ElementTree.Element | None, bytes | None]:
     """The XML tree, and the appended bytes where they are raw (raw bytes are not XML)."""
+    from xml.etree import ElementTree
+
     tag = data.find(b"<AppendedData")
     start, stop = data.find(b">", tag), data.rfind(b"</AppendedData>")
     raw = 0 <= tag < start < stop and b'"raw"' in data[tag:start]

@@ -341,16 +341,6 @@ def add_term(A: Terms, k: int, y: np.ndarray, signals: np.ndarray, gap: np.ndarr
 
 
 @jit
-def steady(A: Terms) -> bool:
-    """Whether the constraints are linear in the unknowns and independent of time: Phi_x is constant."""
-    found = True
-    for k in range(len(A.row)):
-        # of the terms alone: whoever asks looks for laws as well
-        found = found and A.j[k] < 0 and A.signal[k] == -1
-    return found
-
-
-@jit
 def drift(A: Terms, paths: np.ndarray, signals: np.ndarray, second: float, third: float, out: np.ndarray) -> None:
     """out (m,) = Phi_y z + D1 + second D2 + third D3, D_k the part of d^k Phi/dt^k without Phi_y times the k-th derivative of y.
 

@@ -30,7 +30,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from fmbs_skfem.core import installed
+from fmbs_skfem.core import caches, installed
 from fmbs_skfem.core.compiling import compilation, machine_code
 from fmbs_skfem.core.compiling.kernels import MODULES
 from fmbs_skfem.core.compiling.machine_code import SUFFIX
@@ -94,11 +94,7 @@ def tell_uncached(error: OSError) -> None:
 @functools.cache
 def cache_folder() -> Path | None:
     """The folder of the compiled code of this process; None where nothing can be cached."""
-    import platformdirs
-
-    if given := os.environ.get("NUMBA_CACHE_DIR"):
-        return prepare(Path(given).absolute() / "fmbs_skfem")
-    return prepare(Path(platformdirs.user_cache_dir("fmbs_skfem", appauthor=False)) / "numba")
+    return prepare(caches.parent())
 
 
 @contextlib.contextmanager

@@ -19,7 +19,7 @@ from ..histories import leading_signals
 from ..scheme import of_length
 from . import parts, stepping
 from .large import Large
-from .step import Kept, Levels, Method, Rows, State, Step
+from .step import Doors, Kept, Levels, Method, Rows, State, Step
 
 HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
 #: halvings that are tried, and whether steps are judged: judged ones first, from long to short; where the shortest fails as well
@@ -37,7 +37,7 @@ class PackedStep:
         self.begin, self.span = 0.0, step.method.h  #: of the first step of a call, and the length of each [s]
         self.number: int | None = 0  #: of this step in the run; None for a piece of one
         self.doors = large.doors(step) if large else ()
-        behind = {name: door.address for name, door in zip(BEHIND, self.doors, strict=False)}
+        behind = {name: door.address for name, door in zip(BEHIND, self.doors, strict=False) if getattr(step.doors, name)}
         self.table = packed(step._replace(doors=step.doors._replace(**behind)))
         self.address, self.given = address_of(self.table), (step.job.signals, step.job.rows)
         #: of parts; few runs need them, and they take as long as ten small steps
@@ -145,6 +145,7 @@ class Lengths:
         self.tables = np.tile(whole.table, (len(TRIALS), 1))
         self.addresses = addresses(list(self.tables)), np.array([halvings for halvings, _ in TRIALS]), addresses(self.kept)
         histories = self.door.address if count else 0
+        whole.table[DIVIDE] = parts.divide.address
         put(whole.table, LEVELS, packed(Levels(*self.addresses, address_of(self.copy), histories, self.found)))
         for table, (halvings, _) in zip(self.tables, TRIALS, strict=True):
             put(table, JOB, packed(Rows(self.signals[: 2**halvings], NONE)))
@@ -176,4 +177,5 @@ def addresses(arrays: Sequence[np.ndarray]) -> np.ndarray:
 
 
 METHOD, JOB, LEVELS = (place_of(Step, name) for name in ("method", "job", "levels"))
+DIVIDE = place_of(Step, "doors") + place_of(Doors, "divide")
 JUDGING, AGAIN = (METHOD + place_of(Method, name) for name in ("judging", "again"))

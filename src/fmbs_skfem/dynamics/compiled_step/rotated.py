@@ -34,7 +34,7 @@ from ...core.compiling.structs import invoke, routine
 from ...systems import kernels
 from . import factors
 from .step import Doors, Rotations, opened
-from .woodbury import rows_of
+from .woodbury import JOINTS, rows_of
 
 # four-bar of 8 cells, four sides and a joint: rotated factors serve 1.1 steps where others serve 0.6 (560 steps), 2.3 where they
 # serve 0.8 (1440 steps), and pay in neither; a double pendulum with two sides is served three to ten times as long, and gains at
@@ -66,10 +66,10 @@ def factorise(table: Any, _: Any) -> int:
         R.on[0] = 0
         return int(invoke(S.doors.whole, table, 0))
     w.secants[0] = 0
-    if factors.assemble_bodies(table) != 0:
+    if invoke(S.doors.assemble, table, factors.BODIES) != 0:
         return 1
     find_shares(table)
-    factors.add_joints(table)
+    invoke(S.doors.assemble, table, factors.REST)
     # the band has the symmetric part of W alone; an arm whose regulator makes W unsymmetric divides steps with it
     if S.arrays.dense and not factors.is_symmetric(S.space.W):
         R.on[0], R.lives[1] = 0, 0.0
@@ -143,8 +143,8 @@ def rotate(table: Any) -> int:
         return 0
     for k in range(len(w.J)):
         kernels.copy(w.J[k], w.spread[k])
-    for k in range(len(w.J)):
-        apply_row(table, w.spread[k])
+    # by address: a part of this routine it would be compiled with `factorise` and with `follow`, too
+    invoke(S.doors.apply, table, JOINTS)
     return factors.factor_joints(w, S.space.off)
 
 

@@ -117,12 +117,13 @@ class Doors(NamedTuple):
     factorise: int  #: factors at the trial state of the space, 0 or the reason for none
     solve: int  #: rhs <- KKT^-1 rhs; its argument is 1 where the front of rhs is zero
     apply: int  #: rows <- W^-1 rows, see `factors`
-    settle: int  #: the accepted velocities onto (4)
+    settle: int  #: the accepted velocities onto (4); 0 where joints are steady
     take: int  #: one step, by its row of signals
-    divide: int  #: the step that failed, in parts, if `Levels` has some
+    assemble: int  #: J and W of the factors, see `factors.assemble`
     fill: int = 0  #: `woodbury.fill`, and the two behind it; 0 where no derivatives of low rank are apart from W
     close: int = 0
     correct: int = 0
+    divide: int = 0  #: the step that failed, in parts; 0 where `Levels` has none: most runs divide no step, and do not compile it
     follow: int = 0  #: `rotated.follow`, 0 where factors do not rotate; whole W factored and applied behind the two below
     whole: int = 0
     inside: int = 0

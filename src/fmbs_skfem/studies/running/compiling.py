@@ -58,7 +58,7 @@ def first(folder: Path) -> bool:
 
 def compile_from_the_end(reduces: bool) -> None:
     """Compile routines from the last to the first, in a process that ends with its parent."""
-    from ...dynamics.compiled_step import factors, parts, settling, stepping
+    from ...dynamics.compiled_step import factors, stepping
     from ...reduction.accuracy import costs
     from ...reduction.hyper import ecsw
     from ...systems import evaluation, work
@@ -68,8 +68,8 @@ def compile_from_the_end(reduces: bool) -> None:
     threading.Thread(target=end_with_parent, daemon=True).start()
     factorise, solve, apply = factors.doors(Storage.BAND)
     first = evaluation.take_over, work.forces  #: what a run asks for before its first step, when all of the step is compiled
-    steps = stepping.advance, parts.divide, stepping.take
-    for one in (*steps, work.survey, settling.settle, solve, apply, *first, factorise, evaluation.residuals):
+    steps = stepping.advance, stepping.take
+    for one in (*steps, work.survey, solve, apply, *first, factors.assemble, factorise, evaluation.residuals):
         int(one.address)
     if reduces:
         ecsw.weights_from_gram(ecsw.gram(np.ones((1, 1))), 0.5)
