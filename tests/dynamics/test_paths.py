@@ -7,6 +7,7 @@ von Mises truss (closed form).
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,10 @@ from fmbs_skfem.core.algebra import inertia, ranks, saddle
 from fmbs_skfem.core.errors import SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import ArcLength, Newton, Trajectory, follow_path, outputs, solve_statics
+from fmbs_skfem.dynamics.equilibria import equilibrium
+from fmbs_skfem.dynamics.equilibria.loading import ramp
 from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.compiled import compile_system
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
@@ -86,6 +90,26 @@ def test_a_truss_below_its_limit_load_is_silent(steps: int) -> None:
     assert not said
     assert not path.crossings
     assert (path.negative[1:] == 0.0).all()
+
+
+@pytest.mark.parametrize("reach", [0.05, 0.2, 1.0])
+def test_what_leaves_its_path_goes_downhill(reach: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A truss at 1.05 of its limit load comes to the far root of its cubic, which is stable, with corrections of any length."""
+    monkeypatch.setattr(equilibrium, "DOWNHILL", reach)
+    model = compile_system(ramp(truss(load=4.0), 1.0))
+    found = equilibrium.settle(model, replace(equilibrium.unloaded(model), negative=0), Newton(1e-12), 1.0, "load factor")
+    assert found is not None
+    assert found.negative == 0
+    (w,) = (root for root in np.roots([1.0, -0.3, 0.02, -4.0 * 1.01**1.5 / 1e4]) if root.imag == 0.0)
+    height = (model.system.sensors.matrix @ found.x + model.system.sensors.offset)[model.system.outputs["apex"].rows[1]]
+    assert height == pytest.approx(0.1 - w.real, abs=1e-10)
+
+
+def test_downhill_of_what_is_not_known_to_be_stable_there_is_nothing() -> None:
+    model = compile_system(ramp(truss(load=4.0), 1.0))
+    for negative in (None, 1):
+        start = replace(equilibrium.unloaded(model), negative=negative)
+        assert equilibrium.settle(model, start, Newton(1e-12), 1.0, "load factor") is None
 
 
 def test_a_straight_column_passes_its_branch_point() -> None:

@@ -30,7 +30,7 @@ from ..observers import Found, reviewed
 from ..scheme import STATIC, Newton, round_off
 from ..trajectory import Crossing, Statistics, Trajectory, Way
 from . import leaps
-from .equilibrium import FLOOR, Equilibrium, newton_statics, tangent_at, unloaded
+from .equilibrium import FLOOR, Equilibrium, newton_statics, settle, tangent_at, unloaded
 from .leaps import Verdict
 from .loading import parts, ramp
 
@@ -64,6 +64,10 @@ class Problem:
     def solve(self, at: float, last: Equilibrium, few: int | None = None) -> Equilibrium:
         """The equilibrium at a load factor or time, from the last one; with `few`, in so many iterations at most."""
         return newton_statics(self.model(at), last, self.newton, at, self.unit, few)
+
+    def settle(self, at: float, last: Equilibrium) -> Equilibrium | None:
+        """The stable equilibrium at a load factor or time to which a stable one goes downhill; None where none is found."""
+        return settle(self.model(at), last, self.newton, at, self.unit)
 
     def judge(self, before: Equilibrium, after: Equilibrium) -> Verdict:
         """What is to be said of a step."""
@@ -190,11 +194,11 @@ def reach_targets(
 def march(problem: Problem, state: Equilibrium, end: float, step: float) -> Iterator[Passed]:
     """Equilibria from that of `state` to `end` by steps, which are shortened where the iteration fails, or leaves the path.
 
-    Where it fails in all shorter steps, as close behind a limit point, the branch of the next of those that it found before is
-    taken. Once one is known, shorter steps only ask in a few iterations whether the path goes on; the shortest is solved fully.
-    Few are FEW, or MORE times those of the step before by the root of the lengths, as thin bodies take them: with FEW alone a strip
-    that is rolled up took five times as many in all, in steps as short as the first. A step grows behind one that was taken at
-    once only: behind a shortened one it mostly failed, and was shortened again.
+    Where it fails in all shorter steps, as close behind a limit point, that is taken which lies downhill, or the branch of the next
+    of those that it found before. Once one is known, shorter steps only ask in a few iterations whether the path goes on; the
+    shortest is solved fully. Few are FEW, or MORE times those of the step before by the root of the lengths, as thin bodies take
+    them: with FEW alone a strip that is rolled up took five times as many in all, in steps as short as the first. A step grows
+    behind one that was taken at once only: behind a shortened one it mostly failed, and was shortened again.
     """
     size, found, attempts, growth = step, list[Equilibrium](), 0, 1.0 / SHORTER
     while state.at < end - 1e-12 * step:
@@ -210,7 +214,11 @@ def march(problem: Problem, state: Equilibrium, end: float, step: float) -> Iter
                 size, growth = SHORTER * size, 1.0
                 continue
             if behind is None:
-                raise
+                if (settled := problem.settle(target, state)) is None:
+                    raise
+                found.append(settled)
+                size, growth = SHORTER * size, 1.0
+                continue
             after, verdict = branch_at(problem, state.at + CLOSE * step, state, behind), Verdict(False, False, False, True)
         else:
             if target - state.at > least(verdict) * step and attempts < ATTEMPTS:
@@ -222,8 +230,14 @@ def march(problem: Problem, state: Equilibrium, end: float, step: float) -> Iter
 
 
 def branch_at(problem: Problem, at: float, before: Equilibrium, behind: Equilibrium) -> Equilibrium:
-    """The branch of `behind` at an earlier load factor or time; `behind` itself where it does not reach so far back."""
-    if at >= behind.at:
+    """Where a path that ends in `before` goes on at a load factor or time: downhill, or to the branch of `behind`.
+
+    That of `behind` is followed back; it is `behind` itself where it does not reach so far.
+    """
+    at = min(at, behind.at)
+    if (found := problem.settle(at, before)) is not None:
+        return found
+    if at == behind.at:
         return behind
     try:
         found = problem.solve(at, behind)

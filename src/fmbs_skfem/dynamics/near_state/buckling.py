@@ -35,6 +35,8 @@ from .shapes import find_free
 
 # three factors of a strip agree to 3e-8 with half, twice and ten times of either: K1 is a difference of what is nearly linear
 FIRST, PROBE = 1e-3, 1e-2  #: loads of the difference quotient: a part of those given, then of those that buckle
+# factors of an arch that a hundredth of its load moves by 1e-6 agree to 1e-6 with 1e-4 to 0.1, to 4e-4 with its own movement
+WIDE = 1e-2  #: displacement over the size of the system, or turn, by which stresses are told from round-off
 POTENTIAL = 1e-6  #: part of K1 that is not symmetric, on a motion that the joints allow, of loads with a potential
 PROPORTIONAL = 1e-9  #: of a history: how far one may be from a multiple of t that is one
 # Beck's column has no factor: what two probes gave for it were 3.3e6 and -380
@@ -79,9 +81,9 @@ def buckling(system: System, count: int = 1, time: float = 1.0) -> BucklingModes
     if free := find_free(model.system, linearise(model.system)).names:
         raise InputError(say("buckling", "a system that its joints hold", "; ".join(free), "hold it by joints"))
     for _ in range(2):
-        found = predict_buckling(model, count, probe)
+        found = predict_buckling(model, count, probe, WIDE)
         if not found.conservative or not holds(model):
-            found = common(found, predict_buckling(model, count, 2.0 * probe))
+            found = common(found, predict_buckling(model, count, 2.0 * probe, 2.0 * WIDE))
         if not len(found.factors):
             bends = found.conservative and not holds(model)
             none = "it bends before: use `follow_path`" if bends else "look at `complex_modes` for flutter"
@@ -113,36 +115,74 @@ def holds(model: Compiled) -> bool:
     return all(term.holds for term in model.terms if not term.follows)
 
 
-def stressed(model: Compiled, found: Equilibrium, factor: float) -> csr_array:
-    """K (n, n) of the reference with the stresses of an equilibrium, and of all forces there.
+def elastic(model: Compiled, state: np.ndarray) -> csr_array:
+    """Elastic tangent K (n, n) of the reference with the stresses of a state (n,).
 
-    What bends before it buckles turns its stiff directions: the tangent of the equilibrium has the first power of these turns, and
+    What bends before it buckles turns its stiff directions: the tangent of the state has the first power of these turns, and
     without the second they look like a loss of stiffness. Where laws hold no stresses there is only that one.
     """
-    x, held = (model.system.x0, (found.x, ALL)) if holds(model) else (found.x, None)
-    K = csr_array(compiled.elastic_tangent(model, x, 0.0, held)) + csr_array(model.system.stiffness)
-    return csr_array(K + compiled.probe_tangent(model, found.x, found.multipliers, factor, 0.0, found.memory, None))
+    x, held = (model.system.x0, (state, ALL)) if holds(model) else (state, None)
+    return csr_array(compiled.elastic_tangent(model, x, 0.0, held))
 
 
-def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes:
-    """Buckling of a system over the load factor, with K1 from the equilibria at the factors `probe` and -`probe`."""
-    system, n = model.system, model.system.size
-    start, sides, states = unloaded(model), [], []
-    for factor in (probe, -probe):
-        loaded = pressure.at_load_factor(model, factor)
-        found = newton_statics(loaded, start, Newton(STATIC), factor, "load factor")
-        states.append(found.x)
-        sides.append(stressed(loaded, found, factor))
+def move(model: Compiled, at: Equilibrium, solved: saddle.Saddle, rows: np.ndarray, probe: float) -> tuple[np.ndarray, np.ndarray]:
+    """By how much an equilibrium moves with the load factor: u (n,) and multipliers (m,), from factors of its tangent.
+
+        [K0 J^T; J 0] (u, l) = - dG/dfactor                  G of the forces and the independent `rows` of the joints
+
+    The state stays: all that does not change with the loads is alike to the last digit on both sides of the quotient.
+    """
+    n, found = len(at.x), np.zeros(len(at.x) + len(at.multipliers))
+    before, after = (
+        compiled.residual(pressure.at_load_factor(model, factor), at.x, at.multipliers, factor, at.memory)
+        for factor in (-probe, probe)
+    )
+    kept = np.append(np.arange(n), n + rows)
+    found[kept] = saddle.solve(solved, (before - after)[kept] / (2.0 * probe))
+    return found[:n], found[n:]
+
+
+def soften(model: Compiled, at: Equilibrium, path: tuple[np.ndarray, np.ndarray], probe: float, wide: float) -> csr_array:
+    """K1 (n, n), by which the tangent changes with the load factor along the path (n,), (m,) of an equilibrium.
+
+    Quotients of states up to `wide` away: loads of a hundredth of those that buckle move a stiff structure by a millionth of its
+    size, and its strains then have six digits less than positions. Loads are `probe` of those given at most.
+    """
+    largest = float(np.abs(path[0] / scale_of(model.system)).max())
+    way = wide / largest if largest else probe
+    near, far = min(way, probe), max(way, probe)
+    still = pressure.at_load_factor(model, 0.0)
+    change = (elastic(still, at.x + far * path[0]) - elastic(still, at.x - far * path[0])) / (2.0 * far)
+    if pressure.present(model.system):
+        sides = [elastic(pressure.at_load_factor(model, factor), at.x) for factor in (near, -near)]
+        change = change + (sides[0] - sides[1]) / (2.0 * near)
+    forces = [
+        compiled.probe_tangent(model, at.x + one * path[0], at.multipliers + one * path[1], one, 0.0, at.memory, None)
+        for one in (near, -near)
+    ]
+    return csr_array(change + (forces[0] - forces[1]) / (2.0 * near))
+
+
+def predict_buckling(model: Compiled, count: int, probe: float, wide: float) -> BucklingModes:
+    """Buckling of a system over the load factor, with K1 from quotients over `probe` of the loads, or states `wide` away."""
+    system, n, still = model.system, model.system.size, pressure.at_load_factor(model, 0.0)
+    at = newton_statics(still, unloaded(model), Newton(STATIC), 0.0, "load factor")
     J = compiled.gap(model, system.x0, 0.0)[1]
-    J = J[ranks.independent_rows(J, units=scale_of(system))]
-    K0, K1 = 0.5 * (sides[0] + sides[1]), (sides[0] - sides[1]) / (2.0 * probe)
+    rows = ranks.independent_rows(J, units=scale_of(system))
+    J, K0 = J[rows], elastic(still, at.x) + csr_array(system.stiffness)
+    K0 = csr_array(K0 + compiled.probe_tangent(model, at.x, at.multipliers, 0.0, 0.0, at.memory, None))
     most = n - len(J) if n <= SMALL else min(n - len(J), n - 2)  # Arnoldi's method finds all but two
     if most < 1:
         raise InputError(say("buckling", "a system that can move", "one whose joints leave no motion", "release a joint"))
     if not 1 <= count <= most:
         raise InputError(say("buckling, count", f"1 to {most}", count))
-    if (solved := saddle.constrained(K0, J)) is None:
+    if (factors := saddle.factor(saddle.matrix(K0, J))) is None:
         raise InputError(say("buckling", "a system that its joints hold", "one that is free to move", "hold it by joints"))
+    path = move(model, at, factors, rows, probe)
+    K1 = soften(model, at, path, probe, wide)
+
+    def solved(f: np.ndarray) -> np.ndarray:
+        return saddle.solve(factors, np.append(f, np.zeros(len(J))))[:n]
 
     def product(v: np.ndarray) -> np.ndarray:
         return -solved(K1 @ v)
@@ -159,7 +199,7 @@ def predict_buckling(model: Compiled, count: int, probe: float) -> BucklingModes
     # of two factors that differ by their sign the positive one comes first
     order = np.abs(inverses[real]) * (1.0 + REAL * (inverses[real].real > 0.0))
     kept = real[np.argsort(-order, kind="stable")][:count]
-    shapes, path = largest_one(vectors[:, kept].real), (states[0] - states[1]) / (2.0 * probe)
+    shapes = largest_one(vectors[:, kept].real)
     skew = np.linalg.norm(solved(K1 @ first - K1.T @ first)) > POTENTIAL * np.linalg.norm(product(first))
     stiffness = np.einsum("ni,ni->i", shapes, np.asarray(K0 @ shapes))
-    return BucklingModes(1.0 / inverses[kept].real, shapes, stiffness, path, not skew)
+    return BucklingModes(1.0 / inverses[kept].real, shapes, stiffness, path[0], not skew)
