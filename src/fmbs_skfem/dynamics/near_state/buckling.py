@@ -169,8 +169,9 @@ def predict_buckling(model: Compiled, count: int, probe: float, wide: float) -> 
     at = newton_statics(still, unloaded(model), Newton(STATIC), 0.0, "load factor")
     J = compiled.gap(model, system.x0, 0.0)[1]
     rows = ranks.independent_rows(J, units=scale_of(system))
-    J, K0 = J[rows], elastic(still, at.x) + csr_array(system.stiffness)
-    K0 = csr_array(K0 + compiled.probe_tangent(model, at.x, at.multipliers, 0.0, 0.0, at.memory, None))
+    J = J[rows]
+    others = csr_array(system.stiffness) + compiled.probe_tangent(model, at.x, at.multipliers, 0.0, 0.0, at.memory, None)
+    K0 = csr_array(elastic(still, at.x) + others)
     most = n - len(J) if n <= SMALL else min(n - len(J), n - 2)  # Arnoldi's method finds all but two
     if most < 1:
         raise InputError(say("buckling", "a system that can move", "one whose joints leave no motion", "release a joint"))
@@ -178,7 +179,11 @@ def predict_buckling(model: Compiled, count: int, probe: float, wide: float) -> 
         raise InputError(say("buckling, count", f"1 to {most}", count))
     if (factors := saddle.factor(saddle.matrix(K0, J))) is None:
         raise InputError(say("buckling", "a system that its joints hold", "one that is free to move", "hold it by joints"))
-    path = move(model, at, factors, rows, probe)
+    # stresses that are there without loads move the state from the reference: strains along the path are those of its own tangent
+    own = csr_array(compiled.elastic_tangent(still, at.x, 0.0, None)) + others
+    if (tangent := saddle.factor(saddle.matrix(csr_array(own), J))) is None:
+        raise InputError(say("buckling", "a system that its joints hold", "one that is free to move", "hold it by joints"))
+    path = move(model, at, tangent, rows, probe)
     K1 = soften(model, at, path, probe, wide)
 
     def solved(f: np.ndarray) -> np.ndarray:
