@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fmbs_skfem.dynamics import Trajectory
 from fmbs_skfem.reduction import files
 from fmbs_skfem.reduction.hyper import sampling
-from fmbs_skfem.reduction.spaces import component, galerkin, pod
+from fmbs_skfem.reduction.spaces import component, galerkin
 from fmbs_skfem.systems import System
 
 
@@ -23,7 +23,7 @@ class Forms(NamedTuple):
 def forms(raw: System, full: Trajectory, tolerance: float, path: Path) -> Forms:
     """Forms of a system with all multipliers, trained on a motion of it; every body a component of its own."""
     data, level = galerkin.snapshots(full), component.body_level(raw)
-    bases = {name: pod.basis(data.q[:, component.rows_of(raw, part)].T, tolerance) for name, part in level.items()}
+    bases = galerkin.bases(raw, data, level, tolerance)
     reduced = galerkin.reduce_system(raw, level, bases)
     hyper_reduced = sampling.apply(reduced, sampling.train([(reduced, component.projected(reduced, data.q))], 1e-8))
     return Forms(reduced, hyper_reduced, files.load(files.save(hyper_reduced, path)))

@@ -33,7 +33,9 @@ from tests.reduction.test_beam_parts import bar
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 
 ARM = Path(__file__).resolve().parents[2] / "examples" / "parts" / "arm.part.h5"
-SHARP = Newton(tolerance=1e-15)
+# at 1e-15 corrections are the round-off of positions: a step of some runs was divided by it, which changed the motion by 1e-5; at
+# 1e-14 C and Python differ by 5e-11 of the motion in 90 runs moved by 1e-15, and no step is divided
+SHARP = Newton(tolerance=1e-14)
 
 
 def trained(full: Body, modes: int, step: float) -> Body:

@@ -11,9 +11,10 @@ import pytest
 from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body
 from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.reduction import body_level
-from fmbs_skfem.reduction.spaces import component, galerkin, kept_rows
+from fmbs_skfem.reduction.spaces import component, galerkin, kept_rows, pod
 from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
@@ -113,6 +114,17 @@ def test_a_mechanism_of_rigid_bodies_is_its_own_reduced_model() -> None:
     for components in (body_level(raw), {"all": tuple(body_level(raw))}):
         small = reduction.reduce_system(raw, components, reduction.bases(raw, data, components, 1e-12), True, data.q)
         assert reduction.compare(motion, integrate(small, STEP, 0.3, TIGHT)).maximum < 1e-8
+
+
+def test_a_rigid_body_with_fewer_directions_is_refused() -> None:
+    """Its axes stay orthonormal: what a few modes of it can do hangs on round-off."""
+    raw, data, _ = full(platform)
+    found = reduction.bases(raw, data, body_level(raw), 1e-12)
+    rows = component.rows_of(raw, ("platform",))
+    few = pod.basis(data.q[:, rows].T, 1e-10)
+    assert few.modes.shape[1] < 12
+    with pytest.raises(InputError, match=r"'platform': expected all 12 directions of its rigid bodies, got \d modes"):
+        reduction.reduce_system(raw, body_level(raw), found | {"platform": few})
 
 
 def test_noise_of_the_snapshots_costs_no_rows() -> None:

@@ -32,6 +32,7 @@ class Piece:
     room: int = 0  #: numbers of each of the three rooms that it needs
     moduli: int = 0  #: and of the one of moduli
     kept: int = 0  #: numbers that it keeps of accepted states
+    holds: bool = False  #: whether its tangents take strains of the state before
 
 
 def joined(pieces: Iterable[Piece]) -> Piece:
@@ -40,10 +41,12 @@ def joined(pieces: Iterable[Piece]) -> Piece:
     functions: dict[str, str] = {}
     calls: dict[str, tuple[str, ...]] = dict.fromkeys(HOOKS, ())
     room = moduli = kept = 0
+    holds = False
     for piece in pieces:
         arrays |= piece.arrays
         functions |= piece.functions
         for hook, found in piece.calls.items():
             calls[hook] += found
         room, moduli, kept = max(room, piece.room), max(moduli, piece.moduli), kept + piece.kept
-    return Piece(arrays, functions, calls, room, moduli, kept)
+        holds = holds or piece.holds
+    return Piece(arrays, functions, calls, room, moduli, kept, holds)

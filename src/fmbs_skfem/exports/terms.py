@@ -57,9 +57,10 @@ def _(points: Sampled, setting: Setting) -> Piece:
         arrays[f"DAMPING_TIME_{k}"] = Array(np.array([setting.beta]), (*setting.leaf, "beta"), np.atleast_1d)
     if points.offset.any():
         arrays[f"OFFSET_{k}"] = array_of(points.offset, (*setting.leaf, "gather", "offset"), np.asarray, setting)
+    holds = laws.holds(points.law, setting.dim)
     words = {
         "NUMBER": k, "@POINTS@": count, "@ROWS@": rows, "@MODES@": modes, "@FIRST@": first, "LAW": law,
-        "HOLDS_NUMBER": int(laws.holds(points.law, setting.dim)),
+        "HOLDS_NUMBER": int(holds),
         "BETA_NUMBER": f"DAMPING_TIME_{k}[0]" if setting.varied else number(setting.beta),
         "PLACE_NUMBER": at, "SIZE_NUMBER": size,
     }  # fmt: skip
@@ -71,7 +72,7 @@ def _(points: Sampled, setting: Setting) -> Piece:
         "tangent": (f"tangent_{k}(m, held);",),
         "energy": (f"energy += energy_{k}(m);",),
     }
-    return Piece(arrays, {**functions, f"term_{k}": text}, calls, rows * count, rows * (rows + 1) // 2 * count)
+    return Piece(arrays, {**functions, f"term_{k}": text}, calls, rows * count, rows * (rows + 1) // 2 * count, holds=holds)
 
 
 def array_of(values: np.ndarray, place: Sequence[str | int], make: Any, setting: Setting) -> Array:

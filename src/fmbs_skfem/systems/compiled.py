@@ -266,6 +266,7 @@ def sum_of(found: Sequence[Term]) -> ElasticTerms:
         dissipate=np.array(heat, dtype=np.int64),
         follow=np.flatnonzero(follows),
         damped=any(one.damped for one in found),
+        holds=any(one.holds for one in found),
     )
 
 

@@ -35,6 +35,7 @@ class ElasticTerms(NamedTuple):
     dissipate: Integers  #: (t,) energy += power of damping, 0 for terms that read no velocities
     follow: Integers  #: numbers of the terms that are loads, see `work`
     damped: bool  #: whether one of them reads velocities
+    holds: bool  #: whether the tangent of one of them takes stresses of another state, see `Space.holding`
 
 
 class LiftTerm(NamedTuple):

@@ -302,19 +302,29 @@ def add_update(u: np.ndarray, factor: float, d: np.ndarray) -> None:
 
 
 @jit
-def apply(table: Any) -> float:
-    """Add the correction in rhs to the trial state; the size of dq [m].
+def correction_size(table: Any) -> float:
+    """The size of dq [m] of the correction in rhs."""
+    S = opened(table)
+    norm, square = S.arrays.norm, 0.0
+    # f is the front of rhs, where the solution is
+    for i in range(len(S.space.f)):
+        square += norm[i] * S.space.f[i] * S.space.f[i]
+    return np.sqrt(square)
+
+
+@jit
+def apply(table: Any) -> None:
+    """Add the correction in rhs to the trial state.
 
     Factors with which the multipliers' corrections grow are discarded: near singular positions |dq| does not show it. What a
     displacement of the tolerance stands for, |dlambda| = tolerance times mass, does not count.
     """
     S = opened(table)
-    t, w, method, norm = S.space, S.work, S.method, S.arrays.norm
-    square, pull = 0.0, 0.0
+    t, w, method = S.space, S.work, S.method
+    pull = 0.0
     for i in range(len(t.x)):
-        # f is the front of rhs, where the solution is; x, v and q'' move in one pass
+        # x, v and q'' move in one pass
         d = t.f[i]
-        square += norm[i] * d * d
         t.x[i] -= d
         t.v[i] -= method.gh * d
         t.acceleration[i] -= method.bh * d
@@ -327,7 +337,6 @@ def apply(table: Any) -> float:
     if pull > w.pull[0] and pull > method.tolerance * w.pull[1]:
         w.kind[0] = 0
     w.pull[0] = pull
-    return np.sqrt(square)
 
 
 @jit
@@ -348,7 +357,9 @@ def goal(method: Method, change: float, iteration: int, begun: float, rotated: b
 
 
 @jit
-def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh: int, exact: float, begun: float) -> int:
+def judge(
+    table: Any, step: int, iteration: int, norm: float, last: float, fresh: int, exact: float, growing: bool, begun: float
+) -> int:
     """Go on, accept or give up after a correction of size `norm`, `last` the one before; a slow iteration discards its factors.
 
     `begun` is the first correction of the step, which is the error of its guess.
@@ -358,9 +369,11 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
     current and MARGIN times the contraction of steps before promises enough. Turned tangents that contract slowly when they are
     new are given up for the exact ones.
 
-    `exact` is the last correction of this step with an exact tangent, 0 for none. Near a solution the next one is smaller; where it
-    is not, another solution, far from the path, is as likely as the one wanted, and a shorter step is the way to that (Deuflhard);
-    but where derivatives of forces jump, corrections may grow on the way to the right one.
+    `exact` is the last correction of this step with an exact tangent, 0 for none or where this one has another. Near a solution the
+    next one is smaller; where it is not, another solution, far from the path, is as likely as the one wanted, and a shorter step is
+    the way to that (Deuflhard); but where derivatives of forces jump, corrections may grow on the way to the right one, and where
+    it says `growing`. A tangent with the forces of the accepted state contracts by 0.9 where those change by as much as a slender
+    beam carries: the first correction with an exact one behind it is larger, and near the solution.
     """
     S = opened(table)
     w, method = S.work, S.method
@@ -392,10 +405,17 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
             w.kind[0] = 0
         return DONE
     # a soft arm of 1 J had 4.7 J after one step of 1 ms that had converged to another solution
-    if method.judging and S.arrays.forces.smooth and fresh == 1 and exact > 0.0 and norm > exact:
+    if (
+        method.judging
+        and S.arrays.forces.smooth
+        and fresh == 1
+        and not growing
+        and exact > 0.0
+        and norm > max(exact, method.tolerance)
+    ):
         return DIVERGED
     # four corrections and new factors have not helped: a shorter step costs less than the 25 that are allowed
-    if iteration > 3 and fresh > 0 and rate > 2.0:
+    if iteration > 3 and rate > 2.0 and norm > method.tolerance and (fresh > 1 or (fresh == 1 and exact == last)):
         return DIVERGED
     # slow contraction alone is not worth new factors within a step: one more correction is cheaper
     if iteration > 0 and rate > 5.0 * slow:
@@ -407,7 +427,7 @@ def judge(table: Any, step: int, iteration: int, norm: float, last: float, fresh
 def iterate(table: Any, step: int, growing: bool) -> int:
     """Newton's iteration from the predicted state of a step; status. Corrections may grow if it says so."""
     S = opened(table)
-    w, last, fresh, exact, brief, turned, begun = S.work, 0.0, 0, 0.0, False, False, 0.0
+    w, last, fresh, exact, brief, turned, held, begun = S.work, 0.0, 0, 0.0, False, False, False, 0.0
     for iteration in range(S.method.iterations):
         S.space.c[0] = S.method.c
         if invoke(S.doors.residual, table, 0) != 0:
@@ -417,7 +437,8 @@ def iterate(table: Any, step: int, growing: bool) -> int:
             # correction with old ones before
             brief, turned = iteration > 0 and w.kind[3] < 2, w.kind[1] == 1
             S.job.counters[FACTORISATIONS] += 1
-            S.space.holding[0] = AXIAL if iteration < HELD else evaluation.EXACT
+            held = iteration < HELD and S.arrays.elastic.holds
+            S.space.holding[0] = AXIAL if held else evaluation.EXACT
             failed = invoke(S.doors.factorise, table, 0)
             S.space.holding[0] = evaluation.EXACT
             if failed != 0:
@@ -429,16 +450,26 @@ def iterate(table: Any, step: int, growing: bool) -> int:
             return STOPPED
         # a first correction with new factors has no one before it to be a secant of
         add_secants(table, iteration > 0 and fresh != 1)
-        norm = apply(table)
-        begun = norm if iteration == 0 else begun
+        norm = correction_size(table)
         S.job.counters[ITERATIONS] += 1
-        status = judge(table, step, iteration, norm, last, fresh, 0.0 if turned or growing else exact, begun)
+        if iteration > 0 and fresh != 1 and S.arrays.forces.smooth and not norm <= last:
+            # what factors of another state make grow is none of the solution: a thin shaft went from a guess with an error of 6 um
+            # to corrections of 88 um and 75 m with factors of the step before, and in 20 more to no solution at all
+            w.kind[0] = 0
+            if fresh == 0:
+                predict(table)
+                last, exact = 0.0, 0.0
+            fresh = 0
+            continue
+        apply(table)
+        begun = norm if last == 0.0 else begun
+        status = judge(table, step, iteration, norm, last, fresh, 0.0 if turned or held else exact, growing, begun)
         if status == DONE:
             w.kind[0], w.kind[3] = 0 if brief else w.kind[0], w.kind[3] + 1
         if status != NOT_CONVERGED:
             return status
         # between two factorisations corrections say little of how near the solution is
-        exact = norm if fresh == 1 and not turned else exact
+        exact = norm if fresh == 1 and not turned and not held else exact
         last, fresh = norm, fresh + 1 if fresh > 0 and w.kind[0] > 0 else 0
     return NOT_CONVERGED
 

@@ -306,13 +306,21 @@ static void add_secants(NAME_memory *m, int repeated)
         m->moved[i] = d[i];
 }
 
-/* Add the correction in rhs to the trial state; its size [m]. */
-static double apply(NAME_memory *m)
+/* The size of the correction in rhs [m]. */
+static double correction_size(const NAME_memory *m)
 {
-    double square = 0.0, pull = 0.0;
+    double square = 0.0;
+    EACH (i, UNKNOWNS)
+        square += NORM[i] * m->rhs[i] * m->rhs[i];
+    return math_sqrt(square);
+}
+
+/* Add the correction in rhs to the trial state. */
+static void apply(NAME_memory *m)
+{
+    double pull = 0.0;
     EACH (i, UNKNOWNS) {
         const double d = m->rhs[i];
-        square += NORM[i] * d * d;
         m->trial_x[i] -= d;
         m->trial_v[i] -= m->gh * d;
         m->trial_acceleration[i] -= m->bh * d;
@@ -326,7 +334,6 @@ static double apply(NAME_memory *m)
     if (pull > m->pull && pull > TOLERANCE * m->largest_mass) /* these factors are too old for the joints */
         m->factored = 0;
     m->pull = pull;
-    return math_sqrt(square);
 }
 
 static double least(double a, double b) { return a < b ? a : b; }
@@ -341,7 +348,7 @@ static double goal(const NAME_memory *m, int iteration, double begun)
 }
 
 /* Go on, accept or give up after a correction of this size. */
-static enum outcome judge(NAME_memory *m, int iteration, double norm, double last, int fresh, double exact, double begun)
+static enum outcome judge(NAME_memory *m, int iteration, double norm, double last, int fresh, double exact, int growing, double begun)
 {
     const double enough = goal(m, iteration, begun), rate = iteration > 0 && last > 0.0 ? norm / last : 1.0;
     const double rest = norm * rate * (SECANTS > 0 ? SURELY : 1.0), slow = TURNING > 0 && m->turning ? CHEAP * SLOW : SLOW;
@@ -356,9 +363,9 @@ static enum outcome judge(NAME_memory *m, int iteration, double norm, double las
             m->factored = 0;
         return DONE;
     }
-    if (SMOOTH && m->judging && fresh == 1 && exact > 0.0 && norm > exact)
+    if (SMOOTH && m->judging && fresh == 1 && !growing && exact > 0.0 && norm > most(exact, TOLERANCE))
         return DIVERGED;
-    if (iteration > 3 && fresh > 0 && rate > 2.0)
+    if (iteration > 3 && rate > 2.0 && norm > TOLERANCE && (fresh > 1 || (fresh == 1 && exact == last)))
         return DIVERGED;
     if (iteration > 0 && rate > 5.0 * slow)
         m->factored = 0;
@@ -369,13 +376,14 @@ static enum outcome judge(NAME_memory *m, int iteration, double norm, double las
 static enum outcome iterate(NAME_memory *m, int growing)
 {
     double last = 0.0, exact = 0.0, begun = 0.0;
-    int fresh = 0, brief = 0, turned = 0;
+    int fresh = 0, brief = 0, turned = 0, held = 0;
     EACH (iteration, ITERATIONS) {
         find_residual(m);
         if (!m->factored) {
             brief = iteration > 0 && m->age < 2;
             turned = TURNING > 0 && m->turning;
-            assemble(m, iteration < HELD);
+            held = iteration < HELD;
+            assemble(m, held);
             if (factorise(m))
                 return SINGULAR;
             m->age = 0;
@@ -383,17 +391,27 @@ static enum outcome iterate(NAME_memory *m, int growing)
         }
         solve(m);
         add_secants(m, iteration > 0 && fresh != 1);
-        const double norm = apply(m);
+        const double norm = correction_size(m);
         m->corrections++;
-        begun = iteration == 0 ? norm : begun;
-        const enum outcome found = judge(m, iteration, norm, last, fresh, turned || growing ? 0.0 : exact, begun);
+        if (SMOOTH && iteration > 0 && fresh != 1 && !(norm <= last)) { /* factors of another state make it grow */
+            m->factored = 0;
+            if (fresh == 0) {
+                predict(m);
+                last = exact = 0.0;
+            }
+            fresh = 0;
+            continue;
+        }
+        apply(m);
+        begun = last == 0.0 ? norm : begun;
+        const enum outcome found = judge(m, iteration, norm, last, fresh, turned || held ? 0.0 : exact, growing, begun);
         if (found == DONE) {
             m->factored = m->factored && !brief;
             m->age++;
         }
         if (found != NOT_CONVERGED)
             return found;
-        exact = fresh == 1 && !turned ? norm : exact;
+        exact = fresh == 1 && !turned && !held ? norm : exact;
         last = norm;
         fresh = fresh > 0 && m->factored ? fresh + 1 : 0;
     }
@@ -412,7 +430,8 @@ static enum outcome iterate_fixed(NAME_memory *m, int many)
                 return SINGULAR;
         }
         solve(m);
-        norm = apply(m);
+        norm = correction_size(m);
+        apply(m);
         m->corrections++;
     }
     m->left = norm;

@@ -249,12 +249,25 @@ def block_basis(
 
 
 def check_interfaces(system: System, components: Mapping[str, Sequence[str]], found: Mapping[str, Basis], classes: Classes) -> None:
-    """A component needs more modes than constraints that link it to others, unless it is rigid and has all there are."""
+    """A component needs more modes than constraints that link it to others; a rigid one with axes needs all that there are.
+
+    Rows that keep axes orthonormal leave a few modes no way to move, or one that round-off makes: five modes of a box that tumbles
+    went on or failed by the last digit of its training.
+    """
+    framed = {name.partition(".")[0] for name, label in system.constraints.names if kept_rows.is_frame((name, label))}
     rows, A, _ = linear_part(system)
     linking = A[np.flatnonzero(np.isin(rows, classes.linking))]
     for name, members in components.items():
         links = int((abs(linking[:, rows_of(system, members)]).sum(axis=1) > 0).sum()) if linking.shape[0] else 0
         modes = found[name].modes.shape[1]
+        if is_rigid(system, members) and framed & set(members):
+            own = rows_of(system, members)
+            wanted = all_directions(metric_of(system, own), inner_constraints(system, own)[0]).shape[1]
+            if modes < wanted:
+                remedy = "take its basis from `reduction.bases`"
+                raise InputError(
+                    say(f"component '{name}'", f"all {wanted} directions of its rigid bodies", f"{modes} modes", remedy)
+                )
         if links and modes <= links and not is_rigid(system, members):
             raise InputError(
                 say(
