@@ -26,15 +26,15 @@ def collected(own: dict[str, float], uses: dict[str, list[str]], made: dict[str,
 
 
 def test_tests_bear_what_they_make_together() -> None:
-    """A run of 1.8 s that two tests need costs each 0.9; two processes that made it, once."""
-    found = collected({"a": 0.05, "b": 0.0, "c": 0.5}, {"a": ["run"], "b": ["run"]}, {"run": [1.8, 1.7]})
-    assert found.seconds() == pytest.approx({"a": 0.95, "b": 0.9, "c": 0.5})
+    """A run of 0.8 s that two tests need costs each 0.4; two processes that made it, once."""
+    found = collected({"a": 0.05, "b": 0.0, "c": 0.5}, {"a": ["run"], "b": ["run"]}, {"run": [0.8, 0.7]})
+    assert found.seconds() == pytest.approx({"a": 0.45, "b": 0.4, "c": 0.5})
 
 
 def test_what_slow_tests_share_with_a_quick_one_makes_it_slow() -> None:
     """Without the slow ones, it would have to make the run alone."""
-    found = collected({"a": 0.3, "b": 0.0}, {"a": ["run"], "b": ["run"]}, {"run": [1.6]})
-    assert found.seconds() == pytest.approx({"a": 1.9, "b": 1.6})
+    found = collected({"a": 0.2, "b": 0.0}, {"a": ["run"], "b": ["run"]}, {"run": [0.8]})
+    assert found.seconds() == pytest.approx({"a": 1.0, "b": 0.8})
 
 
 def test_a_meter_counts_what_lies_inside_once(monkeypatch: pytest.MonkeyPatch) -> None:
