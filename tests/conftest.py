@@ -38,7 +38,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     if config.option.all:
         durations.measure_caches()
-        durations.measure_compilation()
+        durations.measure_compilation(config.option.record)
 
 
 @pytest.hookimpl(trylast=True)

@@ -8,8 +8,9 @@
 
     seconds of a test = its own + sum over what it shares with others: seconds of that / number of tests that use it
 
-Seconds are those of all threads and of child processes, without those of compilation, which are there once on a machine. What
-several tests share, a fixture of a module or a function with a cache, is made by the first of them, whichever that is.
+Seconds are those of all threads and of child processes. Compilation of kernels, which are there once on a machine, is left out;
+that of expressions of a test's own is not. What several tests share, a fixture of a module or a function with a cache, is made by
+the first of them, whichever that is.
 """
 
 from __future__ import annotations
@@ -56,7 +57,6 @@ SMOKE = frozenset(  #: slow tests that every run takes: one of each kind of mode
         "cli/test_sweep.py::test_members_of_a_saved_model",
         "cli/test_train.py::test_a_parameter_that_moves_geometry_makes_a_model",
         "dynamics/test_arclength.py::test_follower_forces_and_histories",
-        "dynamics/test_checkpoint.py::test_halved_steps_before_and_after_a_split[large]",
         "dynamics/test_near_states.py::test_becks_column_flutters",
         "exports/test_c_files.py::test_the_source_is_clean_and_its_memory_sound[as it is]",
         "exports/test_fmu.py::test_sources_alone_build_and_load[3]",
@@ -72,12 +72,9 @@ SMOKE = frozenset(  #: slow tests that every run takes: one of each kind of mode
         "reduction/test_galerkin.py::test_modes_and_errors_of_example_2",
         "reduction/test_greedy_spin_up.py::test_true_errors_lie_in_the_predicted_band",
         "reduction/test_part_files.py::test_what_functions_leave_out_of_strains_is_known_and_said_where_forces_are_asked_for",
-        "results/test_pictures.py::test_a_process_at_hand_draws_all_that_is_ordered_and_ends",
-        "robustness/test_honesty.py::test_a_promised_band_holds[sudden load]",
         "studies/test_accuracy.py::test_cells_of_equilibria_are_found[1e-4]",
         "studies/test_payoff.py::test_eps_and_eta_are_the_coarsest_for_the_accuracy[1e-4]",
         "systems/test_contacts.py::test_a_cable_falls_over_a_drum_and_is_held",
-        "systems/test_own_forces.py::test_drag[Wind]",
         "test_by_hand.py::test_the_package_computes_what_is_computed_by_hand",
         "test_docs.py::test_public_objects_say_what_they_are_with_shapes",
         "test_docs.py::test_tutorials_run_and_come_out_as_they_say",
@@ -187,6 +184,7 @@ class Meter:
         self.within = [0.0]  #: seconds of what ran inside, by depth
         self.made: dict[str, float] = {}  #: seconds of what is shared, since the test began
         self.used: set[str] = set()  #: what is shared that the test used
+        self.own_code = False  #: whether what compiles is of the test alone
         self.begin = cpu()
 
     def start(self) -> None:
@@ -246,18 +244,28 @@ def measure_caches() -> None:
     functools.cache = measured  # type: ignore[assignment]
 
 
-def measure_compilation() -> None:
-    """What compiles counts for nobody."""
-    from fmbs_skfem.core.compiling import jit
+def measure_compilation(record: bool) -> None:
+    """What compiles counts for nobody, but functions of a test's own expressions for it: they are compiled anew for the record."""
+    from fmbs_skfem.core.compiling import jit, machine_code
+    from fmbs_skfem.core.compiling.compilation import LAW
 
-    plain = jit.without_collection
+    callback, collection, read = jit.compile_callback, jit.without_collection, machine_code.read
+
+    def measured(signature: Any, function: Callable[..., Any], apart: bool, name: str) -> Any:
+        METER.own_code = name.startswith(LAW)
+        try:
+            return callback(signature, function, apart, name)
+        finally:
+            METER.own_code = False
 
     @contextlib.contextmanager
-    def measured() -> Iterator[None]:
-        with METER.apart(None), plain():
+    def collected() -> Iterator[None]:
+        with contextlib.nullcontext() if METER.own_code else METER.apart(None), collection():
             yield
 
-    jit.without_collection = measured
+    jit.compile_callback, jit.without_collection = measured, collected
+    if record:
+        machine_code.read = lambda path: None if path.name.startswith(LAW) else read(path)
 
 
 def key_of(fixture: Any, item: pytest.Item) -> str:
