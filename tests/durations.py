@@ -97,7 +97,7 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--slow-in", metavar="FOLDER", nargs="*", default=[], help="with --slow: and those of these folders of the package"
     )
-    group.addoption("--budget", metavar="S", type=float, default=600.0, help="with --slow-in: CPU seconds that these may take")
+    group.addoption("--budget", metavar="S", type=float, default=400.0, help="with --slow-in: CPU seconds that these may take")
 
 
 def read() -> dict[str, float]:

@@ -13,7 +13,7 @@ from . import durations
 
 
 def config(*args: str, **options: Any) -> Any:
-    given = {"keyword": "", "markexpr": "", "all": False, "slow": None, "slow_in": [], "budget": 600.0, **options}
+    given = {"keyword": "", "markexpr": "", "all": False, "slow": None, "slow_in": [], "budget": 400.0, **options}
     return SimpleNamespace(args=list(args), option=SimpleNamespace(**given))
 
 
@@ -58,7 +58,7 @@ def test_parts_of_the_slow_tests_are_all_of_them_once() -> None:
 
 
 def test_a_part_takes_touched_folders_as_far_as_its_budget_goes() -> None:
-    slow = {"tests/systems/test_a.py::a": 400.0, "tests/systems/test_b.py::b": 300.0, "tests/cli/test_c.py::c": 2.0}
+    slow = {"tests/systems/test_a.py::a": 500.0, "tests/systems/test_b.py::b": 300.0, "tests/cli/test_c.py::c": 2.0}
     without = durations.part_of(slow, config(slow="2/3"))
     assert without == {"tests/cli/test_c.py::c"}
     assert durations.part_of(slow, config(slow="2/3", slow_in=["contact"])) == without | {"tests/systems/test_b.py::b"}
