@@ -91,7 +91,7 @@ def pytest_testnodedown(node: Any) -> None:
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     """What a run has left out, and what a full run has found."""
     if COLLECTED.left_out:
-        terminalreporter.write_line(f"slow tests left out: {COLLECTED.left_out} (--all takes all)")
+        terminalreporter.write_line(f"tests left out: {COLLECTED.left_out} (--all takes all)")
     for test, spent in durations.unlisted(COLLECTED.seconds()).items():
         terminalreporter.write_line(f"{test} took {spent:.1f} s: make it quick, or list it by `pytest -n logical --all --record`")
 
