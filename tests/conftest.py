@@ -12,7 +12,6 @@ os.environ["FMBS_EXTENSIONS"] = "allow"
 # commands in processes of their own start as they do for users: without bytecode each of them compiles the whole package
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
-import contextlib
 import gc
 from collections.abc import Iterator
 from pathlib import Path
@@ -120,10 +119,13 @@ def one_blas_thread() -> Iterator[None]:
 
 @pytest.fixture(scope="session", autouse=True)
 def one_painter() -> Iterator[None]:
-    """All pictures of this process are drawn by one, which loads VTK with the first of them."""
-    with contextlib.closing(painter.Painter()) as one, pytest.MonkeyPatch.context() as patch:
+    """All pictures of this process are drawn by one, which loads VTK with the first of them; its end counts for no test."""
+    one = painter.Painter()
+    with pytest.MonkeyPatch.context() as patch:
         patch.setattr(painter, "AT_HAND", [one])
         yield
+    with durations.METER.apart(None):
+        one.close()
 
 
 @pytest.fixture(scope="session")

@@ -313,18 +313,18 @@ class Collected:
 
     def seconds(self) -> dict[str, float]:
         """Of all tests. Where some users of what is shared are slow, the others bear it alone, until no more of them become so."""
-        slow: set[str] = set()
+        slow: dict[str, float] = {}
         while True:
             users: dict[str, int] = defaultdict(int)
             for test, used in self.uses.items():
                 for key in used:
                     users[key] += test not in slow
-            found = {}
-            for test, used in self.uses.items():
-                shares = [max(self.made[key], default=0.0) / max(users[key], 1) for key in used]
+            found = dict(slow)
+            for test in self.uses.keys() - slow.keys():
+                shares = [max(self.made[key], default=0.0) / users[key] for key in self.uses[test]]
                 found[test] = self.own[test] + sum(shares)
-            more = {test for test, spent in found.items() if spent > SLOW} | slow
-            if more == slow:
+            more = {test: spent for test, spent in found.items() if spent > SLOW}
+            if more.keys() == slow.keys():
                 return found
             slow = more
 
