@@ -27,7 +27,7 @@ def prepare() -> None:
     atexit.register(gc.freeze)
 
 
-class Finder:
+class InterceptingFinder:
     """Finds modules as Python does, and lets `run` run those whose names it wants, given how Python does."""
 
     def __init__(self, wants: Callable[[str], bool], run: Callable[[Callable[[ModuleType], None], ModuleType], None]) -> None:
@@ -52,7 +52,7 @@ class Later(ModuleType):
 
 def install() -> None:
     """Let copies of NumPy that are imported from now on load its parts when they are used."""
-    sys.meta_path.insert(0, Finder(lambda name: name.endswith(COPY), copy_later))
+    sys.meta_path.insert(0, InterceptingFinder(lambda name: name.endswith(COPY), copy_later))
 
 
 def copy_later(execute: Callable[[ModuleType], None], module: ModuleType) -> None:

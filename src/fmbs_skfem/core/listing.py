@@ -16,7 +16,7 @@ from . import imports
 
 def install(package: str) -> None:
     """Let `dir` of the modules of a package that are imported from now on list public names."""
-    sys.meta_path.insert(0, imports.Finder(lambda name: name.startswith(f"{package}."), listed))
+    sys.meta_path.insert(0, imports.InterceptingFinder(lambda name: name.startswith(f"{package}."), listed))
 
 
 def listed(execute: Callable[[ModuleType], None], module: ModuleType) -> None:

@@ -17,6 +17,7 @@ from scipy.sparse.linalg import LinearOperator, eigs
 
 from ...bodies.vectors import ALL
 from ...core.algebra import ranks, saddle
+from ...core.algebra.linalg import Array
 from ...core.errors import InputError, listed, say
 from ...core.storage.records import dataclass
 from ...systems import compiled
@@ -177,12 +178,17 @@ def predict_buckling(model: Compiled, count: int, probe: float, wide: float) -> 
         raise InputError(say("buckling", "a system that can move", "one whose joints leave no motion", "release a joint"))
     if not 1 <= count <= most:
         raise InputError(say("buckling, count", f"1 to {most}", count))
-    if (factors := saddle.factor(saddle.matrix(K0, J))) is None:
-        raise InputError(say("buckling", "a system that its joints hold", "one that is free to move", "hold it by joints"))
-    # stresses that are there without loads move the state from the reference: strains along the path are those of its own tangent
-    own = csr_array(compiled.elastic_tangent(still, at.x, 0.0, None)) + others
-    if (tangent := saddle.factor(saddle.matrix(csr_array(own), J))) is None:
-        raise InputError(say("buckling", "a system that its joints hold", "one that is free to move", "hold it by joints"))
+
+    def factored(K: Array) -> saddle.Saddle:
+        found = saddle.factor(saddle.matrix(csr_array(K), J))
+        if found is None:
+            raise InputError(say("buckling", "a system that its joints hold", "one that is free to move", "hold it by joints"))
+        return found
+
+    factors = tangent = factored(K0)
+    if not np.array_equal(at.x, system.x0) and holds(model):
+        # stresses that are there without loads have moved the state: strains along the path are those of its own tangent
+        tangent = factored(csr_array(compiled.elastic_tangent(still, at.x, 0.0, None)) + others)
     path = move(model, at, tangent, rows, probe)
     K1 = soften(model, at, path, probe, wide)
 
