@@ -19,6 +19,7 @@ import contextlib
 import functools
 import json
 import os
+import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -153,7 +154,10 @@ def choose(config: pytest.Config, items: list[pytest.Item]) -> None:
 
 def part_of(slow: dict[str, float], config: pytest.Config) -> set[str]:
     """The tests of a part: whole files, parts of about equal length; then those of folders, as far as the budget goes."""
-    number, parts = map(int, config.option.slow.split("/"))
+    found = re.fullmatch(r"(\d+)/([1-9]\d*)", config.option.slow)
+    if found is None:
+        raise pytest.UsageError(f"--slow: expected K/N, as 2/6, got {config.option.slow!r}")
+    number, parts = map(int, found.groups())
     files: dict[str, list[str]] = defaultdict(list)
     for test in slow:
         files[test.partition("::")[0]].append(test)
