@@ -138,7 +138,7 @@ def loop(law: LawSymbols, dim: int, kind: str, name: str) -> str:
     wanted, symbols = results(law, dim, kind)
     count, numbers = law.vectors * dim, len(law.section) + 1
     places = [f"{array}[{i}, q]" for array, size in (("u", count), ("v", count), ("s", numbers)) for i in range(size)]
-    lines, found = statements(wanted, dict(zip(symbols, places, strict=False)), factored=True)
+    lines, found = statements(wanted, dict(zip(symbols, places, strict=False)))
     matrix, onto = kind in ("modulus", "viscosity"), kind == "viscosity"  # which is added to the modulus
     frame, target = FRAMES[
         "small modulus" if matrix and len(found) <= SMALL else "modulus" if matrix else kind.removeprefix("damped_")

@@ -18,6 +18,7 @@ from ..core.errors import InputError, closest, listed, say
 from ..core.storage.container import ENUMS, Arrays, encode
 from ..core.storage.records import dataclass
 from ..core.storage.validation import Attributes, Indices, Reals
+from .row_programs import Action
 
 L = TypeVar("L", bound="RowLaw")
 G = TypeVar("G", bound="Groups")
@@ -36,6 +37,7 @@ class RowLaw:
     histories: int  #: functions of time
     pairs: tuple[tuple[int, int], ...]  #: of its rows, in which it has derivatives that the iteration needs
     maker: Any = field(default=None, kw_only=True)  #: makes one of one's own of its name
+    actions: tuple[Action, ...] = field(default=(), kw_only=True)  #: of one in symbols, one for each of its routines
     kind: ClassVar[str]  #: in messages
     loops: ClassVar[str]  #: module with LAWS of this package
     makers: ClassVar[dict[str, Callable[[str], Any]]]  #: of laws of one's own, by the first word of their names
@@ -62,10 +64,6 @@ class RowLaw:
             raise InputError(say(cls.kind, expected, f"'{word}'", remedy) + closest(word, cls.makers))
         found: L = cls.makers[word](name)
         return found
-
-    def named(self: L, name: str, maker: Callable[[str], L]) -> L:
-        """The law as one of one's own by a name, by which `maker` makes it again."""
-        return replace(self, name=name, maker=maker)
 
 
 @encode.register

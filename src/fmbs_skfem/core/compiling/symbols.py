@@ -1,7 +1,7 @@
-"""From expressions in symbols to the text of compiled functions, and from such a text to a module of the cache folder.
+"""From expressions in symbols to graphs of operations, or to the text of compiled functions in a module of the cache folder.
 
-Common subexpressions are computed once. Whoever needs functions of symbols (`bodies.symbolic`, `forces.force_symbols`) writes the
-frame around them.
+What acts on a few rows is a program of a graph (`drawn`), which nothing is compiled for. What acts on all points of a body is text
+(`statements`), whose common subexpressions are computed once; `bodies.symbolic` writes the frame around them.
 """
 
 from __future__ import annotations
@@ -11,17 +11,20 @@ import importlib.util
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias
 
 import sympy
+from sympy.printing.codeprinter import CodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
 from ..errors import InputError, say
 from ..values.expressions import Algebra
+from . import programs
 from .compilation import LAW
+from .graphs import Graph, Node
 from .jit import cache_folder
 
 Expression: TypeAlias = Any
@@ -40,10 +43,6 @@ class Printer(PythonCodePrinter):
 
     def _print_Rational(self, number: Expression) -> str:
         return repr(float(number))
-
-    def _print_Function(self, call: Expression) -> str:
-        """Functions that the module of the text imports."""
-        return f"{type(call).__name__}({', '.join(self._print(one) for one in call.args)})"
 
     _print_Integer = _print_Half = _print_Rational
 
@@ -98,20 +97,148 @@ ALGEBRA: Algebra = {
 }  # fmt: skip
 
 
-def statements(results: Sequence[Expression], places: Mapping[Any, str], factored: bool = False) -> tuple[list[str], list[str]]:
-    """Lines that read the symbols that are needed from their places and compute what results share, and the results as texts.
+#: operations of functions of symbols, by their names
+OPERATIONS = {
+    "sin": programs.SIN, "cos": programs.COS, "tan": programs.TAN, "asin": programs.ASIN, "acos": programs.ACOS,
+    "atan": programs.ATAN, "atan2": programs.ATAN2, "sinh": programs.SINH, "cosh": programs.COSH, "tanh": programs.TANH,
+    "asinh": programs.ASINH, "acosh": programs.ACOSH, "atanh": programs.ATANH, "exp": programs.EXP, "log": programs.LOG,
+    "erf": programs.ERF, "Abs": programs.ABS, "sign": programs.SIGN, "floor": programs.FLOOR, "less": programs.LESS,
+    "not_more": programs.NOT_MORE, "sign_of": programs.SIGN, "floor_of": programs.FLOOR, "chosen": programs.CHOOSE,
+    "continued": programs.CONTINUE,
+}  # fmt: skip
+CURVES = {"lookup": programs.LOOKUP, "lookup_slope": programs.LOOKUP_SLOPE, "beyond": programs.BEYOND}
 
-    `factored` looks for common factors of sums first, which takes most of the time: a quarter fewer operations in loops over many
-    points, nothing in forces on a few rows.
+
+class Drawing:
+    """Expressions as nodes of a graph.
+
+    `symbols` are what the symbols of expressions stand for in programs; `curves` the first and last number of each curve.
     """
-    parts, reduced, needed = shared(results, factored)
+
+    def __init__(self, symbols: Mapping[Any, Hashable], curves: Mapping[Any, tuple[int, int]] | None = None) -> None:
+        self.graph, self.curves = Graph(), curves or {}
+        self.known: dict[Any, Node] = {symbol: self.graph.symbol(name) for symbol, name in symbols.items()}
+
+    def node(self, value: Expression) -> Node:
+        """The node of an expression; InputError for a function that no program has."""
+        if value not in self.known:
+            self.known[value] = self.drawn(value)
+        return self.known[value]
+
+    def drawn(self, value: Expression) -> Node:
+        """The same, of one that is not there yet."""
+        graph, name = self.graph, type(value).__name__
+        if value.is_number and value.is_real:
+            return graph.constant(float(value))
+        if value.is_Add:
+            return graph.sum([self.node(one) for one in value.args])
+        if value.is_Mul:
+            return self.product(value.args)
+        if value.is_Pow:
+            return self.power(value.base, value.exp)
+        if name in CURVES:
+            return graph.add(CURVES[name], self.node(value.args[0]), *self.curves[value.args[1]])
+        if name in OPERATIONS:
+            return graph.node(OPERATIONS[name], *map(self.node, value.args))
+        if name in ("Min", "Max"):
+            return self.extreme(name, value.args)
+        if name == "Heaviside":
+            return self.not_negative(value.args[0])
+        if name == "Piecewise":
+            return self.piecewise(value.args)
+        if name == "ceiling":
+            return graph.node(programs.NEGATE, graph.node(programs.FLOOR, self.node(-value.args[0])))
+        if name == "Mod":
+            return self.node(value.args[0] - value.args[1] * floor_of(value.args[0] / value.args[1]))
+        if rewritten := CodePrinter._rewriteable_functions.get(name):
+            return self.node(value.rewrite(getattr(sympy, rewritten[0])))
+        known = (*OPERATIONS, "Min", "Max", "Heaviside", "Piecewise", "ceiling", "Mod")
+        raise InputError(say("expression", f"functions among {', '.join(known)}", f"{name} in {value}"))
+
+    def product(self, factors: Sequence[Expression]) -> Node:
+        """a b / (c d) of a, b and powers with negative exponents."""
+        above, below = list[Node](), list[Node]()
+        for one in factors:
+            if one.is_Pow and one.exp.is_Rational and one.exp.is_negative:
+                below.append(self.power(one.base, -one.exp))
+            else:
+                above.append(self.node(one))
+        over = self.graph.product(above)
+        return self.graph.node(programs.DIVIDE, over, self.graph.product(below)) if below else over
+
+    def power(self, base: Expression, exponent: Expression) -> Node:
+        """Small powers as products of the base and of its root."""
+        graph, x, twice = self.graph, self.node(base), 2 * exponent
+        if not twice.is_Integer or abs(twice) > 16:
+            return graph.node(programs.POWER, x, self.node(exponent))
+        whole, half = divmod(abs(int(twice)), 2)
+        found = graph.product([x] * whole + [graph.node(programs.SQRT, x)] * half)
+        return graph.node(programs.DIVIDE, graph.constant(1.0), found) if twice < 0 else found
+
+    def extreme(self, name: str, parts: Sequence[Expression]) -> Node:
+        """The smallest or largest part."""
+        found, *others = map(self.node, parts)
+        for other in others:
+            order = (found, other) if name == "Min" else (other, found)
+            found = self.graph.node(programs.CHOOSE, self.graph.node(programs.LESS, *order), found, other)
+        return found
+
+    def not_negative(self, value: Expression) -> Node:
+        """A step, 1 at 0."""
+        return self.graph.node(programs.NOT_MORE, self.graph.constant(0.0), self.node(value))
+
+    def piecewise(self, parts: Sequence[Any]) -> Node:
+        """The value of the first condition that holds, no number where none does."""
+        found = self.graph.constant(float("nan"))
+        for value, condition in reversed(parts):
+            found = self.graph.node(programs.CHOOSE, self.condition(condition), self.node(value), found)
+        return found
+
+    def condition(self, value: Any) -> Node:
+        """1 where a condition holds, else 0."""
+        graph, kind = self.graph, type(value)
+        if value in (sympy.true, sympy.false):
+            return graph.constant(float(bool(value)))
+        if kind in (sympy.And, sympy.Or):
+            parts = [self.condition(one) for one in value.args]
+            if kind is sympy.And:
+                return graph.product(parts)
+            none = graph.product([self.unless(one) for one in parts])
+            return self.unless(none)
+        if kind is sympy.Not:
+            return self.unless(self.condition(value.args[0]))
+        a, b = map(self.node, value.args)
+        relations: dict[Any, Callable[[], Node]] = {
+            sympy.StrictLessThan: lambda: graph.node(programs.LESS, a, b),
+            sympy.LessThan: lambda: graph.node(programs.NOT_MORE, a, b),
+            sympy.StrictGreaterThan: lambda: graph.node(programs.LESS, b, a),
+            sympy.GreaterThan: lambda: graph.node(programs.NOT_MORE, b, a),
+            sympy.Equality: lambda: graph.node(programs.EQUAL, a, b),
+            sympy.Unequality: lambda: self.unless(graph.node(programs.EQUAL, a, b)),
+        }
+        if kind not in relations:
+            raise InputError(say("expression", "conditions by <, <=, >, >=, ==, and, or, not", str(value)))
+        return relations[kind]()
+
+    def unless(self, node: Node) -> Node:
+        """1 where a condition does not hold."""
+        return self.graph.node(programs.SUBTRACT, self.graph.constant(1.0), node)
+
+
+def statements(results: Sequence[Expression], places: Mapping[Any, str]) -> tuple[list[str], list[str]]:
+    """Lines that read the symbols that are needed from their places and compute what results share, and the results as texts."""
+    parts, reduced, needed = shared(results, True)
     read, write = [(str(symbol), place) for symbol, place in places.items() if symbol in needed], Printer().doprint
     lines = [f"{', '.join(symbol for symbol, _ in read)} = {', '.join(place for _, place in read)}"] if read else []
     return lines + [f"{symbol} = {write(value)}" for symbol, value in parts], [write(value) for value in reduced]
 
 
 def shared(results: Sequence[Expression], factored: bool) -> tuple[list[tuple[Any, Expression]], list[Expression], set[Any]]:
-    """Symbols of what results share with their values, the results in these, and all symbols that are needed."""
+    """Symbols of what results share with their values, the results in these, and all symbols that are needed.
+
+    `factored` looks for common factors of sums first, which takes most of the time: a quarter fewer operations in loops over many
+    points, nothing in forces on a few rows.
+    """
     parts, reduced = sympy.cse(list(results), optimizations="basic" if factored else None)
     return parts, reduced, set().union(*(one.free_symbols for one in (*reduced, *(value for _, value in parts))))
 

@@ -73,7 +73,7 @@ class PythonCost(Observer):
             seconds = now.seconds - self.before_run.seconds
             beside = f"{seconds:.3g} s beside {motion.statistics.cpu_s:.3g} s of the run"
             told = f"functions of Python were called {calls} times for forces, {beside}"
-            remark(f"{told}; in symbols they are compiled (docs/extensions.md)")
+            remark(f"{told}; in symbols they run in compiled code (docs/extensions.md)")
         return motion
 
 

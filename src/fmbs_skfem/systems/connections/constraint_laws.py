@@ -7,7 +7,7 @@ Their value, Jacobian, second derivatives, and what velocities are settled with 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,7 @@ from ...core.compiling.structs import IntegerMatrix, Integers, Matrix, Routine, 
 from ...core.storage.container import storable
 from ...core.storage.records import dataclass
 from ...core.storage.validation import Attributes, Indices
+from .. import row_programs
 from ..evaluation import space_of
 from ..row_laws import Groups, RowLaw, group
 from ..terms.elastic import Piece
@@ -88,8 +89,13 @@ def compile_rows(found: LawRows, pair: int) -> Constraint:
     """Constraint rows for compiled code, whose second derivatives begin at the place `pair` in H."""
     parts = (np.ascontiguousarray(part) for part in (found.row, found.rows, found.numbers, found.signals))
     row, rows, numbers, signals = parts
-    local = np.array(found.law.pairs, dtype=np.int64).reshape(-1, 2)
-    return Constraint(ConstraintRecord(row, rows, numbers, signals, pair), found.law.routines, found.rows[:, local].reshape(-1, 2))
+    law, local = found.law, np.array(found.law.pairs, dtype=np.int64).reshape(-1, 2)
+    if law.actions:
+        groups = {"rows": rows, "numbers": numbers, "signals": signals, "row": row, "pair": pair, "memory": 0}
+        record: Any = row_programs.compile_actions(law.actions, groups, len(local), 0)
+    else:
+        record = ConstraintRecord(row, rows, numbers, signals, pair)
+    return Constraint(record, law.routines, found.rows[:, local].reshape(-1, 2))
 
 
 def evaluate(found: LawRows, y: np.ndarray, signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-r"""Constraint functions of probe rows in symbols: their derivatives become functions.
+r"""Constraint functions of probe rows in symbols: their derivatives become programs.
 
     phi(y, h, p) = 0,     d phi/dy,     lambda d2 phi/dy2,
     phi_y z + D1 + second D2 + third D3,     D_k = d^k phi/dt^k - phi_y d^k y/dt^k
@@ -8,28 +8,20 @@ for rows y, their rates v and accelerations a, histories h with the derivatives 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import sympy
 
-from ...core.compiling.symbols import Expression, module
+from ...core.compiling.graphs import Node
+from ...core.compiling.symbols import Drawing, Expression
 from ...core.storage.records import dataclass
-from ..forces.force_symbols import history, numbers, plain, rates, routine, rows, symbols
+from .. import row_programs
+from ..forces.force_symbols import history, numbers, plain, rates, rows, symbols
+from ..row_programs import Action
+from .constraint_laws import ConstraintLaw, ConstraintRoutines
 
-HEADS = {  #: of the routines of a law
-    "constrain": "    s, F = evaluation(table).space, opened(record)\n    gap = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :]",
-    "slopes": "    s, F = evaluation(table).space, opened(record)",
-    "drift": "    s, F = evaluation(table).space, opened(record)\n    gap = s.rhs[0, len(s.rhs[0]) - len(s.multipliers) :]\n"
-    "    many, second, third = len(s.signals) // 4, s.leads[0], s.leads[1]",
-}
-IMPORTS = (
-    "from fmbs_skfem.core.compiling.structs import routine",
-    "from fmbs_skfem.systems.evaluation import evaluation",
-    "from fmbs_skfem.systems.connections.constraint_laws import ConstraintLaw, ConstraintRoutines, opened",
-    "from fmbs_skfem.systems.kernels import derivative, factor",
-)
 ORDERS = 3  #: derivatives of histories
 steps = partial(symbols, "z")  #: the vectors z of `kernels.drift`
 accelerations = partial(symbols, "a")  #: second derivatives of the rows by time
@@ -88,47 +80,33 @@ def drift(law: RowSymbols) -> Expression:
     return lead + sympy.expand(D1) + sympy.Symbol("second") * D2 + sympy.Symbol("third") * by_time(second)
 
 
-def text(name: str, law: RowSymbols) -> str:
-    """Routines of a law, and the law itself as an entry of LAWS."""
-    count, y, phi = law.rows, rows(law.rows), sympy.sympify(law.phi)
-    slopes = [plain(sympy.diff(phi, one)) for one in y]
-    second = {(i, j): plain(sympy.diff(slopes[i], y[j])) for i in range(count) for j in range(count)}
-    pairs = [pair for pair, value in second.items() if value != 0]
-    places: dict[Any, str] = {
-        **{one: f"s.y[F.rows[k, {n}]]" for n, one in enumerate(y)},
-        **{one: f"F.numbers[k, {n}]" for n, one in enumerate(numbers(law.numbers))},
-        **{history(n): f"factor(s.signals, F.signals[k, {n}])" for n in range(law.histories)},
-    }
-    moving = {
-        one: f"s.paths[{n}, F.rows[k, {k}]]"
-        for n, part in enumerate((rows, steps, rates, accelerations))
-        for k, one in enumerate(part(count))
-    }
-    moving |= {
-        change(n, order): f"derivative(s.signals, F.signals[k, {n}], {order} * many)"
-        for n in range(law.histories)
-        for order in range(1, ORDERS + 1)
-    }
-    targets = ["gap[F.row[k]] += {}", *(f"s.Jy[F.row[k], F.rows[k, {n}]] += {{}}" for n in range(count))]
-    found = [
-        routine(f"{name}_constrain", HEADS["constrain"], [plain(phi), *slopes], targets, places),
-        routine(
-            f"{name}_slopes",
-            HEADS["slopes"],
-            [second[pair] for pair in pairs],
-            [f"s.H[F.pair + {len(pairs)} * k + {n}] += s.multipliers[F.row[k]] * ({{}})" for n in range(len(pairs))],
-            places,
-        ),
-        routine(f"{name}_drift", HEADS["drift"], [plain(drift(law))], ["gap[F.row[k]] += {}"], {**places, **moving}),
-    ]
-    routines = f"ConstraintRoutines({name}_constrain, {name}_slopes, {name}_drift)"
-    facts = f"{count}, {law.numbers}, {law.histories}, {tuple(pairs)}"
-    return "\n\n\n".join([*found, f'LAWS["{name}"] = ConstraintLaw("{name}", {facts}, {routines})'])
+def law(name: str, found: RowSymbols, maker: Callable[[str], ConstraintLaw]) -> ConstraintLaw:
+    """The law of a constraint function in symbols by its name, by which `maker` makes it again."""
+    count, y, phi = found.rows, rows(found.rows), sympy.sympify(found.phi)
+    own = {one: (row_programs.NUMBER, n) for n, one in enumerate(numbers(found.numbers))}
+    histories = range(found.histories)
+    times = {history(n): (row_programs.HISTORY, n) for n in histories}
+    still = Drawing({one: (row_programs.ROW, n) for n, one in enumerate(y)} | own | times)
+    graph, value = still.graph, still.node(plain(phi))
+    along = [{still.node(each): graph.constant(1.0)} for each in y]
+    slopes = [graph.derivatives([value], direction)[0] for direction in along]
+    second = dict[tuple[int, int], Node]()
+    for j, direction in enumerate(along):
+        for i, node in enumerate(graph.derivatives(slopes, direction)):
+            if graph.value(node) != 0.0:
+                second[i, j] = node
+    pairs = sorted(second)
 
-
-def source(laws: Mapping[str, RowSymbols], about: str) -> str:
-    """Source of a module with LAWS of these names: routines for phi, its derivatives and its drift.
-
-    `about` is its docstring.
-    """
-    return module(about, IMPORTS, ["LAWS = {}", *(text(name, law) for name, law in laws.items())])
+    paths = enumerate((rows, steps, rates, accelerations), row_programs.PATH)
+    moving: dict[Any, tuple[int, int]] = {one: (kind, k) for kind, part in paths for k, one in enumerate(part(count))}
+    moving |= {change(n, order): (row_programs.HISTORY + order, n) for n in histories for order in range(1, ORDERS + 1)}
+    moving |= {one: (row_programs.LEAD, k) for k, one in enumerate(sympy.symbols("second third"))}
+    driven = Drawing(moving | own | times)
+    constrain = [(row_programs.GAP, 0), *((row_programs.JACOBIAN, n) for n in range(count))]
+    actions = (
+        Action(graph.program([value, *slopes]), tuple(constrain)),
+        Action(graph.program([second[pair] for pair in pairs]), tuple((row_programs.CURVATURE, k) for k in range(len(pairs)))),
+        Action(driven.graph.program([driven.node(plain(drift(found)))]), ((row_programs.GAP, 0),)),
+    )
+    routines = ConstraintRoutines(row_programs.first, row_programs.second, row_programs.third)
+    return ConstraintLaw(name, count, found.numbers, found.histories, tuple(pairs), routines, maker=maker, actions=actions)

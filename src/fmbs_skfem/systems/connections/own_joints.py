@@ -12,8 +12,8 @@
             x, y = at.position
             return {"ellipse": (x**2 / a**2 + y**2 / b**2 - 1) / 2 * a}
 
-Each is zero, at the start too, and reads no velocities. Its Jacobian, second derivatives and drift follow, exact; functions are
-compiled when a model uses them, and kept in the cache folder. `checks.check_joint` tests any joint.
+Each is zero, at the start too, and reads no velocities. Its Jacobian, second derivatives and drift follow, exact. Nothing is
+compiled for them: a program of operations runs in compiled code. `checks.check_joint` tests any joint.
 """
 
 from __future__ import annotations
@@ -89,10 +89,8 @@ def law_of(kind: type[OwnJoint], name: str) -> ConstraintLaw:
 @cache
 def law_for(kind: type[OwnJoint], name: str) -> tuple[ConstraintLaw, tuple[int, ...]]:
     """The same, and which of the rows of its places it reads."""
-    from ...core.compiling import symbols
     from . import constraint_symbols as written
 
     sizes, _, row = name.partition("|")[2].rpartition("|")
     law, used = functions_of(kind, sizes)[row]
-    found: ConstraintLaw = symbols.import_text(written.source({"own": law}, f"The row '{name}'.")).LAWS["own"]
-    return found.named(name, partial(law_of, kind)), used
+    return written.law(name, law, partial(law_of, kind)), used

@@ -6,8 +6,8 @@
 
     drag("wind", At("beam", "right"), 0.7)                            "type: drag" in a scene
 
-The function is called once, with symbols: its tangent is exact, both are compiled when a model uses them, and saved models know the
-force by its word. With `compiled=False` it is called in every iteration, with arrays: it may do whatever Python can, costs about
+The function is called once, with symbols: its tangent is exact, both run in compiled code, and saved models know the force by its
+word. With `compiled=False` it is called in every iteration, with arrays: it may do whatever Python can, costs about
 0.1 ms a call beside its own time, has differences for a tangent, and no file holds it.
 """
 

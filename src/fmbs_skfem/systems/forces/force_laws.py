@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Annotated, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,7 @@ from ...core.compiling.structs import IntegerMatrix, Matrix, Routine, address_of
 from ...core.storage.container import storable
 from ...core.storage.records import dataclass
 from ...core.storage.validation import Attributes
-from .. import row_laws
+from .. import row_laws, row_programs
 from ..evaluation import space_of
 from ..kernels import remainder
 from ..row_laws import Groups, RowLaw, group
@@ -97,6 +97,14 @@ def memory_of(law: ForceLaw) -> int:
     return law.memory + (IMPACT if law.judge else 0) + law.kept + len(law.tables)
 
 
+def record_of(law: ForceLaw, rows: np.ndarray, numbers: np.ndarray, signals: np.ndarray, pair: int, memory: int) -> Any:
+    """What the routines of a law act on: rows (t, r), numbers (t, p), signals (t, h), first places in H and in the memory."""
+    if not law.actions:
+        return ForceRecord(rows, numbers, signals, pair, memory)
+    groups = {"rows": rows, "numbers": numbers, "signals": signals, "row": np.zeros(0, np.int64), "pair": pair, "memory": memory}
+    return row_programs.compile_actions(law.actions, groups, len(law.pairs), memory_of(law))
+
+
 @forces.compile_force.register
 def _(found: LawForces, place: Place) -> Force:
     law, count = found.law, len(found)
@@ -106,7 +114,7 @@ def _(found: LawForces, place: Place) -> Force:
     routines = ForceRoutines(law.force, law.slopes if len(local) else None, law.accept, law.energy, law.judge)
     name = law.name.partition("|")[0].replace("_", " ")
     return Force(
-        ForceRecord(rows, numbers, signals, place.pair, place.memory),
+        record_of(law, rows, numbers, signals, place.pair, place.memory),
         routines,
         name,
         pairs,
@@ -126,7 +134,7 @@ def evaluate(law: ForceLaw, y: np.ndarray, rates: np.ndarray, numbers: np.ndarra
     count, rows, signals = len(y), np.arange(y.size).reshape(y.shape), np.arange(histories.size).reshape(histories.shape)
     memory = np.zeros(count * memory_of(law))
     parts = {"y": y.ravel(), "rates": rates.ravel(), "signals": histories.ravel(), "memory": memory, "g": np.zeros(y.size)}
-    record = ForceRecord(rows, np.ascontiguousarray(numbers), signals, 0, 0)
+    record = record_of(law, rows, np.ascontiguousarray(numbers), signals, 0, 0)
     integers = packed(record)
     law.force(found := space_of(**parts), address_of(integers))
     return found.g.reshape(count, -1)

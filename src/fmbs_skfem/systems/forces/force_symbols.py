@@ -1,4 +1,4 @@
-r"""Forces on probe rows in symbols: their values and derivatives become compiled functions.
+r"""Forces on probe rows in symbols: their values and derivatives become programs.
 
     F(y, v, p, h),     - c (dF/dy + gh dF/dv)     for rows y, their rates v, numbers p, histories h
 
@@ -7,34 +7,23 @@ r"""Forces on probe rows in symbols: their values and derivatives become compile
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from functools import partial
 from typing import Any
 
 import sympy
 
-from ...core.compiling.symbols import Expression, constant, function, module, statements
+from ...core.compiling.graphs import Node
+from ...core.compiling.symbols import Drawing, Expression, constant, function
 from ...core.storage.records import dataclass
+from .. import row_programs
+from ..row_programs import Action
 from .built_in_forces import SMALLEST
+from .force_laws import ForceLaw
 
 RATE = sympy.Symbol("gh", real=True)  #: factor of derivatives by rates
 SIGN = {sympy.Heaviside: lambda x, *_: sympy.Piecewise((0.0, x < 0), (1.0, True)), sympy.DiracDelta: lambda *_: sympy.Integer(0)}
-HEADS = {  #: of the routines of a law
-    "force": "    s, F = evaluation(table).space, opened(record)",
-    "slopes": "    s, F = evaluation(table).space, opened(record)\n    c, gh = -s.c[0], s.gh[0]",
-    "accept": "    s, F = evaluation(table).space, opened(record)",
-    "energy": "    s, F = evaluation(table).space, opened(record)",
-}
-IMPORTS = (
-    "from fmbs_skfem.core.compiling.choices import chosen, floor_of, less, not_more, sign_of",
-    "from fmbs_skfem.core.compiling.structs import routine",
-    "from fmbs_skfem.systems.evaluation import evaluation",
-    "from fmbs_skfem.systems.forces.force_laws import ForceLaw, continued, opened",
-    "from fmbs_skfem.systems.kernels import factor",
-)
-
-CURVES = ("from fmbs_skfem.core.compiling.curves import beyond, lookup, lookup_slope",)  #: of laws that read tables
 
 
 def norm(vector: sympy.Matrix) -> Expression:
@@ -103,58 +92,71 @@ def pruned(law: ForceSymbols) -> tuple[ForceSymbols, tuple[int, ...]]:
     ), used
 
 
-def text(name: str, law: ForceSymbols) -> str:
-    """Routines of a law, and the law itself as an entry of LAWS."""
-    count, F = len(law.force), [plain(value) for value in law.force]
-    y, v = rows(count), rates(count)
-    pairs, slopes = [], []
-    for i in range(count):
-        for j in range(count):
-            slope = plain(sympy.diff(F[i], y[j]) + RATE * sympy.diff(F[i], v[j]))
-            if slope != 0:
-                pairs.append((i, j))
-                slopes.append(slope)
-    potential = plain(law.energy)
-    kept = [plain(value) for value in law.kept]
+def law(name: str, found: ForceSymbols, maker: Callable[[str], ForceLaw]) -> ForceLaw:
+    """The law of forces in symbols by its name, by which `maker` makes it again."""
+    count, F = len(found.force), [plain(value) for value in found.force]
+    y, v, h = rows(count), rates(count), [history(k) for k in range(found.histories)]
+    kept, potential = [plain(value) for value in found.kept], plain(found.energy)
     angles = sorted(set().union(*(value.atoms(turned) for value in (*F, *kept, potential))), key=str)
     curves = sorted(set().union(*(value.atoms(lookup) for value in (*F, *kept))), key=str)
-    outside = [beyond(*one.args) for one in curves]  # after what is kept, the largest one so far
-    size = len(angles) + len(kept) + len(outside)
-    held = [f"s.memory[F.memory + {size} * k + {n}]" for n in range(size)]
-    accepted = [f"{one} = {{}}" if n < size - len(outside) else f"{one} = max({one}, {{}})" for n, one in enumerate(held)]
     last = sympy.symbols(f"m0:{len(angles)}", real=True)
-    known = {angle: continued(angle.args[0], m) for angle, m in zip(angles, last, strict=True)}
-    places = {
-        **{y[k]: f"s.y[F.rows[k, {k}]]" for k in range(count)},
-        **{v[k]: f"s.rates[F.rows[k, {k}]]" for k in range(count)},
-        **{p: f"F.numbers[k, {k}]" for k, p in enumerate(numbers(law.numbers))},
-        **{history(k): f"factor(s.signals, F.signals[k, {k}])" for k in range(law.histories)},
-        **{table(k): f"F.numbers[k, {first}:{last}]" for k, (first, last) in enumerate(law.tables.values())},
-        **dict(zip(last, held, strict=False)),
+    sources = {
+        **{one: (row_programs.ROW, k) for k, one in enumerate(y)},
+        **{one: (row_programs.RATE, k) for k, one in enumerate(v)},
+        **{one: (row_programs.NUMBER, k) for k, one in enumerate(numbers(found.numbers))},
+        **{one: (row_programs.HISTORY, k) for k, one in enumerate(h)},
+        **{one: (row_programs.MEMORY, k) for k, one in enumerate(last)},
     }
-    parts = {
-        "force": (F, [f"s.g[F.rows[k, {k}]] += {{}}" for k in range(count)]),
-        "slopes": (slopes, [f"s.H[F.pair + {len(pairs)} * k + {n}] += c * ({{}})" for n in range(len(pairs))]),
-        "accept": ([*angles, *kept, *outside], accepted),
-        "energy": (
-            [potential, *(plain(sympy.diff(potential, one)) for one in y)] if potential != 0 else [],
-            ["s.energy[0] += {}", *(f"s.g[F.rows[k, {k}]] += {{}}" for k in range(count))],
-        ),
-    }
-    routines = [
-        routine(f"{name}_{part}", HEADS[part], [value.xreplace(known) for value in values], targets, places)
-        for part, (values, targets) in parts.items()
-        if values or part in ("force", "slopes")
-    ]
-    damped = bool(set(v) & set().union(*(value.free_symbols for value in (*F, *kept))))
-    given = [part for part in ("accept", "energy") if parts[part][0]]
-    more = [*(f"{part}={name}_{part}" for part in given), *([f"kept={len(kept)}"] if kept else [])]
-    if curves:
-        names = list(law.tables)
-        more.append(f"tables={tuple(names[int(str(one.args[1])[1:])] for one in curves)}")
-    functions = ", ".join([f"{name}_force, {name}_slopes", *more])
-    facts = f"{count}, {law.numbers}, {law.histories}, {tuple(pairs)}, {len(angles)}, {damped}"
-    return "\n\n\n".join([*routines, f'LAWS["{name}"] = ForceLaw("{name}", {facts}, {functions})'])
+    drawing = Drawing(sources, {table(k): ends for k, ends in enumerate(found.tables.values())})
+    for angle, before in zip(angles, last, strict=True):
+        drawing.known[angle] = drawing.node(continued(angle.args[0], before))
+    graph = drawing.graph
+    one, gh = graph.constant(1.0), graph.symbol((row_programs.DAMPING, 0))
+
+    force = [drawing.node(value) for value in F]
+    slopes = dict[tuple[int, int], Node]()
+    for j in range(count):
+        along = {drawing.node(y[j]): one, drawing.node(v[j]): gh}
+        for i, slope in enumerate(graph.derivatives(force, along)):
+            if graph.value(slope) != 0.0:
+                slopes[i, j] = slope
+    pairs = sorted(slopes)
+
+    values, outside = [drawing.node(one) for one in kept], [drawing.node(beyond(*one.args)) for one in curves]
+    keeps = [*(drawing.node(one) for one in angles), *values, *outside]
+    ways = [row_programs.KEEP] * (len(angles) + len(values)) + [row_programs.FURTHEST] * len(outside)
+    stored = drawing.node(potential)
+    energies = [stored, *(graph.derivatives([stored], {drawing.node(each): one})[0] for each in y)] if potential != 0 else []
+
+    def action(nodes: Sequence[Node], targets: Sequence[tuple[int, int]]) -> Action:
+        there = [k for k, node in enumerate(nodes) if graph.value(node) != 0.0]
+        return Action(graph.program([nodes[k] for k in there]), tuple(targets[k] for k in there))
+
+    pushes = [(row_programs.PUSH, k) for k in range(count)]
+    actions = (
+        action(force, pushes),
+        action([slopes[pair] for pair in pairs], [(row_programs.SLOPE, k) for k in range(len(pairs))]),
+        # zeros are kept, too: a value that was something else before
+        Action(graph.program(keeps), tuple(zip(ways, range(len(keeps)), strict=True))),
+        action(energies, [(row_programs.ENERGY, 0), *pushes]),
+    )
+    return ForceLaw(
+        name,
+        count,
+        found.numbers,
+        found.histories,
+        tuple(pairs),
+        len(angles),
+        bool(set(v) & set().union(*(value.free_symbols for value in (*F, *kept)))),
+        row_programs.first,
+        row_programs.second,
+        row_programs.third if keeps else None,
+        row_programs.fourth if energies else None,
+        kept=len(values),
+        tables=tuple(list(found.tables)[int(str(one.args[1])[1:])] for one in curves),
+        maker=maker,
+        actions=actions,
+    )
 
 
 def plain(value: Any) -> Expression:
@@ -163,23 +165,3 @@ def plain(value: Any) -> Expression:
     for kind, other in SIGN.items():
         value = value.replace(kind, other)
     return value
-
-
-def routine(name: str, head: str, values: Sequence[Expression], targets: Sequence[str], places: Mapping[Any, str]) -> str:
-    """Source of a routine `name` that gives values to targets, for all groups of rows.
-
-    `head` are its first lines; `places` say how symbols are read; a target has {} where its value goes. Zeros are left out.
-    """
-    lines, found = statements(values, places)
-    body = [*lines, *(target.format(value) for target, value in zip(targets, found, strict=True) if value != "0.0")] or ["pass"]
-    start = f"@routine\ndef {name}(table: Any, record: Any) -> int:\n{head}\n    for k in range(len(F.rows)):"
-    return "\n        ".join([start, *body]) + "\n    return 0"
-
-
-def source(laws: Mapping[str, ForceSymbols], about: str) -> str:
-    """Source of a module with LAWS of these names: routines for forces, derivatives, memory and energy.
-
-    `about` is its docstring.
-    """
-    more = () if not any(law.tables for law in laws.values()) else CURVES
-    return module(about, (*IMPORTS, *more), ["LAWS = {}", *(text(name, law) for name, law in laws.items())])

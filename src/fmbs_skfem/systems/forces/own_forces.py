@@ -12,8 +12,8 @@
 
     energy(at, to, stiffness)                                         besides, or in its place: F = - d energy / d vectors
 
-`act` gives pairs of a vector of a place and the force on it, whose power is force . d vector / dt. Tangents follow, exact;
-functions are compiled when a model uses them, and kept in the cache folder. `checks.check_force` tests any load.
+`act` gives pairs of a vector of a place and the force on it, whose power is force . d vector / dt. Tangents follow, exact.
+Nothing is compiled for them: a program of operations runs in compiled code. `checks.check_force` tests any load.
 """
 
 from __future__ import annotations
@@ -106,5 +106,4 @@ def made(kind: type[OwnForce], name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     law, used = written.pruned(written.ForceSymbols(F, known.numbers, known.histories, potential))
     if unknown := law.unknown():
         raise InputError(say(place, "expressions of its arguments", f"{', '.join(sorted(map(str, unknown)))} in them"))
-    found: ForceLaw = symbols.import_text(written.source({"own": law}, f"The force '{name}'.")).LAWS["own"]
-    return found.named(name, partial(law_of, kind)), used
+    return written.law(name, law, partial(law_of, kind)), used

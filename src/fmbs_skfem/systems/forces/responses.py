@@ -246,11 +246,9 @@ def made(name: str) -> tuple[ForceLaw, tuple[int, ...]]:
     InputError for an output whose class has not been declared.
     """
     law, used = written_as(name)  # first of all: it says which extra is missing
-    from ...core.compiling import symbols
     from . import force_symbols as written
 
-    found: ForceLaw = symbols.import_text(written.source({"own": law}, "A force by an expression of the state.")).LAWS["own"]
-    return found.named(name, law_of), used
+    return written.law(name, law, law_of), used
 
 
 def symbols_of(name: str) -> ForceSymbols:

@@ -1,0 +1,294 @@
+"""Graphs of real operations: every one is there once, derivatives are further ones, and results become programs.
+
+    graph = Graph()
+    x, y = graph.symbol("x"), graph.symbol("y")                  nodes are numbers
+    f = graph.node(MULTIPLY, x, graph.node(SIN, y))              f = x sin y
+    graph.derivatives([f], {y: graph.constant(1.0)})             x cos y
+
+Derivatives are found forwards, operation by operation (A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, chapter 3,
+10.1137/1.9780898717761). What only jumps has none: that of a choice is the derivative of what is chosen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+from . import programs
+from .programs import (
+    ABS,
+    ACOS,
+    ACOSH,
+    ADD,
+    ASIN,
+    ASINH,
+    ATAN,
+    ATAN2,
+    ATANH,
+    CHOOSE,
+    CONTINUE,
+    COS,
+    COSH,
+    DIVIDE,
+    ERF,
+    EXP,
+    LOG,
+    LOOKUP,
+    MULTIPLY,
+    NEGATE,
+    POWER,
+    SIGN,
+    SIN,
+    SINH,
+    SQRT,
+    SUBTRACT,
+    TAN,
+    TANH,
+)
+
+Node: TypeAlias = int
+
+CONSTANT, SYMBOL = -1, -2  #: of what is no operation
+
+JUMPS = frozenset(
+    (programs.LESS, programs.NOT_MORE, programs.EQUAL, SIGN, programs.FLOOR, programs.LOOKUP_SLOPE, programs.BEYOND)
+)  #: whose derivatives are left out
+CURVES = frozenset(
+    (LOOKUP, programs.LOOKUP_SLOPE, programs.BEYOND)
+)  #: whose second and third numbers say where the numbers of a curve are
+
+
+class Program(NamedTuple):
+    """What gives results, in the order of a room of numbers: constants, what is read, results of operations."""
+
+    constants: tuple[float, ...]
+    symbols: tuple[Any, ...]  #: that are read
+    operations: tuple[tuple[int, int, int, int], ...]  #: an operation and the places in the room that it reads
+    results: tuple[int, ...]  #: their places in the room
+
+
+class Graph:
+    """Operations by number, each with the numbers of what it reads, which come before it."""
+
+    def __init__(self) -> None:
+        self.nodes = list[tuple[Any, ...]]()
+        self.known = dict[tuple[Any, ...], Node]()
+
+    def add(self, *parts: Any) -> Node:
+        """The node of an operation, a constant or a symbol, which is made where there is none."""
+        if parts not in self.known:
+            self.known[parts] = len(self.nodes)
+            self.nodes.append(parts)
+        return self.known[parts]
+
+    def symbol(self, name: Hashable) -> Node:
+        return self.add(SYMBOL, name)
+
+    def constant(self, value: float) -> Node:
+        return self.add(CONSTANT, float(value))
+
+    def value(self, node: Node) -> float | None:
+        """The number that a node is; None of one that is none."""
+        kind, first, *_ = self.nodes[node]
+        return float(first) if kind == CONSTANT else None
+
+    def node(self, operation: int, *parts: Node) -> Node:
+        """An operation on nodes, or what it is without one: zeros, ones and choices between equals are left out."""
+        a, *more = parts
+        b = more[0] if more else a
+        x, y = (None, None) if operation in CURVES else (self.value(a), self.value(b))
+        if operation == CHOOSE and (x is not None or more[0] == more[1]):
+            return more[1] if x == 0.0 else more[0]
+        if operation == ADD and 0.0 in (x, y):
+            return b if x == 0.0 else a
+        if operation == SUBTRACT and 0.0 in (x, y):
+            return a if y == 0.0 else self.node(NEGATE, b)
+        if operation == MULTIPLY and 0.0 in (x, y):
+            return self.constant(0.0)
+        if operation == MULTIPLY and 1.0 in (x, y):
+            return b if x == 1.0 else a
+        if operation == MULTIPLY and -1.0 in (x, y):
+            return self.node(NEGATE, b if x == -1.0 else a)
+        if operation == DIVIDE and (x == 0.0 or y == 1.0):
+            return a
+        if operation == NEGATE:
+            if x is not None:
+                return self.constant(-x)
+            kind, *inner = self.nodes[a]
+            if kind == NEGATE:
+                return int(inner[0])
+        if x is not None and y is not None and operation in FOLDED:
+            return self.constant(FOLDED[operation](x, y))
+        return self.add(operation, *parts)
+
+    def sum(self, parts: Sequence[Node]) -> Node:
+        """a + b + c ..., subtracting what is negative."""
+        total = self.constant(0.0)
+        for part in parts:
+            kind, *inner = self.nodes[part]
+            total = self.node(SUBTRACT, total, inner[0]) if kind == NEGATE else self.node(ADD, total, part)
+        return total
+
+    def product(self, parts: Sequence[Node]) -> Node:
+        """a b c ..."""
+        total = self.constant(1.0)
+        for part in parts:
+            total = self.node(MULTIPLY, total, part)
+        return total
+
+    def derivatives(self, nodes: Sequence[Node], along: Mapping[Node, Node]) -> list[Node]:
+        """Derivatives of nodes along a direction: how much each symbol changes, nodes too, 0 for all others."""
+        slopes = dict[Node, Node]()
+        # in the order of their numbers, as recursion would be as deep as the longest sum
+        for node in self.needed(nodes):
+            slopes[node] = along[node] if node in along else self.slope(node, slopes)
+        return [slopes[node] for node in nodes]
+
+    def slope(self, node: Node, slopes: Mapping[Node, Node]) -> Node:
+        """The derivative of a node from those of all that it reads."""
+        operation, *parts = self.nodes[node]
+        if operation in (CONSTANT, SYMBOL) or operation in JUMPS:
+            return self.constant(0.0)
+        if operation == CHOOSE:
+            condition, *branches = parts
+            return self.node(CHOOSE, condition, *(slopes[one] for one in branches))
+        found = list[Node]()
+        for part, rule in zip(parts, RULES[operation], strict=False):
+            inner = slopes[part]
+            if self.value(inner) != 0.0:
+                found.append(self.node(MULTIPLY, rule(self, node, *parts), inner))
+        return self.sum(found)
+
+    def needed(self, nodes: Sequence[Node]) -> list[Node]:
+        """All nodes that these read, and themselves, in their order."""
+        found = set[Node]()
+        waiting = list(nodes)
+        while waiting:
+            node = waiting.pop()
+            if node not in found:
+                found.add(node)
+                waiting += self.read_by(node)
+        return sorted(found)
+
+    def program(self, results: Sequence[Node]) -> Program:
+        """What gives these nodes, and no more."""
+        order = self.needed(results)
+        kinds = {kind: [node for node in order if self.nodes[node][0] == kind] for kind in (CONSTANT, SYMBOL)}
+        computed = [node for node in order if self.nodes[node][0] >= 0]
+        place = {node: k for k, node in enumerate([*kinds[CONSTANT], *kinds[SYMBOL], *computed])}
+
+        def operation(node: Node) -> tuple[int, int, int, int]:
+            kind, *parts = self.nodes[node]
+            places = [place[parts[0]], *parts[1:]] if kind in CURVES else [place[one] for one in parts]
+            a, b, c = [*places, 0, 0][:3]
+            return kind, a, b, c
+
+        return Program(
+            tuple(self.nodes[node][1] for node in kinds[CONSTANT]),
+            tuple(self.nodes[node][1] for node in kinds[SYMBOL]),
+            tuple(map(operation, computed)),
+            tuple(place[node] for node in results),
+        )
+
+    def read_by(self, node: Node) -> list[Node]:
+        """The nodes that a node reads."""
+        kind, *parts = self.nodes[node]
+        if kind in (CONSTANT, SYMBOL):
+            return []
+        return parts[:1] if kind in CURVES else parts
+
+
+FOLDED: Mapping[int, Callable[[float, float], float]] = {
+    ADD: lambda x, y: x + y,
+    SUBTRACT: lambda x, y: x - y,
+    MULTIPLY: lambda x, y: x * y,
+}
+
+Rule: TypeAlias = Callable[..., Node]
+
+
+def one(graph: Graph, *_: Any) -> Node:
+    return graph.constant(1.0)
+
+
+def over_root(sign: float, square: float) -> Rule:
+    """1 / sqrt(sign x^2 + square)."""
+
+    def rule(graph: Graph, f: Node, x: Node) -> Node:
+        squared = graph.node(MULTIPLY, graph.constant(sign), graph.node(MULTIPLY, x, x))
+        return graph.node(DIVIDE, graph.constant(1.0), graph.node(SQRT, graph.node(ADD, graph.constant(square), squared)))
+
+    return rule
+
+
+def over_square(sign: float) -> Rule:
+    """1 / (1 + sign x^2)."""
+
+    def rule(graph: Graph, f: Node, x: Node) -> Node:
+        squared = graph.node(MULTIPLY, graph.constant(sign), graph.node(MULTIPLY, x, x))
+        return graph.node(DIVIDE, graph.constant(1.0), graph.node(ADD, graph.constant(1.0), squared))
+
+    return rule
+
+
+def squared_and(sign: float) -> Rule:
+    """1 + sign f^2."""
+    return lambda graph, f, x: graph.node(
+        ADD, graph.constant(1.0), graph.node(MULTIPLY, graph.constant(sign), graph.node(MULTIPLY, f, f))
+    )
+
+
+def power_by_base(graph: Graph, f: Node, x: Node, y: Node) -> Node:
+    """y x^(y - 1), which is a number where x is zero, too."""
+    return graph.node(MULTIPLY, y, graph.node(POWER, x, graph.node(SUBTRACT, y, graph.constant(1.0))))
+
+
+def error_slope(graph: Graph, f: Node, x: Node) -> Node:
+    """2 / sqrt(pi) exp(-x^2)."""
+    bell = graph.node(EXP, graph.node(NEGATE, graph.node(MULTIPLY, x, x)))
+    return graph.node(MULTIPLY, graph.constant(2.0 / math.sqrt(math.pi)), bell)
+
+
+def by_angle(sign: float, other: int) -> Rule:
+    """sign b / (a^2 + b^2), of the other one of a and b."""
+
+    def rule(graph: Graph, f: Node, *parts: Node) -> Node:
+        squares = [graph.node(MULTIPLY, one, one) for one in parts]
+        return graph.node(DIVIDE, graph.node(MULTIPLY, graph.constant(sign), parts[other]), graph.node(ADD, squares[0], squares[1]))
+
+    return rule
+
+
+#: derivatives of an operation f by each of the numbers that it reads
+RULES: Mapping[int, tuple[Rule, ...]] = {
+    ADD: (one, one),
+    SUBTRACT: (one, lambda graph, f, x, y: graph.constant(-1.0)),
+    MULTIPLY: (lambda graph, f, x, y: y, lambda graph, f, x, y: x),
+    DIVIDE: (
+        lambda graph, f, x, y: graph.node(DIVIDE, graph.constant(1.0), y),
+        lambda graph, f, x, y: graph.node(NEGATE, graph.node(DIVIDE, f, y)),
+    ),
+    POWER: (power_by_base, lambda graph, f, x, y: graph.node(MULTIPLY, f, graph.node(LOG, x))),
+    ATAN2: (by_angle(1.0, 1), by_angle(-1.0, 0)),
+    CONTINUE: (one,),
+    NEGATE: (lambda graph, f, x: graph.constant(-1.0),),
+    SQRT: (lambda graph, f, x: graph.node(DIVIDE, graph.constant(0.5), f),),
+    EXP: (lambda graph, f, x: f,),
+    LOG: (lambda graph, f, x: graph.node(DIVIDE, graph.constant(1.0), x),),
+    SIN: (lambda graph, f, x: graph.node(COS, x),),
+    COS: (lambda graph, f, x: graph.node(NEGATE, graph.node(SIN, x)),),
+    TAN: (squared_and(1.0),),
+    ASIN: (over_root(-1.0, 1.0),),
+    ACOS: (lambda graph, f, x: graph.node(NEGATE, over_root(-1.0, 1.0)(graph, f, x)),),
+    ATAN: (over_square(1.0),),
+    SINH: (lambda graph, f, x: graph.node(COSH, x),),
+    COSH: (lambda graph, f, x: graph.node(SINH, x),),
+    TANH: (squared_and(-1.0),),
+    ASINH: (over_root(1.0, 1.0),),
+    ACOSH: (over_root(1.0, -1.0),),
+    ATANH: (over_square(-1.0),),
+    ABS: (lambda graph, f, x: graph.node(SIGN, x),),
+    ERF: (error_slope,),
+    LOOKUP: (lambda graph, f, x, first, last: graph.add(programs.LOOKUP_SLOPE, x, first, last),),
+}
