@@ -28,7 +28,7 @@ from typing import Any
 import pytest
 
 FILE = Path(__file__).with_name("durations.json")
-SLOW = 0.5  #: a test that takes more CPU seconds is slow: those between this and 1 s are 300, and a third of the time of all others
+SLOW = 0.4  #: a test that takes more CPU seconds is slow; five hundred between this and 1 s take a third of the time of all others
 NAMED, FAIL = 2.0, 5.0  #: a test that is not listed and takes more is named at the end of a full run, or fails it [s]
 LISTED = 0.3  #: what takes less is not worth a line of the file [s]
 PROPERTY = "durations"
