@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import lsqr
 
+from fmbs_skfem import scenes
 from fmbs_skfem.bodies import Material, body, sections
+from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import (
@@ -345,3 +348,91 @@ def test_a_strip_that_bends_first_buckles_sideways() -> None:
     found = buckling(strip("bfs", (40, 2), 20.0, pushes), 1)
     EI, GJ = 1.2e6 * 0.1**3 / 12.0, 0.6e6 * 0.1**3 / 3.0
     assert found.factors[0] == pytest.approx(4.0125993435789 * np.sqrt(EI * GJ) / 20.0**2, rel=0.03)
+
+
+NET = """\
+schema: 1
+name: net
+parameters: {stretch: {value: 1 mm, range: [0.5 mm, 1 mm]}}
+bodies:
+  a: {type: cable, mesh: beam_10.msh, section: &s {shape: given, EA: 100 kN, EI: 1e-4 N m^2, rhoA: 0.1 kg/m}}
+joints:
+  a0: {type: pin, at: a.left}
+  a1: {type: driven_position, at: a.right, displacement: [stretch * t / (1 s), 0, 0]}
+analysis: {type: modes, count: 2, load_steps: 1}
+"""
+
+
+def scene_of(text: str) -> scenes.Scene:
+    return scenes.loads(text, Path(__file__).parents[2] / "meshes")
+
+
+@pytest.mark.parametrize("more", ["", "damped: true, "])
+def test_a_string_that_only_drives_stretch(more: str) -> None:
+    """sqrt(N/rhoA)/2L, N = EA e: joints that are driven leave the reference, without any load."""
+    scene = scene_of(NET.replace("count", f"{more}count"))
+    found = scene.analysis.find(scene)
+    exact = np.sqrt(100e3 * 1e-3 / 0.1 / 1.001) / 2.0  # of a string that is longer and lighter
+    assert found.facts["about"] == "equilibrium"
+    np.testing.assert_allclose(found.frequencies, exact, rtol=1e-3)
+
+
+def test_a_diagram_over_the_stretch_of_a_string() -> None:
+    scene = scene_of(NET.replace("modes, count: 2", "campbell, parameter: stretch, count: 2, steps: 2"))
+    hertz = np.array(scene.analysis.find(scene).facts["frequencies_hz"])
+    np.testing.assert_allclose(hertz[:, 1] / hertz[:, 0], np.sqrt(2.0), rtol=2e-3)
+
+
+def test_drives_that_have_not_begun_leave_the_reference() -> None:
+    scene = scene_of(NET.replace("stretch * t / (1 s)", "stretch * sin(pi * t / (1 s))"))
+    assert scene.analysis.find(scene).facts["about"] == "reference"
+
+
+def bar(cells: int = 3, damping: Rayleigh | None = None) -> System:
+    """A beam with torsion, clamped; its first director has no mass."""
+    part = beam("bar", segment(cells), sections.Circular(0.01), Material(1e9, 1800.0))
+    return eliminate(assemble([part], [joints.Clamp("root", At("bar", "left"))], damping=damping or Rayleigh()))
+
+
+def test_all_modes_of_a_beam_are_those_of_a_clamped_bar() -> None:
+    """Bending (Euler and Bernoulli, twice), torsion and stretch of the whole list; few of them by another iteration."""
+    system = bar(cells=4)
+    linear = linearise(system)
+    found = modes.real_modes(linear, len(linear.x))
+    hertz, V = found.angular_frequencies / (2.0 * np.pi), found.shapes
+    assert len(hertz) == 3 * len(linear.x) // 4  # positions, and two directors of three
+    bend = np.array([1.875104, 4.694091]) ** 2 * np.sqrt(1e9 * 0.0025**2 / 1800.0) / (2.0 * np.pi)
+    np.testing.assert_allclose(hertz[:4], np.repeat(bend, 2), rtol=3e-3)
+    twist, stretch = np.sqrt(np.array([1e9 / 2.6, 1e9]) / 1800.0) / 4.0
+    for exact in (twist, stretch):
+        assert np.abs(hertz / exact - 1.0).min() < 2e-3
+    np.testing.assert_allclose(modes.real_modes(linear, 2).squares, found.squares[:2], rtol=1e-7)
+    np.testing.assert_allclose(V.T @ (linear.mass @ V), np.eye(len(hertz)), atol=1e-9)
+    residual = linear.stiffness @ V - (linear.mass @ V) * found.squares
+    assert np.abs(residual).max() < 1e-9 * found.squares[-1]
+
+
+def test_damped_modes_of_a_beam_without_mass_in_a_director() -> None:
+    """C = a M + b K: s^2 + (a + b w^2) s + w^2 = 0 of every mode; what has no mass follows, or comes to rest with -1/b."""
+    a, b = 0.3, 1e-5
+    system = bar(damping=Rayleigh(a, b))
+    linear = linearise(system)
+    squares = modes.real_modes(linear, len(linear.x)).squares
+    values = complex_modes(linear, len(linear.x)).eigenvalues
+    exact = -0.5 * (a + b * squares) + np.sqrt(0.25 * (a + b * squares) ** 2 - squares + 0j)
+    for one in exact[:12]:
+        assert np.abs(values - one).min() < 1e-5 * abs(one)
+    assert (np.abs(values + 1.0 / b) < 1e-3 / b).sum() >= len(linear.x) // 4
+    still = replace(linear, damping=csr_array(linear.damping.shape))
+    np.testing.assert_allclose(complex_modes(still, 6).angular_frequencies, np.sqrt(squares[:6]), rtol=1e-6)
+    assert not complex_modes(still, 6).beyond.size
+
+
+def test_a_direction_with_neither_mass_nor_stiffness_is_refused() -> None:
+    linear = linearise(bar())
+    light = np.flatnonzero(linear.mass.diagonal() == 0.0)
+    kept = np.ones(len(linear.x))
+    kept[light] = 0.0
+    limp = csr_array(linear.stiffness.multiply(kept).multiply(kept[:, None]))
+    with pytest.raises(InputError, match="a mass or a stiffness in every direction"):
+        modes.real_modes(replace(linear, stiffness=limp), len(linear.x))

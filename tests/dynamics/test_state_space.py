@@ -288,3 +288,33 @@ outputs: {energy: {type: energy}}
     assert found["energy_strain"] == pytest.approx(0.6 * x + 0.8 * y, rel=1e-6)
     assert np.isnan(found["energy_balance"])  # as of equilibria, between which nothing is known to have worked
     assert (tmp_path / "out" / "transfer.png").is_file()
+
+
+BAR = """\
+schema: 1
+name: bar
+inputs: {u: {unit: N}, w: {unit: N m}}
+bodies:
+  b: {type: beam, mesh: beam_5.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 1 GPa, density: 1800}}
+joints:
+  c: {type: clamp, at: b.left}
+loads:
+  push: {type: control_force, at: b.right, direction: [0, 0, 1], force: u}
+  turn: {type: control_torque, at: b.right, axis: [0, 1, 0], torque: w}
+outputs:
+  tip: {type: position, at: b.right, component: z}
+analysis: {type: linearise, load_steps: 1}
+"""
+
+
+def test_a_beam_with_torsion_has_the_poles_of_its_modes_and_the_answers_of_statics() -> None:
+    """F L^3 / 3 EI + F L / k G A, -M L^2 / 2 EI: also what has no mass moves with the inputs."""
+    space = found(BAR).linear
+    assert space is not None
+    poles = np.sort(np.abs(np.linalg.eigvals(space.A)))
+    bend = 1.875104**2 * np.sqrt(1e9 * 0.0025**2 / 1800.0)
+    np.testing.assert_allclose(poles[:4], bend, rtol=1e-3)
+    gain = space.transfer([0.0])[0].real
+    EI = 1e9 * np.pi * 0.01**4 / 64.0
+    shear = 1.0 / (1e9 / 2.6 * np.pi * 0.005**2)
+    np.testing.assert_allclose(gain, [[1.0 / (3.0 * EI) + 1.15 * shear, -1.0 / (2.0 * EI)]], rtol=1e-5)

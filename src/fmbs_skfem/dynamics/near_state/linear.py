@@ -28,7 +28,9 @@ from ...core.values.fields import AXIS, quantity, vector
 from ...systems import compiled, finer_systems, matrices
 from ...systems.compiled import compile_system
 from ...systems.connections.redundancy import scale_of
-from ...systems.system import System
+from ...systems.lengths import DIGITS
+from ...systems.system import System, driven_rows
+from ..scheme import round_off
 
 ALIKE = 1e-9  #: difference of a matrix from its transposed one, relative to its size, that is round-off
 
@@ -127,6 +129,18 @@ def linearise(
     large = scale_of(system)
     independent = J[ranks.independent_rows(J, units=large)]
     return Linear(x, csr_array(system.mass), csr_array(C), csr_array(K), independent, large, multipliers)
+
+
+def is_driven(system: System, time: float) -> bool:
+    """Whether drives have left the reference at a time [s]: Phi(x0, t) = 0 does not hold in their rows, to round-off.
+
+    The reference of such a system is no equilibrium, even without loads.
+    """
+    driven = driven_rows(system.constraints)
+    if not driven.any():
+        return False
+    gap = compiled.gap(compile_system(system), system.x0, time)[0]
+    return bool(np.abs(gap[driven]).max() > max(round_off(system), DIGITS))
 
 
 def is_symmetric(linear: Linear) -> bool:

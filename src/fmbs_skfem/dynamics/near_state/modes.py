@@ -18,7 +18,8 @@ from __future__ import annotations
 from dataclasses import field
 
 import numpy as np
-from scipy.linalg import eig, eigh
+from scipy.linalg import eig, eigh, qr
+from scipy.linalg.lapack import dpstrf
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigs, eigsh
 
@@ -44,6 +45,9 @@ FEW = 6  #: modes next to zero, of which one would have passed it, where a state
 LARGE = 6000  #: unknowns beyond which nothing is said of that: factors of their stiffness cost as much as a load step
 WIDE = 1_000_000  #: numbers of the rows of constraints beyond which nothing is said, either: they are dense
 # free motions near a shift next to zero drown the digits of the others: frequencies of a fine lug scattered by 3e-5
+LIGHT = 1e-12  #: mass of a direction in units of the masses of its unknowns, up to which it is round-off: others have 1e-6
+STIFFLESS = 1e-12  #: stiffness of a direction without mass, over the largest of these, up to which it is round-off
+INFINITE = 1e12  #: eigenvalue over the largest frequency of the matrices, from which it is round-off of 1/0
 UPWARD = 1e-7  #: shift over the largest frequency that the matrices allow, so that free motions have an inverse
 
 
@@ -80,16 +84,23 @@ def vibration_modes(
 def real_modes(linear: Linear, count: int = 10) -> VibrationModes:
     """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in their stiffness left out.
 
-    K is taken as (K + K^T)/2. There are as many modes as unknowns n less the rows m, if `count` asks for more. InputError for a
-    count below 1, where the joints leave no motion, and where some direction has neither mass nor stiffness.
+    K is taken as (K + K^T)/2. There are as many modes as unknowns n less the rows m and directions without mass, which follow at
+    rest, if `count` asks for more. InputError for a count below 1, where the joints leave no motion, where no motion has a mass,
+    and where some direction has neither mass nor stiffness.
     """
-    large = np.broadcast_to(linear.large, len(linear.x))
-    large = large / large.max()  # of v = S y: positions and axes count alike, however small a body is
-    K, M, J = scaled(linear.stiffness, large, large), scaled(linear.mass, large, large), ranks.unit_rows(linear.rows * large)
+    large, (K, M, J) = in_alike_units(linear)
     possible = len(linear.x) - len(J)
-    count = at_most(count, possible)
-    squares, vectors = (dense_modes if 3 * count + 20 > possible else sparse_modes)(0.5 * (K + K.T), M, J, count)
+    count, heavy = at_most(count, possible), int(np.sum(abs(M).sum(axis=0) > 0.0))
+    squares, vectors = (dense_modes if 3 * count + 20 > min(possible, heavy) else sparse_modes)(symmetric(K), M, J, count)
     return VibrationModes(squares, large[:, None] * vectors)
+
+
+def in_alike_units(linear: Linear) -> tuple[np.ndarray, tuple[Array, Array, np.ndarray]]:
+    """S (n,) of v = S y, by which positions and axes count alike, however small a body is; S K S, S M S and unit rows of J S."""
+    large = np.broadcast_to(linear.large, len(linear.x))
+    large = large / large.max()
+    K, M = (scaled(A, large, large) for A in (linear.stiffness, linear.mass))
+    return large, (K, M, ranks.unit_rows(linear.rows * large))
 
 
 def at_most(count: int, possible: int) -> int:
@@ -104,11 +115,55 @@ def at_most(count: int, possible: int) -> int:
 def dense_modes(K: Array, M: Array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues and vectors of (K, M) on the null space of independent rows J.
 
-    K and M (n, n), J (m, n): the `count` lowest eigenvalues (i,) [1/s2], rising, and vectors (n, i) with v^T M v = 1.
+        v = R y + N z,   M N = 0:      N^T K N z = - N^T K R y,     (R^T K R + R^T K N z) y = omega^2 y
+
+    K and M (n, n), J (m, n): the `count` lowest eigenvalues (i,) [1/s2], all where there are fewer, rising, and vectors (n, i) with
+    v^T M v = 1.
     """
-    Z = ranks.null_space(J)
-    squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
-    return squares, Z @ vectors
+    R, N = split_by_mass(M, J)
+    if not N.shape[1]:
+        Z = ranks.null_space(J)
+        squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
+        return squares, Z @ vectors
+    if not R.shape[1]:
+        raise InputError(say("modes", "motions that have a mass", "none", "give the bodies a density"))
+    Z = R + N @ follow(K, R, N)
+    vectors = Z @ eigh(Z.T @ (K @ Z), subset_by_index=[0, min(count, R.shape[1]) - 1])[1]
+    # the shapes keep the digits that slow ones lose beside the fastest, 1e12 times as stiff in a beam of five cells
+    squares = np.sum(vectors * (K @ vectors), axis=0)
+    order = np.argsort(squares, kind="stable")
+    return squares[order], vectors[:, order]
+
+
+def split_by_mass(M: Array, J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Bases R (n, r) and N (n, i) of the null space of independent rows J (m, n): R^T M R = 1, M N = 0.
+
+    Unknowns count in units of their own mass, in which that of a direction is either of the size of 1 or round-off: directors of
+    thin beams weigh 1e-10 of what positions do, and some nothing.
+    """
+    own = np.maximum(M.diagonal(), 0.0)
+    none = own <= np.finfo(float).eps * own.max(initial=0.0)
+    units = 1.0 / np.sqrt(np.where(none, own.max(initial=1e-300), own))
+    rows = ranks.unit_rows(J * units)
+    Z = units[:, None] * (qr(rows.T)[0][:, len(rows) :] if len(rows) else np.eye(len(own)))
+    weights = Z.T @ (M @ Z)
+    if dpstrf(weights, tol=LIGHT * np.abs(weights.diagonal()).max(initial=0.0))[2] == len(weights):
+        return Z, Z[:, :0]
+    found, Q = eigh(weights)
+    light = found <= LIGHT * np.abs(found).max()
+    return Z @ (Q[:, ~light] / np.sqrt(found[~light])), Z @ Q[:, light]
+
+
+def follow(K: Array, R: np.ndarray, N: np.ndarray) -> np.ndarray:
+    """z (i, r) by which directions N (n, i) without mass follow motions R (n, r) at rest: N^T K (R + N z) = 0.
+
+    InputError where some of them have no stiffness.
+    """
+    stiff = N.T @ (K @ N)
+    own = np.abs(np.linalg.eigvalsh(stiff))
+    if not own.min() > STIFFLESS * own.max():
+        raise InputError(say("modes", "a mass or a stiffness in every direction", "one without both"))
+    return np.asarray(np.linalg.solve(stiff, -(N.T @ (K @ R))))
 
 
 def sparse_modes(K: csr_array, M: csr_array, J: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -244,6 +299,11 @@ def all_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]
     w = sqrt(|K| / |M|) makes both matrices equally large, which keeps the digits of slow motions; unknowns in metres and slopes are
     counted in what is large of each.
     """
+    large, (K, M, J) = in_alike_units(linear)
+    R, N = split_by_mass(M, J)
+    if N.shape[1]:
+        V = dense_modes(symmetric(K), M, J, R.shape[1])[1]
+        return eigenvalues_beside(linear, large[:, None] * N, large[:, None] * V)
     large = np.broadcast_to(linear.large, linear.x.shape)
     Z = large[:, None] * (ranks.null_space(linear.rows * large) if len(linear.rows) else np.eye(len(linear.x)))
     M, C, K = (Z.T @ (A @ Z) for A in (linear.mass, linear.damping, linear.stiffness))
@@ -254,6 +314,34 @@ def all_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]
     values, vectors = eig(A, B)
     finite = np.isfinite(values)
     return w * values[finite], Z @ vectors[:r, finite]
+
+
+def eigenvalues_beside(linear: Linear, N: np.ndarray, V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (i,) and vectors (n, i) of (2) with u = V y + N z: modes V (n, r), V^T M V = 1, and directions N without mass.
+
+        p = g y,  q = y':        p' = g q,     q' + V^T C N z' = - V^T (K u + C V q),     N^T C N z' = - N^T (K u + C V q)
+
+    With g of the frequency of each mode slow and fast ones keep their digits. Directions that nothing damps follow at rest, and
+    have the eigenvalue 1/0; others come to rest.
+    """
+    r, i = V.shape[1], N.shape[1]
+    U = np.concatenate([V, N], axis=1)
+    C, K = (U.T @ (A @ U) for A in (linear.damping, linear.stiffness))
+    g = np.sqrt(np.abs(K.diagonal()[:r]))
+    w = float(g.max())
+    g = np.maximum(g, STILL * w)
+    none = np.zeros((r, i))
+    A = np.block([[np.zeros((r, r)), np.diag(g), none], [-K[:, :r] / g, -C[:, :r], -K[:, r:]]])
+    B = np.block([[np.eye(r), np.zeros((r, r + i))], [np.zeros((r + i, r)), np.eye(r + i, r), C[:, r:]]])
+    scale = np.concatenate([np.full(2 * r, w), np.abs(K.diagonal()[r:])])  # of the equations
+    values, vectors = eig(A / scale[:, None], w * B / scale[:, None])
+    finite = np.abs(values) < INFINITE
+    return w * values[finite], V @ (vectors[:r, finite] / g[:, None]) + N @ vectors[2 * r :, finite]
+
+
+def symmetric(A: Array) -> Array:
+    """(A + A^T) / 2."""
+    return 0.5 * (A + A.T)
 
 
 def slow_eigenvalues(linear: Linear, count: int) -> tuple[np.ndarray, np.ndarray]:

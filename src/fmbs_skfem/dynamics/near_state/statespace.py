@@ -132,12 +132,14 @@ def state_space(
     if bad := [name for name in chosen if name in driving_inputs(system)]:
         raise InputError(say("linearise, inputs", "forces", f"'{bad[0]}', which drives a joint", "drive it by a torque or a force"))
     possible = len(linear.x) - len(linear.rows)
-    V = real_modes(linear, possible if count is None else min(count, possible)).shapes
+    wanted = possible if count is None else min(count, possible)
+    V = real_modes(linear, wanted).shapes
     push = np.stack([slope(system, linear.x, time, name, known[name].start) for name in chosen], axis=1)
     r, j = V.shape[1], len(chosen)
     A = np.block([[np.zeros((r, r)), np.eye(r)], [-V.T @ (linear.stiffness @ V), -V.T @ (linear.damping @ V)]])
     B = np.concatenate([np.zeros((r, j)), V.T @ push])
-    rest = residual_flexibility(linear, V, push) if static and r < possible else np.zeros_like(push)
+    whole = r < wanted  # all modes, beside which are directions without mass: inputs move these at rest
+    rest = residual_flexibility(linear, V, push) if whole or (static and r < possible) else np.zeros_like(push)
     motion = admitted(system, linear, time, V, np.concatenate([A, B], axis=1), push, rest)
     found = differentiate(system, linear, time, motion, {name: known[name].start for name in chosen})
     columns = names_of("outputs", outputs, tuple(found))
