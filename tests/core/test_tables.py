@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.compiling import curves
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.values import tables
+from fmbs_skfem.core.values.expressions import Expression, of_time
+from fmbs_skfem.core.values.inputs import Input
 from fmbs_skfem.core.values.tables import Table, read_columns
 from fmbs_skfem.dynamics import GeneralizedAlpha, integrate, outputs
+from fmbs_skfem.dynamics.diagnoses import step_size
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
-from fmbs_skfem.systems import eliminate
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces.loads import Load
+from fmbs_skfem.systems.measures import probes
+from fmbs_skfem.systems.signals import with_inputs
 
 CSV = "\ufefftime [ms], force [kN], turn [deg]\n0, 0, 0\n\n500, 1e-3, 90\n1000, 1e-3, 180\n2000, -3e-3, 180\n"
 
@@ -31,6 +42,135 @@ def test_lines_and_smooth_curves() -> None:
     assert smooth(t).max() <= 2.0 + 1e-14
     inside = smooth(np.linspace(0.0, 3.0, 3001))
     assert np.abs(np.diff(inside, 2)).max() < 1e-5
+
+
+def path_of(points: int, **more: object) -> Table:
+    """A path of minimum jerk from 0 to 1 in 1 s."""
+    t = np.linspace(0.0, 1.0, points)
+    return Table("q(t)", "rad", tuple(t), tuple(10 * t**3 - 15 * t**4 + 6 * t**5), True, drives=True, **more)  # type: ignore[arg-type]
+
+
+def bends(table: Table) -> np.ndarray:
+    """Second derivatives at the begin and the end of every piece, (s - 1, 2)."""
+    h, c = np.diff(table.times), table.cubics
+    return np.stack([2.0 * c[:, 1], 2.0 * c[:, 1] + 6.0 * c[:, 0] * h], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("ends", "error"), [("automatic", 0.0025), ("clamped", 0.0025), ("natural", 0.0025), ("not-a-knot", 0.0085)]
+)
+def test_curves_that_drive_have_continuous_second_derivatives(ends: str, error: float) -> None:
+    """Of a path of minimum jerk in 51 points, whose second derivative is 60 t - 180 t^2 + 120 t^3 (its range 11.55)."""
+    table = path_of(51, ends=ends)
+    found, t = bends(table), np.array(table.times)
+    assert_allclose(found[1:, 0], found[:-1, 1], atol=1e-10)
+    assert np.abs(found[:, 0] - (60 * t - 180 * t**2 + 120 * t**3)[:-1]).max() < error * 11.55
+    assert_allclose(table(t), table.values, atol=1e-15)
+    assert np.abs(bends(Table("q(t)", "rad", table.times, table.values, True))[:, 0]).max() > 6.0  # of 5.77
+
+
+def test_ends_are_at_rest_where_points_say_so() -> None:
+    """1 - cos begins at rest, sin does not; one end may, and a table of few points says nothing."""
+    t = tuple(np.linspace(0.0, 2.0, 41).tolist())
+
+    def rates(values: np.ndarray, **more: object) -> list[float]:
+        table = Table("q(t)", "rad", t[: len(values)], tuple(values), True, drives=True, **more)  # type: ignore[arg-type]
+        h, c = table.times[-1] - table.times[-2], table.cubics[-1]
+        return [float(table.cubics[0, 2]), float(c[2] + h * (2.0 * c[1] + 3.0 * h * c[0]))]
+
+    x = np.array(t)
+    assert rates(1 - np.cos(np.pi * x)) == pytest.approx([0.0, 0.0], abs=1e-14)
+    assert rates(np.sin(np.pi * x)) == pytest.approx([np.pi, np.pi], rel=1e-3)
+    assert rates(1 - np.cos(3 * x)) == pytest.approx([0.0, 3 * np.sin(6.0)], rel=3e-3, abs=1e-14)
+    assert rates(0.01 * x + x**2) == pytest.approx([0.01, 4.01])
+    assert rates(np.array([0.0, 0.0, 1.0, 1.0, 1.0])) == pytest.approx([0.0, 0.0], abs=1e-14)
+    assert rates(np.array([0.0, 1.0])) == pytest.approx([20.0, 20.0])
+    assert rates(np.array([0.0, 1.0, 4.0]), ends="clamped") == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert rates(np.array([0.0, 1.0, 4.0]))[0] == pytest.approx(0.0, abs=1e-12)  # a parabola
+
+
+def test_overshoot_and_noise_of_curves_that_drive() -> None:
+    """Against values in between; of noise, rounding and corners only noise is called so, and round-off of a line is none."""
+    dwell = Table("q(t)", "rad", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0), (0.0, 0.0, 1.0, 1.0, 1.0, 1.0), True, drives=True)
+    size, place = tables.overshoot(dwell)
+    assert size == pytest.approx(dwell(np.linspace(0.0, 5.0, 100001)).max() - 1.0, rel=1e-6)
+    assert float(dwell(np.array(place))) - 1.0 == pytest.approx(size)
+    falls = replace(dwell, values=tuple(-np.array(dwell.values)))
+    assert tables.overshoot(falls)[0] == pytest.approx(size)
+    assert tables.overshoot(path_of(21))[0] < 1e-12
+    t = np.linspace(0.0, 1.0, 401)
+    rough = np.random.default_rng(1).normal(size=401)
+    smooth = np.array(path_of(401).values)
+
+    def noise(values: np.ndarray) -> tuple[float, float]:
+        return tables.noise(Table("q(t)", "rad", tuple(t), tuple(values), True, drives=True))
+
+    own, other = noise(smooth + 1e-4 * rough)
+    assert own == pytest.approx(6.0 * 1e-4 * 400**2 * 3.3, rel=0.3)  # the largest of 401 is about three times the mean one
+    assert other == pytest.approx(5.77, rel=0.5)
+    for quiet in (smooth, smooth + 1e-10 * rough, 0.3 * t, 0.3 * t + 1e-16 * rough, np.where(t < 0.5, 0.0, 1.0), np.abs(t - 0.5)):
+        assert noise(quiet) == (0.0, 0.0)
+
+
+def crank(angle: Expression, *more: Load) -> System:
+    """A wheel of 1 kg m^2 on a shaft that is driven."""
+    wheel = rigid("wheel", 1.0, 1.0, (0.0, 0.0), dim=2, places={"A": (0.0, 0.0)})
+    at = At("wheel", "A")
+    drives = [joints.Revolute("A", at), joints.DrivenAngle("m", at, angle)]
+    return assemble([wheel], drives, list(more), outputs={"m": probes.Reaction("m")})
+
+
+def torque_error(system: System) -> float:
+    """Of a crank on 1 - cos(2 pi t), the torque is 4 pi^2 cos(2 pi t), 39.478 N m."""
+    motion = integrate(eliminate(system), GeneralizedAlpha(2e-3), 1.0)
+    return float(np.abs(outputs(motion)["m_torque"] - 4 * np.pi**2 * np.cos(2 * np.pi * motion.times)).max())
+
+
+def test_drives_read_the_spline_and_forces_the_monotone_cubic(tmp_path: Path) -> None:
+    """One table for both, in a system and in its file; the monotone cubic gave 109.6 N m for 39.5 with 401 points."""
+    t = np.linspace(0.0, 1.0, 101)
+    table = Table("q(t)", "rad", tuple(t), tuple(1 - np.cos(2 * np.pi * t)), True)
+    angle = of_time("q(t)", inputs={"q(t)": table})
+    push = loads.PointForce("push", At("wheel", "A"), (1.0, 0.0), history=angle)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        system = crank(angle, push)
+        assert torque_error(system) < 0.02
+    assert angle.inputs[0] == table
+    drive, force = (system.signals[k].angle.inputs[0] if k < 2 else system.signals[k].inputs[0] for k in (0, 2))
+    assert (drive.drives, force.drives) == (True, False)
+    assert files.load(files.save(eliminate(system), tmp_path / "crank.h5")).signals == system.signals
+
+
+def test_inputs_that_drive_are_given_splines() -> None:
+    t = np.linspace(0.0, 1.0, 101)
+    table = Table("q(t)", "rad", tuple(t), tuple(1 - np.cos(2 * np.pi * t)), True)
+    system = crank(of_time("u", inputs={"u": Input("u", "rad")}))
+    assert torque_error(with_inputs(system, {"u": of_time("q(t)", inputs={"q(t)": table})})) < 0.02
+    assert torque_error(with_inputs(system, {"u": table})) < 0.02
+
+
+def test_what_speaks_against_tables_that_drive_is_told() -> None:
+    steps = Table("q(t)", "rad", (0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.0, 0.0, 0.1, 0.1, 0.1, 0.1), True)
+    with pytest.warns(
+        Notice, match=r"table 'q', whose curve .* at 0\.4\d+ s it goes beyond .* by 0\.0\d+ rad, 0\.\d+ of their range"
+    ):
+        crank(of_time("q(t)", inputs={"q(t)": steps}))
+    lines = Table("q(t)", "rad", (0.0, 0.3, 0.5, 1.0, 2.0), (0.0, 0.3, 0.5, 0.8, 0.0))
+    with pytest.warns(Notice) as told:
+        integrate(eliminate(crank(of_time("q(t)", inputs={"q(t)": lines}))), GeneralizedAlpha(1e-2), 1.0)
+    found = [str(one.message) for one in told if "straight lines" in str(one.message)]
+    assert len(found) == 1
+    assert "joint m is driven by the straight lines of table 'q', whose rate jumps at each point, first at t = 0.51 s" in found[0]
+
+
+@pytest.mark.parametrize("text", ["0.3 * q(0.45 * t)", "where(t < 2, t**2, q(t))", "q(0.5) * t**2"])
+def test_corners_that_are_not_met_are_not_told(text: str) -> None:
+    lines = Table("q(t)", "rad", (0.0, 0.3, 0.5, 1.0), (0.0, 0.3, 0.5, 0.8))
+    system = crank(of_time(text, inputs={"q(t)": lines}))
+    assert not step_size.corners(system.signals[0], np.linspace(0.0, 1.0, 101))
+    if "0.45" in text:
+        assert step_size.corners(system.signals[0], np.linspace(0.0, 3.0, 301)) == {lines: pytest.approx(1.12)}
 
 
 def test_files_have_units(tmp_path: Path) -> None:

@@ -167,6 +167,20 @@ def test_a_drive_moves_its_joint_with_derivatives_of_its_text(tmp_path: Path) ->
     assert compare(case_of(made), tmp_path) < 1e-8
 
 
+def test_a_table_drives_as_in_python(tmp_path: Path) -> None:
+    """A spline with its derivatives, read by another argument than t as well; one that is not smooth has none."""
+    t = np.linspace(0.0, 0.6, 13)
+    table = Table("path", "rad", tuple(t), tuple(2.0 * (1.0 - np.cos(3.0 * t))), True)
+    full = full_of(models.spin_up(8, all_multipliers=True), STEP, 0.4)
+    made = reduced(full, reduction.body_level(full.raw), 1e-8).system
+    angle = of_time("path(t) + 0.2*path(0.3*t)", inputs={table.name: table})
+    driven = tuple(signals.as_drive(replace(one, angle=angle)) for one in made.signals)
+    assert compare(case_of(replace(made, signals=driven)), tmp_path) < 1e-8
+    straight = of_time("path(t)", inputs={table.name: replace(table, smooth=False)})
+    with pytest.raises(InputError, match=r"got a table whose second derivative jumps; write `smooth: true`"):
+        c_files.write(case_of(replace(made, signals=tuple(replace(one, angle=straight) for one in made.signals))), "model", "")
+
+
 def test_a_law_of_ones_own_is_written_from_its_energy(tmp_path: Path) -> None:
     def energy(r, EA, EI, kappa0):  # type: ignore[no-untyped-def]
         eps = (r[0].dot(r[0]) - 1) / 2

@@ -31,6 +31,11 @@ from .text import statements
 
 ORDERS = 3  #: derivatives that velocities on driven joints need
 T = sympy.Symbol("t", real=True)
+# a spline and its derivatives, of which forces read the first one alone: functions of `maths.c`
+spline = symbols.function(
+    "lookup",
+    symbols.function("lookup_slope", symbols.function("lookup_bend", symbols.function("lookup_third", symbols.constant))),
+)
 
 
 def input_symbol(name: str) -> Any:
@@ -54,6 +59,11 @@ class Known(NamedTuple):
         return symbol
 
 
+def read_spline(x: Any, table: Any) -> Any:
+    """The value of a table that drives a joint, in symbols, which can be differentiated as often as joints need."""
+    return spline(x, table)
+
+
 @singledispatch
 def in_symbols(signal: Any, where: str, leaf: Place, known: Known) -> Any:
     """A function of time in symbols. Types register here; InputError for one that has not, as a function of Python.
@@ -74,7 +84,8 @@ def _(signal: Expression, where: str, leaf: Place, known: Known) -> Any:
     for one in signal.inputs:
         if isinstance(one, Table):
             table = known.curve(one)
-            names |= {one.name: responses.curve(T, table), one.call: partial(responses.curve, table=table)}
+            call = partial(read_spline if one.smooth and one.drives else responses.curve, table=table)
+            names |= {one.name: call(T), one.call: call}
             continue
         names[one.name] = in_symbols(one, where, leaf, known)
     program: list[Any] = list(signal.program)
@@ -110,7 +121,9 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
     for k, signal in enumerate(system.signals):
         value = sympy.sympify(in_symbols(signal, f"function of time {k}", ("system", "signals", k), known)).xreplace(smooth)
         if k in driven and value.atoms(written.lookup):
-            raise InputError(say(f"function of time {k}", "expressions of t where they drive a joint", "a table"))
+            remedy = "write `smooth: true`, which makes it a spline"
+            got = "a table whose second derivative jumps"
+            raise InputError(say(f"function of time {k}", "smooth functions of t where they drive a joint", got, remedy))
         for order in range(ORDERS + 1 if k in driven else 1):
             values.append(value.doit().xreplace(derivatives_of(smooth.values())))
             targets.append(f"m->signals[{order * count + k}] = {{}};")

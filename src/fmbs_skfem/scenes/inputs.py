@@ -27,7 +27,7 @@ from ..core.values.inputs import ROUND, Input
 from ..core.values.mappings import HIDDEN, inline
 from ..core.values.problems import Found, Problem, Problems, located, read_all, shown
 from ..core.values.responses import OfState
-from ..core.values.tables import Table, read_columns
+from ..core.values.tables import Ends, Table, read_columns
 from ..shapes import meshes
 
 T = TypeVar("T")
@@ -145,7 +145,8 @@ class TableModel:
     Under titles without units, numbers are in the units `of` and `unit`.
 
     Expressions call it `name(t)` or, of another argument with the unit `of`, `name(stretch)`. Between points are straight lines, or
-    a smooth curve that overshoots nowhere; beyond the last ones it is constant. A run whose functions of time leave a table that is
+    a `smooth` curve: a monotone cubic, which overshoots nowhere, or where it drives a joint a cubic spline with these `ends`, whose
+    second derivative is continuous. Beyond the last points it is constant. A run whose functions of time leave a table that is
     shorter than it is refused, one that leaves other places ends with a warning, unless the table is to `hold` its values there.
     """
 
@@ -156,6 +157,7 @@ class TableModel:
     time: Annotated[str, "the same, of times"] = ""
     value: Annotated[str, "title of the column of values, the second one by default"] = ""
     smooth: bool = False
+    ends: Annotated[Ends, "of a spline that drives: clamped where it begins and ends at rest, else not-a-knot"] = "automatic"
     hold: bool = False
     table: Table | None = field(default=None, metadata=HIDDEN)
 
@@ -175,7 +177,7 @@ def read_table(folder: Path, name: str, entry: object, context: Context) -> Tabl
         meshes.path(given.file, folder, what="table"), (given.argument or given.time, given.value), given.unit, given.of
     )
     unit, of = (str(UNIT.read(one, context)) for one in (given.unit, given.of))
-    return replace(given, table=Table(name, unit, *columns, given.smooth, of, given.hold))
+    return replace(given, table=Table(name, unit, *columns, given.smooth, of, given.hold, given.ends))
 
 
 def ends_early(given: TableModel, instants: np.ndarray, read: Iterable[Expression | OfState]) -> Problem | None:

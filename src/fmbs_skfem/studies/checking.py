@@ -16,6 +16,7 @@ from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.display import DisplayUnits, largest_of
 from ..dynamics import initial, rest
+from ..dynamics.diagnoses.step_size import warn_of_corners
 from ..scenes import build, consistency, plausibility, where
 from ..systems import compiled, free_motions, layouts
 from ..systems.connections import hinged_rims
@@ -152,6 +153,7 @@ def solved_form(scene: Scene, raw: System) -> tuple[System, dict[str, Any]]:
         scene.analysis.require_joints(reduced)
         return reduced, {"position_change": float(np.abs(reduced.lift(reduced.x0) - raw.x0).max(initial=0.0))}
     analysis, whole, begin = build.dynamic(scene), raw, reduced
+    warn_of_corners(raw, scene.analysis.instants())
     if not analysis.drawn:
         x, v, _ = rest.in_equilibrium(reduced, analysis.newton)
         begin = replace(reduced, x0=x, v0=v)

@@ -40,6 +40,7 @@ from .measures import probes as probe_rules
 from .measures import readings
 from .measures.beam_sections import SweptLine, swept_line
 from .places import At, Coordinates, Draft, ProbeRows, TermCollector, vector
+from .signals import as_drive
 from .system import (
     Constraints,
     Elastic,
@@ -50,6 +51,7 @@ from .system import (
     System,
     change_coordinates,
     driven_rows,
+    driving,
     is_linear,
     keep_constraints,
     linear_part,
@@ -124,6 +126,8 @@ def assemble(
     parts, forces = list(layout.bodies.values()), draft.forces
     pictured = [part for part in parts if part.constant.any()] if pictures else []
     probes, sensors = draft.probes.affine(), draft.sensors.affine()
+    constraints = replace(draft.constraints.arrays(), loose=draft.loose)
+    driven = {k for _, k in driving(constraints)}
     mass = diagonal([alike(part.mass, layout.dim) for part in parts])
     q0, unit = np.concatenate([part.reference.ravel() for part in parts]), np.concatenate([part.constant for part in parts])
     system = System(
@@ -137,12 +141,12 @@ def assemble(
             *(Elastic(name, 0.0, gather(part, cells, layout)) for name, part, cells in forces.cells),
         ),
         probes=probes,
-        constraints=replace(draft.constraints.arrays(), loose=draft.loose),
+        constraints=constraints,
         loads=Loads(
             constant=mass @ uniform_field(layout, parts, forces.field),
             forces=joined(forces.terms),
         ),
-        signals=tuple(draft.signals),
+        signals=tuple(as_drive(signal) if k in driven else signal for k, signal in enumerate(draft.signals)),
         sensors=replace(sensors, offset=sensors.offset + sensors.matrix @ layout.shift),
         outputs=sensed,
         lines=tuple(picture_line(part, layout) for part in pictured if not isinstance(part.space, Surface)),

@@ -13,10 +13,13 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError, closest, listed, say
+from ..core.notices import notify
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
+from ..core.values import tables
 from ..core.values.expressions import Expression
 from ..core.values.inputs import Held, Input
+from ..core.values.tables import Table
 from . import finer_systems
 from .system import Signal, System, driving
 
@@ -55,6 +58,16 @@ class Bound:
 
 
 @singledispatch
+def as_drive(signal: Any) -> Signal:
+    """The function of time as joints are driven by it: with continuous second derivatives, as far as it has a choice.
+
+    Types that read tables register; others stay.
+    """
+    driven: Signal = signal
+    return driven
+
+
+@singledispatch
 def read_inputs(signal: Any) -> Sequence[Input]:
     """The inputs that a function of time reads; none of most functions. Types that read some register."""
     return ()
@@ -89,6 +102,46 @@ def _(signal: Expression, told: Mapping[str, Signal]) -> Signal:
     if not read_inputs(signal):
         return signal
     return Bound(signal, {one.name: bound(one, told) for one in signal.inputs})
+
+
+@as_drive.register
+def of_drive(signal: Table) -> Table:
+    """The spline of a smooth table; what speaks against it is a warning."""
+    if not signal.smooth or signal.drives:
+        return signal
+    driven = replace(signal, drives=True)
+    warn_of_spline(driven)
+    return driven
+
+
+@as_drive.register
+def _(signal: Expression) -> Signal:
+    if not any(isinstance(one, Table) for one in signal.inputs):
+        return signal
+    return replace(signal, inputs=tuple(of_drive(one) if isinstance(one, Table) else one for one in signal.inputs))
+
+
+@as_drive.register
+def _(signal: Cosine | Sine) -> Signal:
+    return replace(signal, angle=as_drive(signal.angle))
+
+
+def warn_of_spline(table: Table) -> None:
+    """Warnings of a spline that drives a joint: where it leaves its points, and of noise in them."""
+    name, per = f"table '{table.call[:-2]}', whose curve drives a joint", f"{table.of}^2"
+    beyond, place = tables.overshoot(table)
+    span = float(np.ptp(table.values))
+    if beyond > tables.OVERSHOT * span:
+        size = f"{beyond:.3g} {table.unit}".rstrip()
+        text = (
+            f"{name}: at {place:.4g} {table.of} it goes beyond the points beside it by {size}, {beyond / span:.2g} of their range"
+        )
+        notify(f"{text}; give it more points where it bends, or other `ends`")
+    rough, smooth = tables.noise(table)
+    if rough:
+        unit = f"{table.unit or '1'}/{per}"
+        text = f"{name}: its points are noisy, its second derivative reaches {rough:.3g} {unit} by their noise"
+        notify(f"{text}, {smooth:.3g} through every {tables.EIGHTH}th point: smooth them before, forces follow it")
 
 
 @read_inputs.register
@@ -133,7 +186,10 @@ def with_inputs(system: System, told: Mapping[str, Signal]) -> System:
 
 def with_signals(system: System, told: Mapping[str, Signal], full: System | None) -> System:
     """The same with a form `full`, and in the finer system of one with parts."""
-    found = replace(system, signals=tuple(bound(signal, told) for signal in system.signals), full=full)
+    driven, drives = {k for _, k in driving(system.constraints)}, driving_inputs(system)
+    smooth = {name: as_drive(function) if name in drives else function for name, function in told.items()}
+    signals = (bound(signal, smooth if k in driven else told) for k, signal in enumerate(system.signals))
+    found = replace(system, signals=tuple(signals), full=full)
     return finer_systems.carry(system, found, lambda finer: with_inputs(finer, told))
 
 

@@ -7,23 +7,28 @@ jump, angles that jump or tilt, tables that were left, failed iterations, what f
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from ...core.notices import CoarseStep, notify, remark
+from ...core.values import expressions
+from ...core.values.expressions import Expression, of_time
+from ...core.values.tables import Table
 from ...systems.compiled import Compiled, signal_table
 from ...systems.forces import on_rows as forces
 from ...systems.forces import responses
 from ...systems.forces.force_laws import ForceLaw, LawForces, evaluate
 from ...systems.measures.angles import DOUBT
 from ...systems.signals import Cosine, Sine, read_inputs
-from ...systems.system import System, driving
+from ...systems.system import Signal, System, driving
 from ..histories import of_histories, pushed_body, signal_names
 from ..observers import Judge, Looks, Observer, Setting, offered
 from ..run import OpenRun
 from ..trajectory import Statistics, Trajectory
 
+STRAIGHT = 1e-9  #: of the largest slope of a table, by which those of two of its lines differ by round-off
 # twice as many cost twice as much, 8 ms in a run of 6000 steps, and say the same of what a step misses
 INSIDE = 4  #: instants inside of a step at which histories are looked at
 # a pulse between two ends gives nothing, one that begins at an end up to 25 times its impulse: what is resolved misses far less
@@ -132,10 +137,56 @@ def warn_of_coarse_steps(motion: Trajectory, plain: System, step: float, steps: 
 
 def warn_of_drives_that_jump(plain: System, step: float, steps: int) -> None:
     """A warning where a function of time that drives a joint, or its rate, jumps from one step [s] to the next: an impulse."""
+    corners = warn_of_corners(plain, step * np.arange(steps + 1))
     found = of_histories(plain, "jumps", step, steps, lambda: drives_that_jump(plain, step, steps))
-    for name, (what, t) in {signal_names(plain)[k]: jump for k, jump in reversed(found.items())}.items():
+    for name, (what, t) in {signal_names(plain)[k]: jump for k, jump in reversed(found.items()) if k not in corners}.items():
         text = f"{name} is driven by a function{what} jumps within one step, at t = {t:.4g} s"
         notify(f"{text}: forces there are impulses that depend on the step; let it change over many steps")
+
+
+def warn_of_corners(plain: System, times: np.ndarray) -> set[int]:
+    """Warnings of tables of straight lines that drive joints, at the first of the times (s,) [s] at which their rates jump.
+
+    The numbers of the signals that read them.
+    """
+    found = dict[str, str]()
+    signals = {k: corners(plain.signals[k], times) for k in sorted({k for _, k in driving(plain.constraints)})}
+    for k, tables in signals.items():
+        for table, at in tables.items():
+            text = f"{signal_names(plain)[k]} is driven by the straight lines of table '{table.call[:-2]}', whose rate jumps"
+            found.setdefault(text, f"{text} at each point, first at t = {at:.4g} s")
+    for text in found.values():
+        notify(f"{text}: forces there are impulses that depend on the step; `smooth: true` makes it a smooth curve")
+    return {k for k, tables in signals.items() if tables}
+
+
+def corners(signal: Signal, times: np.ndarray) -> dict[Table, float]:
+    """Tables of straight lines that a function of time reads, and the first of the times (s,) [s] behind a corner of theirs.
+
+    A corner counts where the value changes the function: not in the branch of `where` that is not taken.
+    """
+    read: Any = signal.angle if isinstance(signal, Cosine | Sine) else signal
+    read = of_time(read.name, inputs={read.name: read}) if isinstance(read, Table) else read
+    found = dict[Table, float]()
+    for table in read.inputs if isinstance(read, Expression) else ():
+        if not isinstance(table, Table) or table.smooth:
+            continue
+        slopes = np.diff(table.values) / np.diff(table.times)
+        bent = np.abs(np.diff(slopes)) > STRAIGHT * np.abs(slopes).max()
+        places = np.array(table.times)[1:-1][bent]
+
+        def behind(x: np.ndarray, table: Table = table, places: np.ndarray = places) -> np.ndarray:
+            piece = np.searchsorted(places, np.broadcast_to(x, times.shape))
+            return np.where(np.diff(piece, prepend=piece[:1]) != 0, np.nan, table(x))
+
+        names = {one.call: one for one in read.inputs if one.call} | {table.call: behind}
+        values = {one.name: one(times) for one in read.inputs} | {table.name: behind(times), "t": times}
+        with np.errstate(all="ignore"):
+            marked = np.zeros(times.shape) + expressions.evaluate(read.program, values | names, expressions.ARRAY)
+        at = times[np.isnan(marked) & ~np.isnan(read(times))]
+        if len(at):
+            found[table] = float(at[0])
+    return found
 
 
 def drives_that_jump(plain: System, step: float, steps: int) -> dict[int, tuple[str, float]]:

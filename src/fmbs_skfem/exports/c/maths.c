@@ -304,6 +304,28 @@ static double lookup_slope(double x, const double *T)
     return c[2] + s * (2.0 * c[1] + s * 3.0 * c[0]);
 }
 
+//: lookup_bend piece_of
+/* Its second derivative. */
+static double lookup_bend(double x, const double *T)
+{
+    const int n = (int)T[1];
+    double s;
+    if (!(x >= T[2] && x <= T[n + 1]))
+        return 0.0;
+    const double *c = piece_of(x, T, &s);
+    return 2.0 * c[1] + s * 6.0 * c[0];
+}
+
+//: lookup_third piece_of
+static double lookup_third(double x, const double *T)
+{
+    const int n = (int)T[1];
+    double s;
+    if (!(x >= T[2] && x <= T[n + 1]))
+        return 0.0;
+    return 6.0 * piece_of(x, T, &s)[0];
+}
+
 //: dot
 /* a . b by sixteen sums side by side, which become vector instructions that do not wait for each other. */
 static double dot(const double *restrict a, const double *restrict b, int n)
