@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, energies, integrate, outputs
-from fmbs_skfem.dynamics.compiled_step import packing, parts
+from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, dividing, energies, integrate, outputs
+from fmbs_skfem.dynamics.compiled_step import packing, parts, stepping
 from fmbs_skfem.dynamics.integration import begun, kept_steps
 from fmbs_skfem.dynamics.observers import Look, Observer, Setting
 from fmbs_skfem.dynamics.run import OpenRun
@@ -93,6 +96,38 @@ def test_a_step_that_fails_in_all_lengths_leaves_the_state_before_it() -> None:
     for name, array, old in zip(run.step.state._fields, run.step.state, before, strict=True):
         if name != "speed":  # the largest so far
             np.testing.assert_array_equal(array, old, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("begin", "status", "filtered", "again"),
+    [
+        (0.0, stepping.DIVERGED, True, True),
+        (-0.0, stepping.DIVERGED, True, True),
+        (1e-9, stepping.DIVERGED, True, False),
+        (-1e-9, stepping.DIVERGED, True, False),
+        (0.0, stepping.DIVERGED, False, False),
+        (0.5, stepping.DIVERGED, False, False),
+        *[(0.0, status, True, False) for status in range(-1, 7) if status != stepping.DIVERGED],
+    ],
+)
+def test_only_a_start_that_diverged_is_tried_again(
+    begin: float, status: int, filtered: bool, again: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From filtered accelerations, where there are some: in all other cases the status stays, and nothing is taken."""
+    taken, state = list[int](), [np.zeros(2)]
+    start = object() if filtered else None
+
+    def divide(status: int) -> int:
+        taken.append(status)
+        return 99
+
+    monkeypatch.setattr(dividing, "filtered_start", lambda model, scheme: start)
+    monkeypatch.setattr(dividing, "first_state", lambda model, one, c: [np.array([1.0, 2.0])] if one is start else [])
+    step = SimpleNamespace(state=state, method=SimpleNamespace(c=1.0))
+    run: Any = SimpleNamespace(model=None, scheme=None, step=step, packed=SimpleNamespace(divide=divide))
+    assert dividing.retry_filtered(run, status, begin) == (99 if again else status)
+    assert taken == ([status] if again else [])
+    assert state[0].tolist() == ([1.0, 2.0] if again else [0.0, 0.0])
 
 
 def test_a_run_is_packed_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -44,6 +44,55 @@ def test_orders_of_what_is_interpolated(name: str, expected: int) -> None:
     assert order(errors) > expected - 0.3
 
 
+def synthetic(times: np.ndarray, late: float = np.inf) -> dict[str, np.ndarray]:
+    """x, v, a and multipliers (s, 1) of q'' = 6 t + 1 up to `late` [s], and of another motion behind it."""
+    t = times[:, None]
+    before = {"x": t**3 + t**2 / 2, "v": 3 * t**2 + t, "a": 6 * t + 1, "multipliers": 2 - 5 * t}
+    behind = {"x": 7 - 2 * t**3, "v": -6 * t**2, "a": -12 * t, "multipliers": 40 * t}
+    return {name: np.where(t <= late, before[name], behind[name]) for name in before}
+
+
+def test_instants_that_are_ends_of_steps_have_all_of_these_states() -> None:
+    """To the bit, of states that no polynomial meets; memory is that of the end of the step, work lies on the line."""
+    random, near = np.random.default_rng(3), 1e-3
+    t = np.arange(6.0)
+    states = {name: random.normal(size=(6, 2)) for name in ("x", "v", "a", "multipliers", "memory")}
+    motion = Trajectory(models.double_pendulum(2), t, **states, work=random.normal(size=6))
+    asked = np.array([0.0, 0.5 * near, 1.25, 2.0 - 0.5 * near, 2.0 + 0.9 * near, 2.5, 4.75, 5.0 - 0.9 * near, 5.0])
+    state = np.array([0, 0, -1, 2, 2, -1, -1, 5, 5])
+    for rough in (False, True):
+        found = instants.at(motion, asked, np.arange(6), np.zeros(0), rough, near)
+        on = state >= 0
+        for name, values in states.items():
+            np.testing.assert_array_equal(getattr(found, name)[on], values[state[on]], err_msg=name)
+        assert motion.memory is not None
+        assert found.memory is not None
+        np.testing.assert_array_equal(found.memory[~on], motion.memory[[2, 3, 5]])
+        np.testing.assert_array_equal(found.work[on], motion.work[state[on]])
+        np.testing.assert_allclose(found.work[~on], np.interp(asked[~on], t, motion.work))
+        assert np.abs(found.x[~on] - states["x"][[2, 3, 5]]).min() > 1e-3
+
+
+@pytest.mark.parametrize("cut", [0.0, 0.35, 0.55])
+def test_both_sides_of_a_cut_are_those_of_their_own_steps(cut: float) -> None:
+    """Exact for accelerations that are linear on either side; the instant of the cut is before it, one right behind it is not."""
+    t = np.linspace(0.0, 1.0, 11)
+    motion = Trajectory(models.double_pendulum(2), t, **synthetic(t, cut))
+    asked = np.sort(np.append(np.linspace(0.013, 0.987, 21), [cut, cut + 1e-6, cut + 0.04]))
+    found = instants.at(motion, asked, np.arange(11), np.array([cut]), False, 1e-9)
+    for name, values in synthetic(asked, cut).items():
+        np.testing.assert_allclose(getattr(found, name), values, atol=1e-11, err_msg=name)
+
+
+def test_what_is_before_the_first_and_behind_the_last_of_two_cuts() -> None:
+    t = np.linspace(0.0, 1.0, 11)
+    motion = Trajectory(models.double_pendulum(2), t, **synthetic(t, 0.35))
+    asked = np.array([0.31, 0.33, 0.37, 0.39])
+    found = instants.at(motion, asked, np.arange(11), np.array([0.33, 0.36]), False, 1e-9)
+    for name, values in synthetic(asked, 0.35).items():
+        np.testing.assert_allclose(getattr(found, name), values, atol=1e-11, err_msg=name)
+
+
 def test_instants_at_ends_of_steps_have_their_states() -> None:
     system = models.double_pendulum(2)
     usual = integrate(system, GeneralizedAlpha(1e-2), 0.5, TIGHT, every=5)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, energies, integrat
 from fmbs_skfem.dynamics.diagnoses.stability import last_sound
 from fmbs_skfem.dynamics.observers import Judge, Observer
 from fmbs_skfem.dynamics.outputs import sizes_of
+from fmbs_skfem.extend import Draft, Output, Probe, Sensed
+from fmbs_skfem.extend import fields as fields_of
 from fmbs_skfem.results import segments
 from fmbs_skfem.results.segments import Recorder
 from fmbs_skfem.scenes import build
@@ -43,7 +45,38 @@ outputs:
   force: {type: reaction, joint: pin}
   spring: {type: load, load: spring}
 """
+FREE = """
+schema: 1
+dimension: 2
+bodies: {ball: {type: point_mass, mass: 1, position: [1.5, 0]}}
+loads: {spring: {type: spring_damper, at: ball, to: [0, 0], stiffness: 400, length: 1}}
+analysis: {type: dynamic, duration: 1 s, step: 1 ms}
+outputs: {power: {type: power, of: spring}, held: {type: held_by, at: ball}}
+"""
+BARE = """
+schema: 1
+dimension: 2
+bodies: {ball: {type: point_mass, mass: 1, position: [1.5, 0]}}
+initial: {bodies: {ball: {velocity: [1, 0]}}}
+analysis: {type: dynamic, duration: 1 s, step: 1 ms}
+outputs: {held: {type: held_by, at: ball}}
+"""
 EVENT = "events: {low: {when: tip.y + 0.5, stop: true}}\n"
+
+
+@dataclass(frozen=True)
+class HeldBy(Probe):
+    """The number of forces that hold a scene, and their sum: an output of one's own, which may call all there is."""
+
+    at: fields_of.Place
+
+    def sense(self, name: str, draft: Draft) -> Output:
+        return self.output(draft, (f"{name}_joints", f"{name}_loads"), [draft.layout.read(f"output '{name}'", self.at)])
+
+    @staticmethod
+    def evaluate(output: Output, sensed: Sensed) -> list[np.ndarray]:
+        joints = np.sum([np.zeros(len(sensed.times)), *sensed.reactions().values()], axis=0)
+        return [joints, sensed.pushes().sum(axis=1)]
 
 
 @pytest.fixture(autouse=True)
@@ -69,6 +102,19 @@ def count(value: object) -> int:
     if is_dataclass(value) and not isinstance(value, System):
         return sum(count(getattr(value, one.name)) for one in fields(value))
     return 0
+
+
+@pytest.mark.parametrize("text", [FREE, BARE])
+def test_outputs_read_reactions_where_nothing_has_any(text: str) -> None:
+    """Power of a spring, and an output of one's own, of bodies without joints, and without loads."""
+    system = system_of(text)
+    assert not system.constraints.names
+    few, whole = run(system), run(system, None)
+    same_outputs(few, whole)
+    assert not outputs(few)["held_joints"].any()
+    if text is FREE:
+        power = outputs(few)["power"]
+        assert np.abs(power).max() > 1.0
 
 
 def same_outputs(few: Trajectory, whole: Trajectory) -> None:

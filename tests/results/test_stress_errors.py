@@ -99,3 +99,13 @@ def test_a_constant_stress_has_no_error(dim: int, force: list[int], more: str, t
     stated = studies.run(scene).report["stress_errors"]
     assert set(stated) == {"s", "v", "f"}
     assert max(stated.values()) < 1e-6
+
+
+def test_errors_of_stresses_far_from_the_origin_are_those_at_it(tmp_path: Path) -> None:
+    """Of a plate at three places: beside the origin, and where coordinates count from the plate."""
+    found = []
+    for number, place in enumerate(("[0, 0, 0]", "[20 m, 0, 0]", "[300 m, -4 km, 7 km]")):
+        (tmp_path / str(number)).mkdir()
+        run = solved(tmp_path / str(number), "grid", 2, f", origin: {place}")
+        found.append((run.report["stress_errors"]["s"], run.outputs["s_11"][-1]))
+    np.testing.assert_allclose(found[1:], [found[0]] * 2, rtol=1e-4)

@@ -137,7 +137,7 @@ class Tracer:
         """What is read of a block."""
         system, calls = model.system, calls_of(model.system.outputs)
         none = np.zeros((len(block.times), 0))
-        forces = np.stack([*reactions(block).values()], axis=1) if "reactions" in calls else none
+        forces = np.column_stack([none, *reactions(block).values()]) if "reactions" in calls else none
         pushed = pushes(block) if "pushes" in calls else none
         found = survey(model, block, self.start, self.end)
         return Trace(*read_sensors(block), found, self.sizes(system, block), forces, pushed)

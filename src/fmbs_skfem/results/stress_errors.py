@@ -81,8 +81,9 @@ def of_outputs(trajectory: Trajectory, values: Mapping[str, Array]) -> dict[str,
         output = system.outputs[name]
         size = np.linalg.norm([values[column] for column in output.columns[:3]], axis=0)
         if np.isfinite(size).all() and size.max() > 0.0:
-            surface, reference = of_body(trajectory, int(size.argmax()), output.body, output.place)
-            found[name] = surface.at(np.pad(output.place, (0, 3 - len(output.place))), reference)
+            place = np.asarray(output.place) + system.origin  # from which it counts, as coordinates do
+            surface, reference = of_body(trajectory, int(size.argmax()), output.body, place.tolist())
+            found[name] = surface.at(np.pad(place, (0, 3 - len(place))), reference)
     return found
 
 
