@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from fmbs_skfem import studies
 from fmbs_skfem.bodies.rigid import rigid
 from fmbs_skfem.core.compiling import curves
 from fmbs_skfem.core.errors import InputError
@@ -265,6 +266,40 @@ def test_scenes(tmp_path: Path) -> None:
         assert found["ball_x"][100] == pytest.approx(x, abs=2e-6)
         assert found["ball_x"][-1] == pytest.approx(x + v * t + t**2 / 4, abs=4e-6)
         assert found["ball_y"].max() > 0.1
+
+
+DRIVEN = """
+schema: 1
+dimension: 2
+tables: {turn: {file: a.csv, unit: rad, smooth: true, ends: natural}}
+bodies: {wheel: {type: rigid, mass: 1, inertia: 1, center: [0, 0], points: {A: [0, 0]}}}
+joints: {A: {type: revolute, at: wheel.A}, m: {type: driven_angle, at: wheel.A, angle: turn(t)}}
+analysis: {type: dynamic, duration: 1 s, step: 5 ms}
+outputs: {m: {type: reaction, joint: m}}
+"""
+
+
+def test_scenes_say_how_splines_end(tmp_path: Path) -> None:
+    t = np.linspace(0.0, 1.0, 21)
+    rows = "".join(f"{one}, {value}\n" for one, value in zip(t, np.sin(np.pi * t), strict=True))
+    (tmp_path / "a.csv").write_text(f"t [s], turn [rad]\n{rows}", encoding="utf-8")
+    drive = build.system(reading.loads(DRIVEN, tmp_path)).signals[0].angle.inputs[0]
+    assert bends(drive)[[0, -1], [0, 1]] == pytest.approx([0.0, 0.0], abs=1e-10)
+    assert np.abs(bends(drive)[:, 0] + np.pi**2 * np.sin(np.pi * t[:-1])).max() < 0.03
+    with pytest.raises(InputError, match=r"tables.turn.ends: expected .*not-a-knot"):
+        reading.loads(DRIVEN.replace("natural", "loose"), tmp_path)
+    with pytest.warns(Notice, match=r"tables.turn.ends: are those of smooth curves"):
+        reading.loads(DRIVEN.replace("smooth: true, ", ""), tmp_path)
+
+
+def test_a_check_names_what_a_run_does(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("t [s], turn [rad]\n0, 0\n0.3, 0\n0.4, 1\n2, 1\n", encoding="utf-8")
+    (tmp_path / "scene.yaml").write_text(DRIVEN.replace(", ends: natural", ""), encoding="utf-8")
+    with pytest.warns(Notice, match=r"table 'turn', whose curve drives a joint: at .* s it goes beyond the points beside it"):
+        studies.check(tmp_path / "scene.yaml")
+    (tmp_path / "scene.yaml").write_text(DRIVEN.replace("smooth: true, ends: natural", "smooth: false"), encoding="utf-8")
+    with pytest.warns(Notice, match=r"joint m is driven by the straight lines of table 'turn'"):
+        studies.check(tmp_path / "scene.yaml")
 
 
 @pytest.mark.parametrize(

@@ -128,6 +128,8 @@ def _idle(scene: Scene) -> Iterator[Oddity]:
     for section in ("inputs", "controllers"):
         yield from (((section, name), "nothing in the scene reads it") for name in getattr(scene, section) if name not in read)
     yield from ((("tables", name), "nothing in the scene reads it") for name in scene.tables if f"{name}(t)" not in read)
+    straight = [name for name, one in scene.tables.items() if not one.smooth and one.ends != "automatic"]
+    yield from ((("tables", name, "ends"), "are those of smooth curves, write `smooth: true`") for name in straight)
     if scene.controllers and not scene.analysis.moves:
         yield ("controllers",), f"hold their start in an analysis of {scene.analysis.word}"
     if scene.events and not scene.analysis.moves:

@@ -127,7 +127,7 @@ def assemble(
     pictured = [part for part in parts if part.constant.any()] if pictures else []
     probes, sensors = draft.probes.affine(), draft.sensors.affine()
     constraints = replace(draft.constraints.arrays(), loose=draft.loose)
-    driven = {k for _, k in driving(constraints)}
+    driven = {k for _, k in driving(constraints)} if draft.signals else set()
     mass = diagonal([alike(part.mass, layout.dim) for part in parts])
     q0, unit = np.concatenate([part.reference.ravel() for part in parts]), np.concatenate([part.constant for part in parts])
     system = System(

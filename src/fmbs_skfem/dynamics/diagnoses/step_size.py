@@ -149,8 +149,9 @@ def warn_of_corners(plain: System, times: np.ndarray) -> set[int]:
 
     The numbers of the signals that read them.
     """
-    found = dict[str, str]()
-    signals = {k: corners(plain.signals[k], times) for k in sorted({k for _, k in driving(plain.constraints)})}
+    found, signals = dict[str, str](), dict[int, dict[Table, float]]()
+    if any(straight_tables(signal) for signal in plain.signals):  # rows are many, and few systems read tables
+        signals = {k: corners(plain.signals[k], times) for k in sorted({k for _, k in driving(plain.constraints)})}
     for k, tables in signals.items():
         for table, at in tables.items():
             text = f"{signal_names(plain)[k]} is driven by the straight lines of table '{table.call[:-2]}', whose rate jumps"
@@ -158,6 +159,13 @@ def warn_of_corners(plain: System, times: np.ndarray) -> set[int]:
     for text in found.values():
         notify(f"{text}: forces there are impulses that depend on the step; `smooth: true` makes it a smooth curve")
     return {k for k, tables in signals.items() if tables}
+
+
+def straight_tables(signal: Signal) -> list[Table]:
+    """Tables of straight lines that a function of time reads."""
+    read: Any = signal.angle if isinstance(signal, Cosine | Sine) else signal
+    tables = read.inputs if isinstance(read, Expression) else (read,)
+    return [one for one in tables if isinstance(one, Table) and not one.smooth]
 
 
 def corners(signal: Signal, times: np.ndarray) -> dict[Table, float]:
@@ -168,9 +176,7 @@ def corners(signal: Signal, times: np.ndarray) -> dict[Table, float]:
     read: Any = signal.angle if isinstance(signal, Cosine | Sine) else signal
     read = of_time(read.name, inputs={read.name: read}) if isinstance(read, Table) else read
     found = dict[Table, float]()
-    for table in read.inputs if isinstance(read, Expression) else ():
-        if not isinstance(table, Table) or table.smooth:
-            continue
+    for table in straight_tables(read):
         slopes = np.diff(table.values) / np.diff(table.times)
         bent = np.abs(np.diff(slopes)) > STRAIGHT * np.abs(slopes).max()
         places = np.array(table.times)[1:-1][bent]
