@@ -21,14 +21,13 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array, kron
 
 from ...core.algebra import ranks
-from ...core.algebra.linalg import is_sparse
+from ...core.algebra.linalg import as_dense, is_sparse
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
 from ...core.values.fields import AXIS, quantity, vector
 from ...systems import compiled, finer_systems, matrices
 from ...systems.compiled import compile_system
 from ...systems.connections.redundancy import scale_of
-from ...systems.lengths import DIGITS
 from ...systems.system import System, driven_rows
 from ..scheme import round_off
 
@@ -131,16 +130,19 @@ def linearise(
     return Linear(x, csr_array(system.mass), csr_array(C), csr_array(K), independent, large, multipliers)
 
 
-def is_driven(system: System, time: float) -> bool:
-    """Whether drives have left the reference at a time [s]: Phi(x0, t) = 0 does not hold in their rows, to round-off.
+def is_left(system: System, time: float) -> bool:
+    """Whether joints do not hold in the reference at a time [s], which then is no equilibrium, even without loads.
 
-    The reference of such a system is no equilibrium, even without loads.
+        |Phi_k(x0, t)| > tolerance |Phi_x,k| large
+
+    with round-off for what is driven, and the digits to which places are stated for all others.
     """
-    driven = driven_rows(system.constraints)
-    if not driven.any():
+    if not system.constraints.names:
         return False
-    gap = compiled.gap(compile_system(system), system.x0, time)[0]
-    return bool(np.abs(gap[driven]).max() > max(round_off(system), DIGITS))
+    gap, J = compiled.gap(compile_system(system), system.x0, time)
+    large = np.abs(as_dense(J)) @ np.broadcast_to(scale_of(system), len(system.x0))
+    tolerance = np.where(driven_rows(system.constraints), round_off(system) / system.scale, ranks.STATED)
+    return bool((np.abs(gap) > tolerance * large).any())
 
 
 def is_symmetric(linear: Linear) -> bool:

@@ -12,7 +12,7 @@ from ... import dynamics
 from ...core.storage.records import dataclass
 from ...core.values.fields import Count, Time
 from ...dynamics import Linear, Newton
-from ...dynamics.near_state.linear import Spin, is_driven
+from ...dynamics.near_state.linear import Spin, is_left
 from ...systems import free_motions
 from ...systems.connections import hinged_rims
 from .. import build
@@ -48,14 +48,14 @@ class NearState(States, ABC):
     def model(self, scene: Scene, allow_outside: bool, kept: bool = False) -> tuple[System, System, str]:
         """The system with all coordinates, the one that is solved, and what it is linearised about: `equilibrium` or `reference`.
 
-        The equilibrium of a scene without loads, spin, and drives that have left it is the reference, about which loads do nothing
+        The equilibrium of a scene without loads, spin, and joints that have left it is the reference, about which loads do nothing
         unless they are `kept`.
         """
         about, loaded = self.about, self.spin is not None or not all(load.rests for load in scene.loads.values())
         if about == "reference" and not kept:
             scene = dataclasses.replace(scene, loads={name: load for name, load in scene.loads.items() if load.resists})
         raw = build.system(scene, allow_outside=allow_outside)
-        if not loaded and not is_driven(raw, self.time):
+        if not loaded and not is_left(raw, self.time):
             about = "reference"
         turned = raw if self.spin is None else dynamics.in_rotating_frame(raw, self.spin)
         if about == "reference":
