@@ -176,7 +176,7 @@ class Chain:
         own = self.own[-2:]
         if len(own) < 2:
             return np.ones(len(own[-1]))
-        return np.maximum(1.0, over(own[0], own[1], 0.0) / (self.chance * self.most))
+        return np.maximum(1.0, over(own[0], own[1], 0.0) / (self.chance * np.max(self.most)))
 
 
 def over(one: np.ndarray, other: np.ndarray, none: np.ndarray | float) -> np.ndarray:
@@ -325,20 +325,19 @@ class Planner:
     def of_mesh(self, cells: int, steps: int, mesh: Chain, known: int) -> np.ndarray:
         """Errors (2, k) of a mesh: at least what its chain foretells, and what runs with other cells and as many steps tell.
 
-        From the finest mesh of the chain it is as far as both err together.
-
-        Where the run has many more steps than the chain, it resolves what the chain could not see, such as waves: a mesh of half as
+        Beside the finest mesh of the chain nothing has to be foretold: both err together by what they differ. Where the run has many more steps than the chain, it resolves what the chain could not see, such as waves: a mesh of half as
         many cells tells that, with half of these steps, which prove the step as well. Meshes of less than a third of the cells do
         not: what they miss is of another kind.
         """
         found, half = mesh.errors(cells), self.limits.half(steps)
-        if mesh.fine > cells and (apart := self.differ((cells, known), (mesh.fine, known))) is not None:
-            found = np.maximum(found, apart + mesh.errors(mesh.fine))
+        finer = self.differ((cells, known), (mesh.fine, known)) if mesh.fine > cells else None
+        if finer is not None:
+            found = finer + mesh.errors(mesh.fine)
         many = steps > FEW * known and cells > 1
         if many:
             self.differ((cells // 2, half), (cells, half))
         for (other, same), run in list(self.known.items()):
-            beside = same == steps or (many and same == half)
+            beside = (same == steps and (finer is None or steps > known)) or (many and same == half)
             if run is None or not beside or not APART * other <= cells <= THIRD * other:
                 continue
             if (apart := self.differ((other, same), (cells, same))) is not None:
