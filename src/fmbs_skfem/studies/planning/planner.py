@@ -325,9 +325,10 @@ class Planner:
     def of_mesh(self, cells: int, steps: int, mesh: Chain, known: int) -> np.ndarray:
         """Errors (2, k) of a mesh: at least what its chain foretells, and what runs with other cells and as many steps tell.
 
-        Beside the finest mesh of the chain nothing has to be foretold: both err together by what they differ. Where the run has many more steps than the chain, it resolves what the chain could not see, such as waves: a mesh of half as
-        many cells tells that, with half of these steps, which prove the step as well. Meshes of less than a third of the cells do
-        not: what they miss is of another kind.
+        Beside the finest mesh of the chain nothing has to be foretold: both err together by what they differ. Where the run has
+        many more steps than the chain, it resolves what the chain could not see, such as waves: a mesh of half as many cells tells
+        that, with half of these steps, which prove the step as well. Meshes of less than a third of the cells do not: what they
+        miss is of another kind.
         """
         found, half = mesh.errors(cells), self.limits.half(steps)
         finer = self.differ((cells, known), (mesh.fine, known)) if mesh.fine > cells else None
