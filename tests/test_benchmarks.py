@@ -75,6 +75,16 @@ def test_accuracy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) ->
     assert (tmp_path / "accuracy.md").read_text(encoding="utf-8").startswith("# ")
 
 
+@pytest.mark.parametrize("name", ["released_between", "bent_moments"])
+def test_promises(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """A force that is let go between the ends of steps, and moments of an equilibrium: every `+-` holds."""
+    (one,) = script("promises", tmp_path, monkeypatch).main([name], [1e-2])
+    assert one.met
+    assert one.true <= 1.0
+    assert one.held == one.columns == 4
+    assert "1 of which are promised: 1 are kept" in (tmp_path / "promises.md").read_text(encoding="utf-8")
+
+
 def test_the_cheapest_run_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (row,) = script("accuracy", tmp_path, monkeypatch).main(["pendulum"], [1e-3], try_all=True)
     assert row.cheapest is not None

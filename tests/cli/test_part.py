@@ -115,6 +115,18 @@ def test_every_door_says_that_a_part_does_not_stand_for_its_body(
     assert [one for one in found.json["notices"] if re.search(told, one)], found.json["notices"]
 
 
+def test_an_accuracy_counts_the_errors_of_parts(folder: Path, tmp_path: Path) -> None:
+    """What a run knows of its parts is a part of what it promises: of the error beside every number, and of whether it is met."""
+    text = f"{DOORS}{PUSH}{TIP}analysis: {{type: static, accuracy: {{tip: 5 %}}}}\n"
+    found = fmbs("run", kept(folder / "wish.yaml", text), "--json", "--no-plots", "--out", tmp_path / "out").json
+    plan, known = found["accuracy"], found["part_errors"]["tip_y"]
+    assert known > 0.05
+    assert (plan["met"], plan["why_not"]) == (False, "parts")
+    assert plan["of_parts"] > 1.0
+    assert plan["errors"]["tip_y"] >= known * (found["outputs"]["tip_y"]["max"] - found["outputs"]["tip_y"]["min"])
+    assert [one for one in found["notices"] if "not met" in one and "mostly by the parts; train" in one]
+
+
 def test_a_part_takes_the_place_of_its_full_body(folder: Path) -> None:
     found = fmbs("part", "check", folder / "beam.part.h5", folder / "scene.yaml", "--body", "beam", "--json").json
     assert found["output_errors"]["tip_x"]["error"] < 1e-3

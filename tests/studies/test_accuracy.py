@@ -50,6 +50,13 @@ def test_errors_are_below_what_is_wanted(tmp_path: Path, wanted: str) -> None:
     assert plan["errors"].keys() == run.outputs.keys()
 
 
+def test_pilots_are_compared_at_the_ends_of_all_steps(tmp_path: Path) -> None:
+    """A force right behind a jump of a load lies between instants that many numbers of steps have in common."""
+    pilots = ScenePilots(scenes.read(scene(tmp_path, SWING % "1e-2", RAMP)))
+    assert (found := pilots.run(2, 1200)) is not None
+    assert len(found.times) == 1201
+
+
 def test_the_planned_scene_is_a_scene_with_these_cells_and_this_step(tmp_path: Path) -> None:
     path = scene(tmp_path, SWING % "1e-2", RAMP)
     found = studies.run(path)

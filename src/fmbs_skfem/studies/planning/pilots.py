@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -17,14 +18,15 @@ from ...dynamics import Trajectory, output_errors
 from ...dynamics.checkpoint import Record, RunState
 from ...dynamics.compiled_step.parts import FINEST
 from ...dynamics.scheme import DYNAMIC
+from ...parts import departures, finer_parts
 from ...scenes import build
 from ...scenes.schema import Scene
+from ...systems import finer_systems
 from ...systems.compiled import compile_system
 from ...systems.system import System
 
-INSTANTS = 200  #: at which runs are compared, about; with 25 of them 3 of 30 plans missed what 200 saw
-COMMON = 100  #: instants that all numbers of steps have in common, half of them with a proof of half the steps
-MANY = 4  #: times INSTANTS, above which those in common are enough
+INSTANTS = 200  #: at which runs are compared at least; with 25 of them 3 of 30 plans missed what 200 saw
+COMMON = 100  #: instants that all numbers of steps have in common, half of them with a proof of half the steps, at least
 DIVIDED = 20  #: steps that a run may divide to count as resolved
 FEWEST = 2  #: cells with which a chain of meshes begins
 FLOOR = 1.5e5  #: errors over a run beside Newton's tolerance: 2e-12 leaves 2e-7 of a double pendulum in 3 s, 1e-10 leaves 7e-7
@@ -35,6 +37,8 @@ LEFT = 0.02  #: of the accuracy, that Newton may leave of a motion where its tol
 LOOSEST = 1e-8  #: tolerance that is chosen
 TRUST = 0.5  #: of the accuracy, by which two runs of a sensitive motion may differ: the error of the finer may be twice as large
 FACTOR = 4.0  #: corrections that a factorisation is worth, at least: 4 to 14 in small models
+#: orders by which outputs of a unit converge slower than positions do, two where it is none of these
+LOST = {"m": 0, "m/s": 0, "m/s^2": 0, "J": 0, "W": 0, "rad": 1, "rad/s": 1}
 GRID = 100_000  #: steps a duration may have at least because of other times of its scene
 
 
@@ -68,13 +72,19 @@ class ScenePilots:
         self.unjudged = [name for name in meshed if fine[name] is None]
         self.grid = grid_of(scene, within) if scene.analysis.moves else 1
         self.systems: dict[int, System] = {}
+        self.checked: dict[int, System] = {}  #: the same, with parts that can be held against finer ones
         self.titles: tuple[str, ...] = ()  #: of the columns that are compared
+        self.units: tuple[str, ...] = ()  #: theirs
         self.room = 0.0  #: what a motion may err by, over its size, as far as it is known
 
     @property
-    def order(self) -> int:
-        """Differences of meshes fall by 2^order at most: by that of positions of the finest splines."""
-        return 1 + max((getattr(self.scene.bodies[name], "degree", None) or 3 for name in self.open or self.refined), default=3)
+    def order(self) -> np.ndarray:
+        """(k,): differences of meshes fall by 2^order at most, of positions by that of the finest splines.
+
+        Moments are of second derivatives, and converge with two orders less; coarse meshes may fall faster, and are not believed.
+        """
+        finest = 1 + max((getattr(self.scene.bodies[name], "degree", None) or 3 for name in self.open or self.refined), default=3)
+        return np.array([max(finest - LOST.get(unit, 2), 1) for unit in self.units])
 
     @property
     def rough(self) -> bool:
@@ -114,11 +124,21 @@ class ScenePilots:
     def system(self, level: int) -> System:
         if level not in self.systems:
             scene = self.scene_of(level)
-            self.systems[level] = build.chosen_form(scene, build.system(scene, None, self.allow_outside))
+            self.checked[level] = build.chosen_form(scene, build.system(scene, None, self.allow_outside))
+            self.systems[level] = finer_systems.unchecked(self.checked[level])
         return self.systems[level]
 
+    def with_finer_parts(self, level: int) -> ScenePilots | None:
+        """The same with all shapes that parts know; None where none of them knows more."""
+        self.system(level)
+        if not departures.trained_parts(self.checked[level]) or (finer := finer_parts.finer(self.checked[level])) is None:
+            return None
+        found = copy.copy(self)
+        found.systems = {level: finer_systems.unchecked(finer)}
+        return found
+
     def run(self, cells: int, steps: int, local_error: float = 0.0) -> Found | None:
-        """Outputs at INSTANTS instants or more, where something jumps at all of a run.
+        """Outputs at the ends of all steps.
 
         None where steps fail, many are divided, or are too large for a history.
 
@@ -143,10 +163,9 @@ class ScenePilots:
         return found
 
     def solve(self, cells: int, steps: int, local_error: float = 0.0, watch: Record | None = None) -> Trajectory:
-        """The motion, at INSTANTS instants or about as many, where forces jump or events happen at the ends of all steps."""
+        """The motion at the ends of all its steps: forces have short peaks where loads, drives and contacts jump."""
         system, tolerance = self.system(cells), self.tolerance(steps, local_error)
-        every = 1 if self.rough or self.scene.events else self.stride(steps)  # reactions and contact forces have short peaks
-        return self.analysis.piloted(steps, every, local_error, tolerance).solve_for_outputs(system, watch=watch)
+        return self.analysis.piloted(steps, 1, local_error, tolerance).solve_for_outputs(system, watch=watch)
 
     def tolerance(self, steps: int, local_error: float = 0.0) -> float:
         """Newton's tolerance, over the size of the mechanism: that of the scene, or one that leaves LEFT of the accuracy.
@@ -164,19 +183,15 @@ class ScenePilots:
         most = steps * 2**FINEST if scheme.local_error else steps
         return float(np.clip(LEFT * self.room * scheme.coefficients[3] / most**1.5, DYNAMIC, LOOSEST))
 
-    def stride(self, steps: int) -> int:
-        """Steps from one instant that is kept to the next, such that those of `usual` are among them which the steps meet."""
-        if not steps:
-            return 1
-        shared = math.gcd(steps, self.usual)
-        parts = [n for n in range(1, steps // shared + 1) if steps // shared % n == 0 and steps // n >= INSTANTS]
-        found = max(parts, default=1)
-        return steps // shared if steps // found > MANY * INSTANTS and shared >= COMMON // 2 else found
-
     @property
     def usual(self) -> int:
         """The number of steps with which a chain begins, INSTANTS or more."""
-        return INSTANTS // COMMON * self.multiple(COMMON)
+        return INSTANTS // COMMON * self.unit
+
+    @property
+    def unit(self) -> int:
+        """All numbers of steps are multiples of it, and have a half."""
+        return 2 * self.multiple(COMMON // 2)
 
     def find_room(self, found: Found) -> None:
         """What a motion with these outputs may err by; an accuracy below what the iteration of every step leaves is refused.
@@ -207,7 +222,7 @@ class ScenePilots:
         pick = lambda found, rows: {name: values[rows] for name, values in found.columns.items()}  # noqa: E731
         nothing = output_errors.round_off(system, other.times)
         errors = output_errors.between(pick(other, second), pick(one, first), system.outputs, nothing=nothing)
-        self.titles = tuple(errors)
+        self.titles, self.units = tuple(errors), tuple(one.unit for one in errors.values())
         # as parts of ranges over the whole motion, however few instants two runs have in common
         whole = {name: float(np.ptp(values)) for name, values in other.columns.items()}
         errors = {name: replace(one, relative=one.relative * shrunk(one.range, whole[name])) for name, one in errors.items()}

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import asdict, field, replace
 from typing import Any
 
+import numpy as np
+
 from ...core.errors import Reason, SolverError, listed
 from ...core.notices import Progress, notify
 from ...core.storage.records import dataclass
@@ -13,10 +15,12 @@ from ...dynamics.compiled_step.parts import FINEST
 from ...scenes import build, times
 from ...scenes.schema import Scene
 from .levels import with_levels
-from .pilots import COMMON, ScenePilots
-from .planner import LEAST, Limits, Pilot, Plan, Unresolved, plan, size
+from .pilots import ScenePilots
+from .planner import LEAST, NOTHING, ROACHE, Limits, Pilot, Plan, Unresolved, plan, size
 
 USUAL = 6  #: pilot runs of a plan
+UNPLANNED = Plan(0, 1, NOTHING, NOTHING, ())  #: of an equilibrium whose meshes are all given, and whose parts are judged
+TRAIN = "train its parts on such states, or take more of their shape functions"
 
 
 @dataclass(frozen=True)
@@ -25,7 +29,7 @@ class Planned:
 
     wanted: str
     met: bool
-    why_not: str  #: sensitive, steps, cells, doubt; nothing where it is met
+    why_not: str  #: sensitive, steps, cells, parts, doubt; nothing where it is met
     steps: int | None  #: of a motion
     step: float | None  #: [s]
     cells: int | None  #: of every line that has none of its own; None where all have
@@ -37,6 +41,7 @@ class Planned:
     pilots: list[dict[str, Any]] = field(default_factory=list)  #: all runs: cells, steps, whether resolved, difference over wanted
     local_error: float = 0.0  #: of a step over the size of the mechanism, above which it is divided; 0 for equal steps
     tolerance: float | None = None  #: of Newton's iteration, over that size, in a motion
+    of_parts: float | None = None  #: largest error of parts, over what is wanted; None where none knows more shapes than it has
 
     @property
     def words(self) -> str:
@@ -48,7 +53,10 @@ class Planned:
         chosen = f"accuracy {self.wanted}: {', '.join([*cells, *steps, f'found by {len(self.pilots)} pilot runs'])}"
         mesh = "unknown" if self.of_mesh is None else f"{self.of_mesh:.2g}"
         step = f"step {self.of_step:.2g}, " if self.step else ""
-        shares = f"error over what is wanted: {step}mesh {mesh}" + (f", largest in {self.driven_by}" if self.driven_by else "")
+        parts = "" if self.of_parts is None else f", parts {self.of_parts:.2g}"
+        shares = f"error over what is wanted: {step}mesh {mesh}{parts}" + (
+            f", largest in {self.driven_by}" if self.driven_by else ""
+        )
         return f"{chosen}; {shares}"
 
     def scene(self, scene: Scene) -> Scene:
@@ -64,9 +72,9 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
     analysis, pilots = build.history(scene), ScenePilots(scene, allow_outside, within)
     cells = 2 * pilots.fewest if pilots.open else 1 if pilots.refined else 0
     motion = build.dynamic(scene) if analysis.moves else None
-    if motion is None and not cells:
+    if motion is None and not cells and pilots.with_finer_parts(0) is None:
         return nothing_to_find(pilots)
-    given, unit = not analysis.open, pilots.multiple(COMMON)
+    given, unit = not analysis.open, pilots.unit
     limits = Limits(times.STEPS // unit * unit, unit=unit, whole=pilots.grid, usual=pilots.usual) if motion else Limits(1)
     steps = 0 if motion is None else round(motion.duration / motion.step) if given else pilots.usual
     made = 0
@@ -78,7 +86,7 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
             progress(made / (made + USUAL))  # nobody knows how many there will be
 
     try:
-        found = plan(pilots, cells, steps, bool(pilots.open), not given, limits, see)
+        found = plan(pilots, cells, steps, bool(pilots.open), not given, limits, see) if steps or cells else UNPLANNED
     except Unresolved as error:
         assert motion is not None  # equilibria say themselves why they are not found
         text = f"{error.steps} steps of {motion.duration / error.steps:.3g} s do not resolve the motion"
@@ -87,11 +95,12 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
         found = with_levels(pilots, found, limits, pilots.usual, see)
     if pilots.open and pilots.refined:
         found = with_given_meshes(pilots, found, see)
+    found = with_parts(pilots, found, see)
     errors = dict(zip(pilots.titles, found.errors.T.tolist(), strict=True))
     result = Planned(
         str(pilots.accuracy),
         found.met,
-        found.why or ("" if found.met else "steps" if given and motion else "cells"),
+        found.why or ("" if found.met else short_of(found, given and motion is not None)),
         found.steps if motion else None,
         motion.duration / found.steps if motion else None,
         found.cells if pilots.open else None,
@@ -103,6 +112,7 @@ def find(scene: Scene, allow_outside: bool = False, progress: Progress | None = 
         [asdict(one) for one in found.pilots],
         found.local_error,
         pilots.tolerance(found.steps, found.local_error) if motion else None,
+        None if found.parts is None else size(found.parts),
     )
     warn(result, given, pilots, found.apart)
     return result
@@ -115,20 +125,45 @@ def nothing_to_find(pilots: ScenePilots) -> Planned:
     return result
 
 
+def short_of(found: Plan, given: bool) -> str:
+    """What keeps a plan from its accuracy: parts, or the mesh where the step is not `given`."""
+    if found.parts is not None and size(found.time + found.mesh) <= 1.0:
+        return "parts"
+    return "steps" if given else "cells"
+
+
 def with_given_meshes(pilots: ScenePilots, found: Plan, see: Callable[[Pilot], None]) -> Plan:
     """A plan of lines whose cells were chosen, with the errors of the meshes beside them, from a run with these once finer."""
-    finer = ScenePilots(pilots.refined_by(2), pilots.allow_outside)
-    steps = min(one.steps for one in found.pilots if one.resolved)
+    told = beside(pilots, ScenePilots(pilots.refined_by(2), pilots.allow_outside), found, see)
+    if told is None:
+        pilots.unjudged += pilots.refined
+        return found
+    difference, pilot = told
+    return replace(found, mesh=found.mesh + LEAST / (LEAST - 1.0) * difference, pilots=(*found.pilots, pilot))
+
+
+def with_parts(pilots: ScenePilots, found: Plan, see: Callable[[Pilot], None]) -> Plan:
+    """A plan with the errors of parts, from a run with all shapes that these know, which errs by a small part of that."""
+    finer = pilots.with_finer_parts(found.cells)
+    told = None if finer is None else beside(pilots, finer, found, see)
+    if told is None:
+        return found
+    difference, pilot = told
+    return replace(found, parts=ROACHE * difference, pilots=(*found.pilots, pilot))
+
+
+def beside(pilots: ScenePilots, finer: ScenePilots, found: Plan, see: Callable[[Pilot], None]) -> tuple[np.ndarray, Pilot] | None:
+    """Differences (2, k) of the runs of a plan from those of a finer system, with the fewest steps that resolve both."""
+    steps = min((one.steps for one in found.pilots if one.resolved), default=found.steps)
     one, other = pilots.run(found.cells, steps), finer.run(found.cells, steps)
     while (one is None or other is None) and steps < found.steps:
         steps = min(2 * steps, found.steps)
         one, other = pilots.run(found.cells, steps), finer.run(found.cells, steps)
     if one is None or other is None:
-        pilots.unjudged += pilots.refined
-        return found
+        return None
     difference = pilots.differ(one, other)
     see(pilot := Pilot(found.cells, steps, True, size(difference)))
-    return replace(found, mesh=found.mesh + LEAST / (LEAST - 1.0) * difference, pilots=(*found.pilots, pilot))
+    return difference, pilot
 
 
 def warn(found: Planned, given: bool, pilots: ScenePilots, apart: str) -> None:
@@ -137,9 +172,9 @@ def warn(found: Planned, given: bool, pilots: ScenePilots, apart: str) -> None:
         text = f"more {apart.split()[-1]} do not settle {found.driven_by}: runs of {apart} agree within the accuracy"
         notify(f"{text} up to t = {found.trusted_until:.4g} s only")
     elif not found.met:
-        parts = {"step": found.of_step, "mesh": found.of_mesh or 0.0}
+        parts = {"step": found.of_step, "mesh": found.of_mesh or 0.0, "parts": found.of_parts or 0.0}
         what = max(parts, key=lambda name: parts[name])
-        remedies = {"step": "leave the step out to have that found" if given else "", "mesh": pilots.remedy}
+        remedies = {"step": "leave the step out to have that found" if given else "", "mesh": pilots.remedy, "parts": TRAIN}
         about = f"the error is about {sum(parts.values()):.2g} times what is wanted, mostly by the {what}"
         notify(f"the accuracy {found.wanted} is not met: {about}; {remedies[what] or 'ask for less'}")
     tell_unjudged(pilots)

@@ -19,7 +19,7 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import field, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -29,10 +29,11 @@ SHARE = 0.6  #: of the accuracy, for the step; cheapest runs of ten mechanisms l
 SAFETY = 0.9  #: of the accuracy that is aimed at
 SURE = 0.25  #: of the share, below which one difference is enough
 REACH = 4.0  #: how many times more steps a chain may foretell beyond its last pilot
-STRETCH = 1.5  #: the same of cells
+STRETCH = 1.0  #: the same of cells: the finest mesh of a chain tells the error of the one that is chosen
 FALLS = 1.6, 4.0  #: ratios of a chain of steps that are believed
 LEAST = 2.0  #: of a chain of cells, and of meshes that are given: corners and supports at points leave no more
 FIRST = 4.0  #: ratio that a first difference of meshes is believed to fall by
+ROACHE = 1.25  #: factor of safety of an error that a difference tells, as grid convergence has it
 WHOLE = 1e-9  #: of a unit of steps, by which it may be missed
 # step chains pass 1.5 times the ratio of their order before they settle, and are proved; a chain of cells that passes its own was
 # on meshes too coarse to tell: with 2 it foretold a third of the error of a moment
@@ -41,7 +42,8 @@ SURELY = 2.0  #: luck above which two runs are no proof for each other
 EVEN = 2.5  #: ratios above which forces that jump have not made an error uneven
 WILD = 1.5  #: ratio below which a difference does not fall
 # starts that jump, stops and ropes have plateaus of up to six halvings before their stiffness is resolved, and then settle
-PLATEAU, PLATEAU_OF_CELLS = 7, 4  #: differences, after which those that do not fall are believed
+PLATEAU, PLATEAU_OF_CELLS = 7, 5  #: differences, after which those that do not fall are believed
+MESHES = 4  #: on which steps may not settle, up to 32 cells, before that is said of the motion
 FINER = 4  #: times the steps with which a chain of cells begins anew where its differences grow
 FEW = 8  #: times the steps of the chain of cells, above which the error of the mesh is measured with those of the run
 # proofs of thirty scenes differ by 0.04 to 0.98 of what was foretold, those of two that missed by 1.8
@@ -50,7 +52,9 @@ TWICE = 2.0  #: cells that a proof asks for at most, of those that it doubts
 DOUBTS = 6  #: proofs that are tried
 MANY = 40  #: units of steps, above which four of them are rounded to
 APART = 1.25  #: ratio of cells from which a difference tells the error of the finer mesh
+THIRD = 3.0  #: ratio of cells up to which it does
 LEFT = 0.25  #: of the accuracy, which the mesh may use at least
+TINY = 1e-12  #: of a goal, that errors count with at least where a level is sought between two
 
 
 class Pilots(Protocol):
@@ -61,14 +65,20 @@ class Pilots(Protocol):
         """Whether errors fall without an even ratio, as those of contact do."""
 
     @property
-    def order(self) -> int:
-        """By 2^order at most differences of meshes fall."""
+    def order(self) -> np.ndarray | int:
+        """By 2^order at most differences of meshes fall, of every column (k,) or of all alike."""
 
     def run(self, cells: int, steps: int) -> Any:
         """What a run gives; None where the steps do not resolve it."""
 
     def differ(self, one: Any, other: Any) -> np.ndarray:
         """Differences of two runs, (2, k): in units of the accuracy, 0 where nothing is wanted; and in units of their own."""
+
+
+Pair: TypeAlias = tuple[tuple[int, int], tuple[int, int]]  #: cells and steps of two runs
+
+
+NOTHING = np.zeros((2, 1))  #: errors of what has none
 
 
 def size(differences: np.ndarray) -> float:
@@ -83,7 +93,7 @@ class Chain:
     fine: int  #: the level of the last run
     differences: tuple[np.ndarray, ...]  #: (2, k) each, see `Pilots.differ`
     least: float  #: the ratio is at least this
-    most: float
+    most: np.ndarray | float  #: and at most this, of every column (k,) or of all alike
     first: float  #: the ratio where one difference is known
     chance: float = CHANCE
     rough: bool = False
@@ -93,28 +103,34 @@ class Chain:
         return [size(one) for one in self.differences]
 
     @property
-    def ratio(self) -> float:
-        """By what differences fall."""
-        sizes = self.sizes
-        if len(sizes) < 2:
-            return self.first
-        return float(np.clip(sizes[-2] / sizes[-1] if sizes[-1] > 0.0 else self.most, self.least, self.most))
+    def own(self) -> list[np.ndarray]:
+        """Differences (k,) of the last three pairs, or of as many as there are, in units of their own."""
+        return [one[1] for one in self.differences[-3:]]
 
     @property
-    def uneven(self) -> bool:
-        """Whether a rough chain has not shown in two ratios that it falls as a smooth one does."""
-        sizes = self.sizes[-3:]
-        return self.rough and not (len(sizes) == 3 and all(a >= EVEN * b for a, b in itertools.pairwise(sizes)))
+    def ratios(self) -> np.ndarray:
+        """(k,): by what the differences of every column fall; one that settles late falls by less than the others do."""
+        own = self.own
+        if len(own) < 2:
+            return np.full(len(own[-1]), self.first)
+        return np.clip(over(own[-2], own[-1], self.most), self.least, self.most)
 
     @property
-    def power(self) -> float:
-        """Errors fall with the level to this power."""
-        return 1.0 if self.uneven else math.log2(self.ratio)
+    def uneven(self) -> np.ndarray:
+        """(k,): which columns of a rough chain have not shown in two ratios that they fall as those of a smooth one do."""
+        own = self.own
+        even = len(own) == 3 and np.all([a >= EVEN * b for a, b in itertools.pairwise(own)], axis=0)
+        return ~(even & np.ones(len(own[-1]), bool)) & self.rough
+
+    @property
+    def powers(self) -> np.ndarray:
+        """(k,): errors fall with the level to these powers."""
+        return np.where(self.uneven, 1.0, np.log2(self.ratios))
 
     def known(self) -> list[tuple[int, np.ndarray]]:
         """Levels of all runs, the finest first, with errors (2, k): at most those of the next one and the difference from it."""
-        last = np.maximum.reduce(self.differences[-2:]) if self.uneven else self.differences[-1] / (self.ratio - 1.0) * self.luck
-        found = [(self.fine, last)]
+        even = ROACHE * self.differences[-1] / (self.ratios - 1.0) * self.luck
+        found = [(self.fine, np.where(self.uneven, np.maximum.reduce(self.differences[-2:]), even))]
         for difference in reversed(self.differences):
             level, error = found[-1]
             found.append((level // 2, error + difference))
@@ -124,33 +140,48 @@ class Chain:
         """Errors (2, k) at a level: above the finest run (1), below the coarsest as fast as they can grow, even between two."""
         known = self.known()
         if level >= known[0][0]:
-            return known[0][1] * (known[0][0] / level) ** self.power
+            return known[0][1] * (known[0][0] / level) ** self.powers
         for (fine, small), (coarse, large) in itertools.pairwise(known):
             if level >= coarse:
                 part = math.log(fine / level) / math.log(fine / coarse)
                 return small ** (1.0 - part) * large**part
-        return known[-1][1] * (known[-1][0] / level) ** math.log2(self.most)
+        return known[-1][1] * (known[-1][0] / level) ** np.log2(self.most)
 
     def error(self, level: float | None = None) -> float:
         return size(self.errors(self.fine if level is None else level))
 
     def needed(self, goal: float) -> float:
-        """The level at which the error is `goal`."""
-        known = [(level, size(error)) for level, error in self.known()]
-        if known[0][1] > goal:
-            return known[0][0] * (known[0][1] / goal) ** (1.0 / self.power)
+        """The level at which no column errs by more than `goal`."""
+        known = self.known()
+        fine, error = known[0]
+        if size(error) > goal:
+            above = error[0] > goal
+            return float(fine * ((error[0][above] / goal) ** (1.0 / self.powers[above])).max())
         for (fine, small), (coarse, large) in itertools.pairwise(known):
-            if large > goal:
-                part = math.log(goal / small) / math.log(large / small) if small > 0.0 else 1.0
-                return fine * (coarse / fine) ** part
+            if size(large) > goal:
+                above = large[0] > goal
+                less, more = np.maximum(small[0][above], TINY * goal), large[0][above]
+                part = np.log(goal / less) / np.log(more / less)
+                return float(fine * (coarse / fine) ** part.min())
         level, error = known[-1]
-        return level * (error / goal) ** (1.0 / math.log2(self.most))
+        return float((level * (error[0] / goal) ** (1.0 / np.log2(self.most))).max())
+
+    def more(self, errors: np.ndarray, goal: float) -> float:
+        """How many times as fine a level is that errs by `goal`, of one with errors (2, k)."""
+        return float(((errors[0] / goal) ** (1.0 / self.powers)).max())
 
     @property
-    def luck(self) -> float:
-        """By how much the last two runs are nearer to each other than an order allows, 1 at least: they may agree by chance."""
-        sizes = self.sizes[-2:]
-        return 1.0 if len(sizes) < 2 or sizes[1] == 0.0 else max(1.0, sizes[0] / (self.chance * self.most * sizes[1]))
+    def luck(self) -> np.ndarray:
+        """(k,): by how much the last two runs are nearer to each other than an order allows, 1 at least: that may be by chance."""
+        own = self.own[-2:]
+        if len(own) < 2:
+            return np.ones(len(own[-1]))
+        return np.maximum(1.0, over(own[0], own[1], 0.0) / (self.chance * np.max(self.most)))
+
+
+def over(one: np.ndarray, other: np.ndarray, none: np.ndarray | float) -> np.ndarray:
+    """The ratios of columns (k,), `none` where the other one is zero."""
+    return np.where(other > 0.0, one / np.where(other > 0.0, other, 1.0), none)
 
 
 @dataclass(frozen=True)
@@ -177,11 +208,12 @@ class Plan:
     pairs: tuple[tuple[Any, Any], ...] = ()  #: of runs of a sensitive motion, the time up to which all agree can be trusted
     apart: str = ""  #: of how many steps, or cells, these are
     local_error: float = 0.0  #: of steps of several lengths over the size of the mechanism, 0 for equal ones
+    parts: np.ndarray | None = None  #: (2, k) those of parts, None where nothing is known of any
 
     @property
     def errors(self) -> np.ndarray:
         """(2, k) of all together."""
-        return self.time + self.mesh
+        return self.time + self.mesh + (NOTHING if self.parts is None else self.parts)
 
     @property
     def met(self) -> bool:
@@ -194,7 +226,7 @@ class Limits:
 
     steps: int = 10_000_000
     cells: int = 512
-    unit: int = 1  #: numbers of steps are multiples of it
+    unit: int = 2  #: numbers of steps are multiples of it, and have a half
     whole: int = 1  #: those of proofs are multiples of this
     usual: int = 10_000_000  #: with which meshes are compared, where more are given
 
@@ -237,12 +269,12 @@ class Planner:
         """The plan of what is chosen, with the error of the step on its own mesh, from a run with half as many.
 
         More steps are taken where that is larger than the coarsest mesh has foretold. Where the run is farther than foretold from
-        the nearest pilot, and its steps are proved, it is the mesh that is doubted, and more cells are taken. The chain of cells
-        has so many steps as are `known`.
+        the nearest pilot, and its steps are proved or given, it is the mesh that is doubted, and more cells are taken; equilibria
+        have no steps. The chain of cells has so many steps as are `known`.
         """
         (cells, steps), (free_cells, free_steps) = chosen, free
         errors = lambda n, m: time.errors(m) + (mesh.errors(n) if mesh else 0.0)  # noqa: E731
-        found, of_mesh = time.errors(steps), mesh.errors(cells) if mesh else np.zeros((2, 1))
+        found, of_mesh = time.errors(steps), mesh.errors(cells) if mesh else NOTHING
         for attempt in range(DOUBTS):
             if self.run(cells, steps) is None and free_steps and 2 * steps <= self.limits.steps:
                 steps *= 2
@@ -259,17 +291,21 @@ class Planner:
                 of_mesh = self.of_mesh(cells, steps, mesh, known) if free_cells else mesh.errors(cells)
             # a given mesh that errs by more than is wanted is no reason for more steps
             together = size(found + of_mesh if free_cells or size(of_mesh) <= 1.0 else found)
-            if not free_steps or steps == self.limits.steps or not (far or measured is None or together > 1.0):
+            if not (far or measured is None or together > 1.0):
+                break
+            more_steps = free_steps and steps < self.limits.steps
+            more_cells = mesh is not None and free_cells and cells < self.limits.cells and (more_steps or size(found) < SAFETY)
+            if not more_steps and not more_cells:
                 break
             if attempt == DOUBTS - 1:
                 why = why or "doubt"
                 break
-            if mesh and free_cells and measured is not None and size(found) <= SAFETY * SHARE:
-                more = (size(of_mesh) / (SAFETY - size(found))) ** (1.0 / mesh.power)
-                cells = min(math.ceil(np.clip(more, MORE, TWICE) * cells), self.limits.cells)
-                continue
-            more = (size(found) / (SAFETY * SHARE)) ** (1.0 / time.power)
-            steps = self.rounded(np.clip(more, MORE, REACH) * steps)
+            left = SAFETY - min(size(found), SAFETY * SHARE) if more_steps else SAFETY - size(found)
+            by_steps = more_steps and (measured is None or size(found) > SAFETY * SHARE or not more_cells)
+            if by_steps:
+                steps = self.rounded(np.clip(time.more(found, SAFETY * SHARE), MORE, REACH) * steps)
+            if mesh and more_cells and (not by_steps or size(of_mesh) > left):
+                cells = min(math.ceil(np.clip(mesh.more(of_mesh, left), MORE, TWICE) * cells), self.limits.cells)
         if free_steps and self.pilots.rough:
             steps, found = self.fewer(cells, steps, found, of_mesh)
         return Plan(cells, steps, found, of_mesh, tuple(self.log), why)
@@ -287,55 +323,77 @@ class Planner:
         return steps, error
 
     def of_mesh(self, cells: int, steps: int, mesh: Chain, known: int) -> np.ndarray:
-        """Errors (2, k) of a mesh: at least what its chain foretells, and what runs with fewer cells and as many steps tell.
+        """Errors (2, k) of a mesh: at least what its chain foretells, and what runs with other cells and as many steps tell.
 
-        Where the run has many more steps than the chain, it resolves what the chain could not see, such as waves: a mesh of half as
-        many cells tells that, with half of these steps, which prove the step as well.
+        Beside the finest mesh of the chain nothing has to be foretold: both err together by what they differ. Where the run has
+        many more steps than the chain, it resolves what the chain could not see, such as waves: a mesh of half as many cells tells
+        that, with half of these steps, which prove the step as well. Meshes of less than a third of the cells do not: what they
+        miss is of another kind.
         """
-        foretold, half = mesh.errors(cells), self.limits.half(steps)
-        for other in [one for (one, same), run in self.known.items() if run is not None and same == steps]:
-            if APART * other <= cells and (apart := self.differ((other, steps), (cells, steps))) is not None:
-                foretold = np.maximum(foretold, apart / ((cells / other) ** mesh.power - 1.0))
-        if steps <= FEW * known or cells < 2:
-            return foretold
-        difference = self.differ((cells // 2, half), (cells, half))
-        if difference is None:
-            return foretold
-        return np.maximum(foretold, difference / ((cells / (cells // 2)) ** mesh.power - 1.0))
+        found, half = mesh.errors(cells), self.limits.half(steps)
+        finer = self.differ((cells, known), (mesh.fine, known)) if mesh.fine > cells else None
+        if finer is not None:
+            found = finer + mesh.errors(mesh.fine)
+        many = steps > FEW * known and cells > 1
+        if many:
+            self.differ((cells // 2, half), (cells, half))
+        for (other, same), run in list(self.known.items()):
+            beside = (same == steps and (finer is None or steps > known)) or (many and same == half)
+            if run is None or not beside or not APART * other <= cells <= THIRD * other:
+                continue
+            if (apart := self.differ((other, same), (cells, same))) is not None:
+                # what differs by more than the chain has foretold is not what the chain has seen fall
+                foretold = DOUBT * (mesh.errors(other) - mesh.errors(cells))
+                powers = np.where(apart[1] <= foretold[1], mesh.powers, math.log2(LEAST))
+                found = np.maximum(found, ROACHE * apart / ((cells / other) ** powers - 1.0))
+        return found
 
     def measured(self, cells: int, steps: int, time: Chain) -> np.ndarray | None:
         """Errors (2, k) of a number of steps on a mesh, from a run with half as many; None where these do not resolve it.
 
-        What runs with other steps on this mesh tell counts too. Errors that the chain foretells to be far below what is wanted are
-        believed.
+        What runs with other steps on this mesh tell counts too. Given steps that have no half are held against twice as many.
         """
         half, foretold = self.limits.half(steps), time.errors(steps)
-        if half == steps or size(foretold) <= SURE * SAFETY * SHARE:
+        if half == steps:
             return foretold
+        if 2 * half != steps:
+            difference = self.differ((cells, steps), (cells, 2 * steps))
+            return foretold if difference is None else 2.0 * ROACHE * difference  # nobody knows by which ratio it falls
         difference = self.differ((cells, half), (cells, steps))
         if difference is None and half < time.known()[-1][0]:
             return foretold  # nobody has said that so few resolve it
         if difference is not None and self.pilots.rough:
             return difference  # forces that jump fall evenly on one mesh, and not on the next
-        # where differences fall slowly nobody knows how slowly they do on this mesh
-        power = time.power if time.ratio >= EVEN else math.log2(FALLS[0])
         if difference is None:
             return None
-        found = difference / ((steps / half) ** power - 1.0)
+        # where differences fall slowly nobody knows how slowly they do on this mesh
+        powers = np.where(time.ratios >= EVEN, time.powers, math.log2(FALLS[0]))
+        found = ROACHE * difference / ((steps / half) ** powers - 1.0)
         for other, fewer in [one for one, run in self.known.items() if run is not None]:
             if (
                 other == cells
                 and half < fewer <= steps / MORE
                 and (apart := self.differ((cells, fewer), (cells, steps))) is not None
             ):
-                found = np.maximum(found, apart / ((steps / fewer) ** power - 1.0))
+                found = np.maximum(found, ROACHE * apart / ((steps / fewer) ** powers - 1.0))
         return found
 
-    def unsettled(self, time: Chain, mesh: np.ndarray, apart: str, *pairs: tuple[tuple[int, int], tuple[int, int]]) -> Plan:
-        """The plan of a motion that pairs of runs do not settle, the first of them nor all those before it."""
-        chosen, known = pairs[0][1], [tuple(self.run(*one) for one in pair) for pair in pairs]
+    def unsettled(self, chosen: tuple[int, int], time: Chain, mesh: np.ndarray, apart: str, *pairs: Pair) -> Plan:
+        """The plan of a motion that pairs of runs do not settle."""
+        known = [tuple(self.run(*one) for one in pair) for pair in pairs]
         resolved = tuple((one, other) for one, other in known if one is not None and other is not None)
         return Plan(*chosen, time.errors(chosen[1]), mesh, tuple(self.log), "sensitive", resolved, apart)
+
+    def unsettled_steps(self, cells: int, time: Chain, given: int | None, free_cells: bool) -> Plan:
+        """The plan of a motion that more steps do not settle; another mesh tells the error of this one all the same."""
+        fine, some = time.fine, time.fine // FINER
+        pairs, chosen = [((cells, fine // 2), (cells, fine))], (cells, given or fine)
+        mesh = NOTHING
+        if free_cells:
+            pairs.append(((cells // 2, some), (cells, some)))
+            apart = self.differ(*pairs[-1])
+            mesh = time.differences[-1] if apart is None else ROACHE * apart / (LEAST - 1.0)
+        return self.unsettled(chosen, time, mesh, f"{fine // 2} and {fine} steps", *pairs)
 
     def coarsest(self, cells: int, steps: int) -> int:
         """The fewest steps, by doubling, that resolve the motion."""
@@ -357,10 +415,16 @@ class Planner:
     def chain_of_steps(self, cells: int, steps: int, goal: float, single: bool) -> tuple[Chain, int, str]:
         """The chain of steps on one mesh, the fewest steps that are resolved, and why it falls short of its goal, if it does.
 
-        A `single` pair tells the error of steps that are given.
+        A `single` pair tells the error of steps that are given, and one with half of these how it falls.
         """
         first = steps = self.coarsest(cells, steps)
         differences: list[np.ndarray] = []
+        if (
+            single
+            and 2 * self.limits.half(steps) == steps
+            and (one := self.differ((cells, steps // 2), (cells, steps))) is not None
+        ):
+            differences.append(one)
         while True:
             found = self.differ((cells, steps), (cells, 2 * steps))
             steps *= 2
@@ -375,13 +439,30 @@ class Planner:
             if (why := "" if single else judge(chain, goal, REACH, PLATEAU, why)) is not None:
                 return chain, first, why
 
+    def settling(self, cells: int, steps: int, goal: float, single: bool, free_cells: bool) -> tuple[int, Chain, int, str]:
+        """The first of MESHES meshes, each twice as fine as the one before, whose chain of steps settles, and that chain.
+
+        What few cells do is no motion of the body: it may have no end of steps.
+        """
+        found = None
+        for level in [cells * 2**k for k in range(MESHES if free_cells else 1) if not k or cells * 2**k <= self.limits.cells]:
+            try:
+                found = level, *self.chain_of_steps(level, steps, goal, single)
+            except Unresolved as error:
+                failed = error
+                continue
+            if found[-1] != "sensitive":
+                break
+        if found is None:
+            raise failed
+        return found
+
     def chain_of_cells(self, cells: int, steps: int, enough: int, goal: float, single: bool) -> tuple[Chain, int, str]:
         """The chain of meshes at one step, the steps that it took, and why it falls short of its goal, if it does.
 
         Where differences grow or do not fall, steps may not resolve what finer meshes do: more are taken, up to `enough`.
         """
         differences: list[np.ndarray] = []
-        most = 2.0**self.pilots.order
         while True:
             found = self.differ((cells, steps), (2 * cells, steps))
             if found is None:  # finer meshes are faster: they ask for more steps
@@ -393,12 +474,13 @@ class Planner:
                 continue
             cells *= 2
             differences.append(found)
+            most = np.exp2(self.pilots.order)
             chain = Chain(cells, tuple(differences), LEAST, most, LEAST if single else FIRST, CHANCE_OF_CELLS)
             why = "cells" if 2 * cells > self.limits.cells else None
             why = "" if single else judge(chain, goal, STRETCH, PLATEAU_OF_CELLS, why)
             grow = len(differences) > 1 and size(found) > size(differences[-2])
-            if (grow or why == "sensitive") and FINER * steps <= enough:
-                steps, cells, differences = FINER * steps, cells // 2 ** len(differences), []
+            if (grow or why == "sensitive") and steps < enough:
+                steps, cells, differences = min(FINER * steps, enough), cells // 2 ** len(differences), []
             elif why is not None:
                 return chain, steps, why
 
@@ -415,7 +497,7 @@ def is_enough(chain: Chain, goal: float, reach: float) -> bool:
     """Whether a chain meets its goal, or foretells the level that does; one difference alone has to be far below it."""
     if len(chain.differences) == 1:
         return chain.error() <= SURE * goal
-    if chain.luck > SURELY and chain.sizes[-2] > goal:
+    if np.any((chain.luck > SURELY) & (chain.differences[-2][0] > goal)):
         return False
     return chain.error() <= goal or chain.needed(goal) <= reach * chain.fine
 
@@ -434,7 +516,7 @@ def judge(chain: Chain, goal: float, reach: float, plateau: int, limit: str | No
 
 
 FAR = Limits()
-NO_STEPS = Chain(1, (np.zeros((2, 1)),), *FALLS, first=FALLS[1]), 1, ""  #: of an equilibrium, where every run counts as one step
+NO_STEPS = Chain(1, (NOTHING,), *FALLS, first=FALLS[1]), 1, ""  #: of an equilibrium, where every run counts as one step
 
 
 def plan(
@@ -452,12 +534,13 @@ def plan(
     Unresolved where no number of steps is enough.
     """
     done = Planner(pilots, limits, see)
-    share = SAFETY * (SHARE if cells and free_cells else 1.0)
-    time, first, why = done.chain_of_steps(cells, steps, share, single=not free_steps) if steps else NO_STEPS
+    open_mesh = bool(cells) and free_cells
+    share = SAFETY * (SHARE if open_mesh else 1.0)
+    time, first, why = NO_STEPS
+    if steps:
+        cells, time, first, why = done.settling(cells, steps, share, not free_steps, open_mesh)
     if why == "sensitive":
-        fine, some = time.fine, time.fine // FINER
-        pairs = [((cells, fine // 2), (cells, fine)), *([((cells, some), (2 * cells, some))] if cells and free_cells else [])]
-        return done.unsettled(time, np.zeros((2, 1)), f"{fine // 2} and {fine} steps", *pairs)
+        return done.unsettled_steps(cells, time, None if free_steps else steps, open_mesh)
     chosen = cells, max(steps, 1) if not free_steps else max(first, done.rounded(time.needed(share)))
     if not cells:
         return done.proved(chosen, time, None, why, (free_cells, free_steps))
@@ -468,7 +551,8 @@ def plan(
     if short == "sensitive":
         fine = mesh.fine
         pairs = [((fine // 2, first), (fine, first)), *([((fine // 2, first), (fine // 2, 2 * first))] if free_steps else [])]
-        return done.unsettled(time, mesh.errors(fine), f"{fine // 2} and {fine} cells", *pairs)
+        delivered = fine, first if free_steps else chosen[1]
+        return done.unsettled(delivered, time, mesh.errors(fine), f"{fine // 2} and {fine} cells", *pairs)
     if free_cells:
         chosen = int(np.clip(math.ceil(mesh.needed(rest)), fewest, limits.cells)), chosen[1]
     return done.proved(chosen, time, mesh, why or short, (free_cells, free_steps), first)
