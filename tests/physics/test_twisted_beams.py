@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import ArrayLike
 from scipy.integrate import quad_vec
+from scipy.spatial.transform import Rotation
 
 from fmbs_skfem.bodies import Material, Rectangular
 from fmbs_skfem.bodies.beams.beam import beam
@@ -94,6 +96,27 @@ def test_turns_and_directions_at_fractions() -> None:
         assert_allclose(frame(field, s)[1], turned(np.arctan2(s / 2, 1.0)), atol=1e-6)
     point = straight(SECTION, 2.0, 8, towards=(5.0, 0.0, -3.0))
     assert_allclose(frame(point, 1.3)[1], [0.0, 0.0, -1.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        {"direction": (0.0, 1.0, 0.3), "twist": 0.4},
+        {"direction": {0.0: (0.0, 1.0, 0.0), 1.0: (1.0, 1.0, 1.0)}},
+        {"towards": (5.0, 1.0, -3.0)},
+        {},
+    ],
+)
+def test_a_beam_turns_with_its_section(axes: dict[str, Any]) -> None:
+    """Placed, x -> origin + rotation x, all that its mesh and its axes make: line and directors."""
+    turn = Rotation.from_rotvec([0.9, -0.3, 0.6]).as_matrix()
+    origin = np.array([3.0, -1.0, 2.0])
+    there = straight(SECTION, 2.0, 4, **axes)
+    here = straight(SECTION, 2.0, 4, origin=origin, rotation=turn, **axes)
+    line, moved = there.reference[::4], here.reference[::4]
+    assert_allclose(moved, origin + line @ turn.T, atol=1e-12)
+    for k in (1, 2, 3):
+        assert_allclose(here.reference[k::4], there.reference[k::4] @ turn.T, atol=1e-12)
 
 
 def test_twist_of_many_turns_is_told() -> None:
