@@ -42,7 +42,9 @@ class LargeStrain:
         stretch = float(np.sqrt(max(1.0 + 2.0 * self.strain, 0.0)))
         where = f" near ({', '.join(f'{x:.3g}' for x in self.place)}) m" if self.place else ""
         if self.shear is None:
-            force = f"a bar with that stretch of {stretch:.3g} has {0.5 * stretch * (stretch + 1.0):.2g} times the force of Hooke's law"
+            force = (
+                f"a bar with that stretch of {stretch:.3g} has {0.5 * stretch * (stretch + 1.0):.2g} times the force of Hooke's law"
+            )
         else:
             force = f"with a shear of {self.shear:.2g}, while its section keeps its size"
         return f"'{self.body}' is strained by {100 * self.strain:.3g} %{where} at {self.at:.4g}, {force}"
