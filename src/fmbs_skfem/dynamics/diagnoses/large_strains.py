@@ -74,6 +74,7 @@ def worst_point(system: System, x: np.ndarray, name: str, shortened: bool) -> tu
     if elastic.gather.law is not Law.BEAM:
         return place_of(system, x, name, shortened), None
     section, u = elastic.gather.section, terms.position_gradients(elastic.gather, x, system.lift(x))
+    assert u is not None
     strain = extreme_strains(Law.BEAM, section, u, system.dim).reshape(2, -1)
     used = carrying(Law.BEAM, section)
     point = int(strain[0].argmin() if shortened else strain[1].argmax())
