@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fmbs_skfem.bodies import Given, cable
+from fmbs_skfem.bodies import Given, cable, sections
+from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.dynamics import ArcLength, Newton, follow_path, limit_points, outputs, solve_statics, vibration_modes
 from fmbs_skfem.shapes import line, locking
 from fmbs_skfem.systems import At, assemble, check_system, eliminate
@@ -114,3 +115,14 @@ def test_fine_cells_keep_their_gauss_rule() -> None:
     table = line.tabulate(space, 3)
     assert np.all(locking.axial_shares(space, table, 100.0) == 1.0)
     assert np.ptp(locking.axial_shares(space, table, 101.0)) > 0.0
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e3])
+def test_what_keeps_the_gauss_rule_has_no_unit_of_length(unit: float) -> None:
+    """Of a beam with torsion the part LIMIT EI / (EA h^2), with its softest EI and cells of length h: 0.16 here."""
+    EI = np.array([3e-4, 2e-4, 1e-4]) * unit**2
+    section = sections.BeamSection(np.diag([1.0, 0.4, 0.4, *EI]), np.diag([1.0, unit**2, unit**2]))
+    cells = beam("beam", segment(4, end=(unit, 0.0, 0.0)), section).cells
+    assert cells is not None
+    stiffness = cells.section[0]  # zero but for that part between the points that do not lock
+    assert stiffness.min() == pytest.approx(0.16, rel=1e-2)

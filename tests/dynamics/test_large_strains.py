@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import solve_statics
 from fmbs_skfem.dynamics.diagnoses import large_strains
@@ -80,10 +81,36 @@ def test_plates(force: float, told: bool) -> None:
     assert len(said(PLATE, force)) == told
 
 
+@pytest.mark.parametrize(
+    ("force", "strain", "shear"),
+    [
+        ((0.5, 0.0, 0.0), 0.625, 0.0),  # stretch 1 + N / EA
+        ((-0.2, 0.0, 0.0), -0.18, 0.0),
+        ((0.0, 0.03, 0.04), 0.14160, 0.25),  # V / GA, and (gamma^2 + sqrt(gamma^4 + 4 gamma^2)) / 4
+        ((0.08, 0.0, 0.0), None, None),
+        ((0.0, 0.0, 0.03), None, None),
+    ],
+)
+def test_beams_with_torsion(force: tuple[float, ...], strain: float | None, shear: float | None) -> None:
+    """What is stretched, or sheared, by more than 10 %, with its place; one so stiff in bending that it shears alone."""
+    section = sections.BeamSection(np.diag([1.0, 0.2, 0.2, 1e3, 1e3, 1e3]), np.eye(3))
+    bar = beam("b", segment(3), section, origin=np.array([0.0, 5.0, 0.0]))
+    held, load = joints.Clamp("c", At("b", "left")), loads.PointForce("P", At("b", "right"), force)
+    found = large_strains.find(solve_statics(eliminate(assemble([bar], [held], [load])), 1))
+    assert len(found) == (strain is not None)
+    for one in found:
+        assert one.strain == pytest.approx(strain, rel=2e-3)
+        assert one.shear == pytest.approx(shear, abs=1e-3)
+        assert 0.0 <= one.place[0] <= 1.0 + force[0]
+        assert one.place[1] == pytest.approx(5.0, abs=0.3)
+        assert f"{100 * one.strain:.3g} % near ({one.place[0]:.3g}, " in str(one)
+        assert f"with a shear of {one.shear:.2g}" in str(one)
+
+
 def pulled(part: float) -> System:
-    beam = body.cable("b", segment(10), sections.Given(1.0, 1e-4, 1.0), dim=2)
+    bar = body.cable("b", segment(10), sections.Given(1.0, 1e-4, 1.0), dim=2)
     load = loads.PointForce("P", At("b", "right"), (part, 0.0))
-    return assemble([beam], [joints.Clamp("c", At("b", "left"))], [load])
+    return assemble([bar], [joints.Clamp("c", At("b", "left"))], [load])
 
 
 def test_reduced_models_know_where() -> None:

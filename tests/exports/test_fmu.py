@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import ctypes
 import io
+import platform
 import struct
+import subprocess
 import sys
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
@@ -19,13 +21,15 @@ import pytest
 
 from fmbs_skfem import dynamics, studies
 from fmbs_skfem.core import extras
-from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.errors import InputError, MissingFeature
 from fmbs_skfem.core.values.display import SI, DisplayUnits
 from fmbs_skfem.core.values.expressions import of_time
 from fmbs_skfem.core.values.inputs import Input
 from fmbs_skfem.core.values.ranges import Parameter
 from fmbs_skfem.exports import binaries, c_files, fmu
+from fmbs_skfem.exports.binaries import ZIG
 from fmbs_skfem.exports.fmu import FMU
+from fmbs_skfem.exports.text import template
 from fmbs_skfem.reduction import affine
 from fmbs_skfem.reduction.affine import ParametricCase
 from fmbs_skfem.reduction.cases import Case
@@ -448,3 +452,52 @@ def test_the_command_says_which_binaries_there_are(model: ParametricCase, tmp_pa
     for given in ({}, {"fmu": place, "c": tmp_path}):
         with pytest.raises(InputError, match="--c DIR, or a file for an FMU, --fmu FILE"):
             studies.export_model(tmp_path / "m.h5", **given)
+
+
+def test_a_machine_without_a_binary_is_an_error(model: ParametricCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file is written with those that there are; who waits for Windows is told by the exit code."""
+    monkeypatch.setattr(exporting, "written", lambda job, name, *_: (c_files.write(model, name, "m"), "m", "", SI))
+    made = binaries.Built("zig", (binaries.Binary("linux64", "so", b"1"),), {"x86_64-windows": "undefined symbol: f"})
+    monkeypatch.setattr(binaries, "build", lambda *_: made)
+    (tmp_path / "m.h5").touch()
+    with pytest.raises(MissingFeature, match="got none for x86_64-windows; compile its sources there") as caught:
+        studies.export_model(tmp_path / "m.h5", fmu=tmp_path / "m.fmu", name="arm")
+    assert caught.value.exit_code == 7
+    report = caught.value.result.report
+    assert (report["status"], report["binaries"], report["files"]) == ("error", ["linux64"], [tmp_path / "m.fmu"])
+    assert any("undefined symbol: f" in line for line in caught.value.result.lines if isinstance(line, str))
+
+
+FRAME = """
+double sum_of(int n)
+{
+    volatile double x[4000];
+    double sum = 0.0;
+    for (int k = 0; k < n; k++) x[k] = k;
+    for (int k = 0; k < n; k++) sum += x[k];
+    return sum;
+}
+"""
+PROBE = """
+#include "windows.c"
+int main(void)
+{
+    unsigned long size = 100000, count = 7, before, after;
+    __asm__ volatile("movq %%rsp, %2\\n call ___chkstk_ms\\n movq %%rsp, %3"
+                     : "+a"(size), "+c"(count), "=&r"(before), "=&r"(after) : : "memory", "cc");
+    return size != 100000 || count != 7 || before != after;
+}
+"""
+
+
+@pytest.mark.skipif(not extras.there("fmu") or platform.machine() != "x86_64", reason="needs zig (extra fmu) on x86-64")
+def test_windows_has_functions_with_more_than_a_page_of_locals(tmp_path: Path) -> None:
+    """They ask for their pages by a routine of the compiler's own library; the one here keeps all registers."""
+    for name, text in (("m.c", FRAME), ("windows.c", template("windows.c")), ("probe.c", PROBE)):
+        (tmp_path / name).write_text(text)
+    made = binaries.compile_for(binaries.MACHINES[0], "zig", ZIG, [tmp_path / "m.c", tmp_path / "windows.c"], tmp_path)
+    assert isinstance(made, bytes), made
+    assert COMPILER is not None
+    built = [COMPILER, "-mno-red-zone", "-fno-builtin", "-D__stdcall=", "-o", "probe", "probe.c"]
+    subprocess.run(built, cwd=tmp_path, check=True, capture_output=True)
+    subprocess.run([tmp_path / "probe"], check=True)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import ArrayLike
 from scipy.integrate import quad_vec
+from scipy.spatial.transform import Rotation
 
-from fmbs_skfem.bodies import Material, Rectangular
+from fmbs_skfem.bodies import ISection, Material, Rectangular, Section, Tube
 from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.body import Body, director, locate
 from fmbs_skfem.bodies.sections import BeamSection
@@ -94,6 +96,27 @@ def test_turns_and_directions_at_fractions() -> None:
         assert_allclose(frame(field, s)[1], turned(np.arctan2(s / 2, 1.0)), atol=1e-6)
     point = straight(SECTION, 2.0, 8, towards=(5.0, 0.0, -3.0))
     assert_allclose(frame(point, 1.3)[1], [0.0, 0.0, -1.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        {"direction": (0.0, 1.0, 0.3), "twist": 0.4},
+        {"direction": {0.0: (0.0, 1.0, 0.0), 1.0: (1.0, 1.0, 1.0)}},
+        {"towards": (5.0, 1.0, -3.0)},
+        {},
+    ],
+)
+def test_a_beam_turns_with_its_section(axes: dict[str, Any]) -> None:
+    """Placed, x -> origin + rotation x, all that its mesh and its axes make: line and directors."""
+    turn = Rotation.from_rotvec([0.9, -0.3, 0.6]).as_matrix()
+    origin = np.array([3.0, -1.0, 2.0])
+    there = straight(SECTION, 2.0, 4, **axes)
+    here = straight(SECTION, 2.0, 4, origin=origin, rotation=turn, **axes)
+    line, moved = there.reference[::4], here.reference[::4]
+    assert_allclose(moved, origin + line @ turn.T, atol=1e-12)
+    for k in (1, 2, 3):
+        assert_allclose(here.reference[k::4], there.reference[k::4] @ turn.T, atol=1e-12)
 
 
 def test_twist_of_many_turns_is_told() -> None:
@@ -179,3 +202,28 @@ def test_axes_of_a_scene() -> None:
 def test_axes_of_a_scene_that_are_none(axes: str, named: str) -> None:
     with pytest.raises(InputError, match=named):
         reading.loads(SCENE.replace("AXES", axes))
+
+
+@pytest.mark.parametrize(
+    "section, push, left",
+    [
+        (ISection(0.1, 0.2, 0.006, 0.009), (10.0, 0.0, 0.0), "0.33"),
+        (ISection(0.1, 0.2, 0.006, 0.009), (0.0, 10.0, 0.0), ""),
+        (Tube(0.04, 0.002), (10.0, 0.0, 0.0), ""),
+        (Rectangular(0.02, 0.04), (10.0, 0.0, 0.0), ""),
+    ],
+)
+def test_open_sections_that_are_twisted_at_a_clamp(section: Section, push: tuple[float, ...], left: str) -> None:
+    """1 - tanh(L/l) / (L/l) of the twist is left where warping is held, l^2 = E h^2 b^3 t / (24 G J): nothing is said of others."""
+    part = straight(section.of_beam(Material(210e9, 7850.0, 0.3)), 1.0, 4, direction=(0.0, 1.0, 0.0))
+    system = eliminate(assemble([part], [joints.Clamp("root", ROOT)], [loads.Torque("M", TIP, push)]))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        solve_statics(system, 1)
+    found = [str(one.message) for one in caught if "warping" in str(one.message)]
+    assert len(found) == bool(left)
+    if left:
+        assert f"'beam' at joint 'root', (0, 0, 0) m, {left} of the twist" in found[0]
+        GJ = 1.0 / np.linalg.inv(section.of_beam(Material(210e9, 7850.0, 0.3)).stiffness)[3, 3]
+        x = np.sqrt(GJ / (210e9 * 0.191**2 * 0.1**3 * 0.009 / 24.0))
+        assert 1.0 - np.tanh(x) / x == pytest.approx(float(left), abs=0.01)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -13,16 +14,16 @@ from fmbs_skfem.bodies import Body, Circular, Material, Rectangular
 from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.sections import Section
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate, outputs, solve_statics
 from fmbs_skfem.parts import bodies as parts
 from fmbs_skfem.parts import departures
 from fmbs_skfem.parts import files as part_files
 from fmbs_skfem.parts.excitation import Excitation, excite
 from fmbs_skfem.shapes import curves
-from fmbs_skfem.systems import At, assemble, eliminate, lengths
+from fmbs_skfem.systems import At, System, assemble, eliminate, lengths
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
-from fmbs_skfem.systems.measures import probes
+from fmbs_skfem.systems.measures import beam_sections, probes, stresses
 
 LENGTH = 0.5
 UP = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  #: x becomes z
@@ -79,6 +80,31 @@ def test_a_part_of_all_functions_is_the_body() -> None:
     body = bar("bar")
     S = parts.with_places(body, np.eye(len(body.reference)))
     assert error(of_part(parts.reduced_body(body, S))) < 1e-7
+
+
+def pushed(body: Body) -> System:
+    """A bar that is clamped, under a force at its end, with its section forces at two places."""
+    seen = {name: stresses.SectionForces(At("one", place)) for name, place in (("a", "left"), ("b", 0.3))}
+    held, push = joints.Clamp("root", At("one", "left")), loads.PointForce("F", At("one", "right"), (0.02, 0.03, 0.1))
+    return eliminate(assemble([body], [held], [push], outputs=seen))
+
+
+def forces_of(body: Body) -> np.ndarray:
+    """N, Vy, Vz, T, My, Mz (2, 6) at these places."""
+    found = outputs(solve_statics(pushed(body), 1))
+    return np.array([[found[f"{name}_{word}"][-1] for word in beam_sections.FORCES] for name in "ab"])
+
+
+def test_parts_have_section_forces() -> None:
+    """Those of the body where the part has all its functions; what a trained one leaves out of them is said."""
+    whole, body = bar("one", origin=np.array([0.1, 0.2, 0.3]), rotation=UP), bar("bar")
+    part = parts.reduced_body(body, parts.with_places(body, np.eye(len(body.reference))))
+    part = parts.placed(parts.ranged(part, part.reference * np.array([[[1.0]], [[1.1]]])), "one", np.array([0.1, 0.2, 0.3]), UP)
+    assert_allclose(forces_of(part), forces_of(whole), atol=2e-5)
+    assert part.shapes is not None
+    coarse = replace(part, shapes=replace(part.shapes, strain_errors=np.array([0.1, 0.01])))
+    with pytest.warns(Notice, match=r"leave out 0\.021 of axial strain \(N: 1\.2e\+05 N\) .* 0\.1 of the largest axial"):
+        pushed(coarse)
 
 
 def test_parts_trained_alone_stand_in_another_frame() -> None:

@@ -85,15 +85,22 @@ def principal(tensor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def extreme_strains(law: Law, section: np.ndarray, u: np.ndarray, dim: int) -> np.ndarray:
-    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, or principal strains of a surface.
+    """Axial strains (r'.r' - 1)/2 of a line at the points that carry its axial force, or principal strains.
 
-    These are all smaller ones and then all larger ones, of gradients u (k c, p) at points with the section (i, p), `dim` = c.
+    Principal ones are those of a surface, and of r' and the section of a beam, at the points that carry its axial force:
+
+        E = ((r'.r' - 1)/2, gamma/2; gamma/2, 0),    r' = (1 + Gamma_1) d_1 + Gamma_2 d_2 + Gamma_3 d_3,    gamma = |Gamma_2,3|
+
+    These are all smaller ones and then all larger ones, of gradients u (k c, ...) at points with the section (i, ...), `dim` = c.
     """
-    if law not in COMPONENTS:
-        first = 3 * strain_law.SLOPE if law is Law.BEAM else 0
-        stretch = np.asarray(0.5 * (np.sum(u[first : first + dim] ** 2, axis=0) - 1.0))
-        return stretch[carrying(law, section).ravel()]
-    largest, smallest = principal(strains(u, dim))
+    if law in COMPONENTS:
+        largest, smallest = principal(strains(u, dim))
+    elif law is Law.BEAM:
+        axial, *across = beam_strains(u, section)[:3, carrying(law, section)]
+        shear = np.hypot(*across)
+        largest, smallest = principal(0.5 * np.stack([(1.0 + axial) ** 2 + shear**2 - 1.0, np.zeros_like(axial), shear]))
+    else:
+        return np.asarray(0.5 * (np.sum(u[:dim] ** 2, axis=0) - 1.0))[carrying(law, section)]
     return np.concatenate([smallest, largest])
 
 

@@ -211,10 +211,11 @@ class Beam(OfLine):
     """A beam with torsion and shear along a line of a mesh file, in space.
 
     `direction` is the y axis of its section, made normal to the line, one or several at fractions of the length; by default the
-    axis of the scene that the line begins most across. In its place the axis may point `towards` a point. `twist` turns the section
-    about the line, right-handed from its start on, evenly to that angle at its end or as it is given at fractions. `offset` says
-    where the line passes through the section: its centroid by default, the shear centre, or a point [y, z] of its drawing; of
-    matrices a point in their axes, by default [0, 0].
+    axis of the mesh that the line begins most across. In its place the axis may point `towards` a point. Both are given where the
+    mesh is: `origin` and `rotation` move them with it, so that a beam that is turned has its section turned as well, as a part has.
+    `twist` turns the section about the line, right-handed from its start on, evenly to that angle at its end or as it is given at
+    fractions. `offset` says where the line passes through the section: its centroid by default, the shear centre, or a point [y, z]
+    of its drawing; of matrices a point in their axes, by default [0, 0].
 
     {type: beam, mesh: arm.msh, section: {shape: circular, diameter: 10 mm}, material: {young_modulus: 210 GPa, density: 7850}}
     """

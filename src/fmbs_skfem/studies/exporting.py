@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ..bodies import values
 from ..bodies.body import Body
 from ..core import extras
-from ..core.errors import InputError, say
+from ..core.errors import InputError, MissingFeature, say
 from ..core.storage import container, durable
 from ..core.values import quantities, units
 from ..core.values.display import SI, DisplayUnits
@@ -28,7 +28,7 @@ from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
 from . import models
 from .job import Job
-from .result import ReportTable, Result, list_files
+from .result import ReportTable, Result, conclude, describe_error, list_files
 
 UNITS = {"young_modulus": "Pa", "density": "kg/m^3"}  #: of numbers of a part that are no lengths
 
@@ -141,7 +141,7 @@ def refuse_taken(job: Job, where: str, places: list[Path]) -> None:
 
 
 def export_fmu(job: Job, model: CModel, title: str, unit: FMU, place: Path) -> Result:
-    """A model as an FMU, with binaries where there is a compiler."""
+    """A model as an FMU, with binaries where there is a compiler; MissingFeature, with the result, where it could not make one."""
     refuse_taken(job, f"--fmu {place}", [place])
     built, version = binaries.build(unit.files, unit.version), unit.version
     with durable.writing(place.parent):
@@ -150,7 +150,13 @@ def export_fmu(job: Job, model: CModel, title: str, unit: FMU, place: Path) -> R
     folders = [one.folder for one in built.binaries]
     report = report_of(job, model, made) | {"fmi": version, "compiler": built.compiler, "binaries": folders, "failed": built.failed}
     about = f"{job.path}: {title} as an FMU of FMI {version}.0"
-    return Result(about=about, report=report, lines=[*views(model, made), *told(built)])
+    error = None
+    if built.failed:
+        expected = f"binaries of {built.compiler} for all its machines"
+        text = say(f"--fmu {place}", expected, f"none for {', '.join(built.failed)}", "compile its sources there")
+        error = MissingFeature(text)
+        report |= describe_error(error)
+    return conclude(Result(about=about, report=report, lines=[*views(model, made), *told(built)], error=error))
 
 
 def told(built: Built) -> list[str]:

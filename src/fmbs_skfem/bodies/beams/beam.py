@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,6 +49,8 @@ FAR = np.radians(55.0)  #: turn in a cell that has an error of SQUARE [rad]
 STIFFER = 20.0  #: error of stiffnesses of what is curved, over that of d_i . d_j, at most
 UPPER = np.triu_indices(6)
 
+Place: TypeAlias = tuple[np.ndarray | None, np.ndarray]  #: origin (3,) [m] and rotation (3, 3) of a mesh
+
 
 def beam(
     name: str,
@@ -67,8 +70,9 @@ def beam(
 
     `offset` says where the line passes through a section that has a material, see `Section.of_beam`. d_2 is the part of
     `direction` (3,) across the line, or points `towards` a point (3,) [m]; `twist` [rad] turns it about the line, see
-    `orientation`. `group` picks a named group of lines; `origin` (3,) [m] and `rotation` (3, 3) place the mesh, x -> origin +
-    rotation x. Where the axes turn by more in a cell than splines follow, a notice says how many cells do.
+    `orientation`. `group` picks a named group of lines. `origin` (3,) [m] and `rotation` (3, 3) place the mesh with all that is
+    given in it, x -> origin + rotation x: the section turns with its line, and so do `direction` and the point `towards`.
+    Where the axes turn by more in a cell than splines follow, a notice says how many cells do.
     """
     curve, breaks, places, arcs = placed_line(name, mesh, group, 3, origin, rotation)
     if len(breaks) <= FEWEST:
@@ -77,7 +81,8 @@ def beam(
     centre = line.fit(space, curve)
     lengths = along_curve(curve, breaks)
     orientation = Orientation(direction, towards, twist)
-    axes = line.fit(space, partial(directors, name, curve, orientation, lengths)).reshape(-1, 3, 3)
+    turn = np.eye(3) if rotation is None else np.asarray(rotation, dtype=float)
+    axes = line.fit(space, partial(directors, name, curve, orientation, lengths, (origin, turn))).reshape(-1, 3, 3)
     check_axes(name, space, axes, orientation.turns)
     reference = np.concatenate([centre[:, None], axes], axis=1).reshape(-1, 3)
     fractions, sections, degree = along(section, material, offset)
@@ -119,12 +124,18 @@ def along(
 
 
 def directors(
-    name: str, curve: Curve, orientation: Orientation, lengths: np.ndarray, xi: np.ndarray, derivative: int = 0
+    name: str, curve: Curve, orientation: Orientation, lengths: np.ndarray, place: Place, xi: np.ndarray, derivative: int = 0
 ) -> np.ndarray:
-    """d_1, d_2, d_3 of the reference at parameters xi (x,), in one row (x, 9); `lengths` as of `along_curve`."""
+    """d_1, d_2, d_3 of the reference at parameters xi (x,), in one row (x, 9); `lengths` as of `along_curve`.
+
+    The orientation is given where the mesh is: its axes are turned with the mesh to the `place` of the curve.
+    """
+    origin, turn = place
     tangent = curve(xi, 1)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    return orientation.axes(name, curve(xi, 0), tangent, np.interp(xi, *lengths))
+    points = curve(xi, 0) if origin is None else curve(xi, 0) - origin
+    axes = orientation.axes(name, points @ turn, tangent @ turn, np.interp(xi, *lengths))
+    return np.asarray(axes.reshape(-1, 3, 3) @ turn.T).reshape(-1, 9)
 
 
 def check_axes(name: str, space: line.BSpline, axes: np.ndarray, turns: float) -> None:

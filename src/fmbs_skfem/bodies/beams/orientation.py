@@ -28,8 +28,8 @@ Everywhere: TypeAlias = Mapping[float, ArrayLike]  #: by fractions of the length
 class Orientation:
     """The y axis of a section along a line: a direction, directions at fractions of the length, or the point to which it points.
 
-    By default it is the axis of the scene that the line begins most across; `twist` [rad] is the turn of the section about the line
-    at its end, linear, or turns at fractions.
+    All are given in the frame of the mesh, and placed with it. By default it is the axis of the mesh that the line begins most
+    across; `twist` [rad] is the turn of the section about the line at its end, linear, or turns at fractions.
     """
 
     direction: ArrayLike | Everywhere | None = None

@@ -1,9 +1,10 @@
-r"""Strains beyond what laws of small strains mean: axial ones of lines, principal ones of surfaces.
+r"""Strains beyond what laws of small strains mean: axial ones of lines, principal ones of surfaces and of beams, which shear.
 
     E = (stretch^2 - 1)/2,    force of a bar / (EA (stretch - 1)) = stretch (stretch + 1) / 2
 
 The laws of this package are linear in Green's strain E: their forces are those of Hooke's law where strains are small. At a stretch
-of 1.1 a bar is pulled by 1.16 times as much, at 1.5 by 1.9 times; below 0.58 it gives way. Energies of one's own are not looked at.
+of 1.1 a bar is pulled by 1.16 times as much, at 1.5 by 1.9 times; below 0.58 it gives way. Beams with torsion are linear in stretch
+and shear of a section that keeps its size. Energies of one's own are not looked at.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ from __future__ import annotations
 import numpy as np
 
 from ...bodies.laws import Law
-from ...bodies.stress_recovery import principal, strains
+from ...bodies.stress_recovery import beam_strains, carrying, extreme_strains, principal, strains
 from ...core.algebra.linalg import evenly
 from ...core.notices import notify
 from ...core.storage.records import dataclass
 from ...systems.system import System
+from ...systems.terms import elastic as terms
 from ..outputs import centre_lines, skins
 from ..tracing import FEW
 from ..trajectory import Trajectory
@@ -23,7 +25,7 @@ from . import stopped
 
 LARGE = 0.1  #: strain from which is warned: forces are then off by 15 %; half of it is 7 %
 ROUND_OFF = 1e-12  #: of the size of the system, below which a place is 0
-SMALL = Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.MEMBRANE, Law.SHELL  #: laws that are linear in strains
+SMALL = Law.QUADRATIC, Law.MATERIAL, Law.EXACT, Law.MEMBRANE, Law.SHELL, Law.BEAM  #: laws that are linear in strains
 
 
 @dataclass(frozen=True)
@@ -34,11 +36,17 @@ class LargeStrain:
     strain: float  #: Green's, with its sign
     at: float  #: time [s], or load factor
     place: tuple[float, ...]  #: where it is then [m]; nothing where the model does not know
+    shear: float | None = None  #: of a beam with torsion there; None of other bodies
 
     def __str__(self) -> str:
         stretch = float(np.sqrt(max(1.0 + 2.0 * self.strain, 0.0)))
         where = f" near ({', '.join(f'{x:.3g}' for x in self.place)}) m" if self.place else ""
-        force = f"a bar with that stretch of {stretch:.3g} has {0.5 * stretch * (stretch + 1.0):.2g} times the force of Hooke's law"
+        if self.shear is None:
+            force = (
+                f"a bar with that stretch of {stretch:.3g} has {0.5 * stretch * (stretch + 1.0):.2g} times the force of Hooke's law"
+            )
+        else:
+            force = f"with a shear of {self.shear:.2g}, while its section keeps its size"
         return f"'{self.body}' is strained by {100 * self.strain:.3g} %{where} at {self.at:.4g}, {force}"
 
 
@@ -55,9 +63,22 @@ def find(trajectory: Trajectory) -> list[LargeStrain]:
             largest = high if high >= -low else low
             known = worst[name].strain if name in worst else LARGE
             if name in small and abs(largest) > abs(known):
-                place = place_of(system, trajectory.x[k], name, largest < 0.0)
-                worst[name] = LargeStrain(name, largest, float(trajectory.times[k]), place)
+                place, shear = worst_point(system, trajectory.x[k], name, largest < 0.0)
+                worst[name] = LargeStrain(name, largest, float(trajectory.times[k]), place, shear)
     return list(worst.values())
+
+
+def worst_point(system: System, x: np.ndarray, name: str, shortened: bool) -> tuple[tuple[float, ...], float | None]:
+    """Where a body is strained most in a state (n,) [m], and the shear of a beam there."""
+    elastic = next(one for one in system.elastic if one.name == name)
+    if elastic.gather.law is not Law.BEAM:
+        return place_of(system, x, name, shortened), None
+    section, u = elastic.gather.section, terms.position_gradients(elastic.gather, x, system.lift(x))
+    assert u is not None
+    strain = extreme_strains(Law.BEAM, section, u, system.dim).reshape(2, -1)
+    used = carrying(Law.BEAM, section)
+    point = int(strain[0].argmin() if shortened else strain[1].argmax())
+    return shown(system, u[: system.dim, used][:, point]), float(np.hypot(*beam_strains(u, section)[1:3, used][:, point]))
 
 
 def place_of(system: System, x: np.ndarray, name: str, shortened: bool) -> tuple[float, ...]:
@@ -68,9 +89,14 @@ def place_of(system: System, x: np.ndarray, name: str, shortened: bool) -> tuple
     surfaces = [(one.name, *on_surface(skins(system, q)[one.name], shortened)) for one in system.skins if one.name == name]
     for one, places, strain in [*lines, *surfaces]:
         if one == name and len(places):
-            place = places[int(np.argmax(sign * strain))] + system.origin
-            return tuple(np.where(np.abs(place) > ROUND_OFF * system.scale, place, 0.0).tolist())
+            return shown(system, places[int(np.argmax(sign * strain))])
     return ()
+
+
+def shown(system: System, place: np.ndarray) -> tuple[float, ...]:
+    """A place (c,) [m] from the origin of the scene, without round-off."""
+    place = place + system.origin
+    return tuple(np.where(np.abs(place) > ROUND_OFF * system.scale, place, 0.0).tolist())
 
 
 def on_surface(found: np.ndarray, shortened: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -86,4 +112,6 @@ def warn(found: list[LargeStrain]) -> None:
     worst = max(found, key=lambda one: abs(one.strain))
     others = [f"'{one.body}'" for one in found if one is not worst]
     more = f"; strains above {100 * LARGE:.0f} % as well: {', '.join(others)}" if others else ""
-    notify(f"{worst}{more}; laws are linear in Green's strain, as for small ones: take an energy of your own for large ones")
+    law = "laws are linear in Green's strain, as for small ones: take an energy of your own for large ones"
+    law = law if worst.shear is None else "forces of beams with torsion are linear in stretch and shear, as for small ones"
+    notify(f"{worst}{more}; {law}")

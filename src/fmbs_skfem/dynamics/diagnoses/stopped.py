@@ -206,7 +206,7 @@ def strains(system: System, x: np.ndarray) -> dict[str, tuple[float, float]]:
     for elastic in system.elastic:
         gradients = terms.position_gradients(elastic.gather, x, q)
         if gradients is not None and not elastic.gather.law.follows:
-            e = extreme_strains(elastic.gather.law, elastic.gather.section, gradients.reshape(len(gradients), -1), system.dim)
+            e = extreme_strains(elastic.gather.law, elastic.gather.section, gradients, system.dim)
             found[elastic.name] = (float(e.min()), float(e.max()))
     return found
 

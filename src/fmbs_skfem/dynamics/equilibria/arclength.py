@@ -1,14 +1,14 @@
 r"""Paths of equilibria through limit points of the load, by arc length.
 
-    G(z) = [f(x) - Q(x, s) + Phi_x^T lambda, Phi(x, s)] = 0,  z = (x, lambda, s);    t . M (x - x_0) = ds,  t . M t = 1
+    G(z) = [f(x) - Q(x, s) + Phi_x^T lambda, Phi(x, s)] = 0,  z = (x, lambda, s);    t . W (x - x_0) = ds,  t . W t = 1
 
 The load factor s is an unknown beside the coordinates; what is prescribed is the length ds along the unit tangent t of the path at
-its last point (Riks' normal plane). Lengths are measured by the mass matrix M, so that they depend neither on the mesh nor on the
-choice of coordinates. G and the plane are solved together: their matrix is regular at limit points, where that of G_x is singular
-and its determinant changes sign. The same matrix gives the next tangent, t_old . M t > 0. Limit points are the zeros of its load
-component. At each of them one negative pivot of G_x comes or goes; where one does so elsewhere, a branch point lies between two
-points, or the step has left its path for another branch: steps are shortened there until they turn with the path, or show that it
-goes straight on. So a path is the same whatever its steps are.
+its last point (Riks' normal plane). Lengths are measured in the metric W, the mass and what stands for it where a coordinate has
+none (`lengths`), so that they depend neither on the mesh nor on the choice of coordinates. G and the plane are solved together:
+their matrix is regular at limit points, where that of G_x is singular and its determinant changes sign. The same matrix gives the
+next tangent, t_old . W t > 0. Limit points are the zeros of its load component. At each of them one negative pivot of G_x comes or
+goes; where one does so elsewhere, a branch point lies between two points, or the step has left its path for another branch: steps
+are shortened there until they turn with the path, or show that it goes straight on. So a path is the same whatever its steps are.
 
 Sources: Riks, Int. J. Solids Struct. 15 (1979) 529-551, doi 10.1016/0020-7683(79)90081-7; Keller, in: Applications of Bifurcation
 Theory, Academic Press 1977, 359-384 (bordering, and branches from a null vector); Ramm, in: Nonlinear Finite Element Analysis in
@@ -25,6 +25,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from ...core.algebra import saddle
+from ...core.algebra.linalg import Array
 from ...core.errors import InputError, Reason, SolverError, say
 from ...core.notices import Progress, notify
 from ...core.storage.records import dataclass
@@ -56,6 +57,11 @@ LONGER = 4.0  #: factor of lengths that step over a branch point
 BLUNT = 0.1  #: part of that at which a path is given up whose points are not found
 NARROW = 1e-3  #: load factors between which a branch point is found
 ASIDE = 0.02, 1e-3  #: longest first step along another branch, over the size of the system, and part below which it is given up
+# of an arch, corrections of neighbouring states within 1e-4 of its branch points are 0.1 to 3 times those of its last digits
+SLOW = 0.5  #: contraction from which a correction may be round-off
+TINY = 1e-6  #: correction over the size of the system that never is
+STATES, AMPLE = 4, 4.0  #: states that differ in their last digits, and times their largest correction that is round-off
+SAME = 0.1  #: part by which tangents on both sides of a branch point differ at most in what is theirs
 MANY = 1_000_000  #: pivots that count as negative where their number is not known
 TRIES = 4  #: inverse iterations to the motion that a branch point lets free: its pivot is nearly zero
 ONE_SIDED = 1e-6  #: sum of the displacements of all points, over that of their sizes, that is not zero
@@ -100,7 +106,7 @@ class PathProblem:
     control: ArcLength
 
     def measure(self, a: np.ndarray, b: np.ndarray) -> float:
-        """Product of two displacements in the metric of the mass matrix."""
+        """Product of two displacements in the metric."""
         return float(a @ (self.model.system.metric @ b))
 
     def size(self, a: np.ndarray) -> float:
@@ -122,7 +128,7 @@ class PathProblem:
 class PathPoint:
     """An equilibrium and the unit tangent of the path there.
 
-    (x, multipliers, load) is d(x, lambda, s)/d length, with x of length 1 in the mass.
+    (x, multipliers, load) is d(x, lambda, s)/d length, with x of length 1 in the metric.
     """
 
     at: Equilibrium
@@ -227,7 +233,7 @@ def follow(problem: PathProblem, walk: Walk, progress: Progress) -> None:
         walk.states.extend(leg.landed)
         walk.crossings.extend(crossings(problem, last, leg))
         if leg.branches and problem.control.branch == "other" and leg.landed[-1].at < 1.0:
-            last, length = take_other(problem, last)
+            last, length = take_other(problem, last, leg.point)
             walk.states.append(last.at)
         else:
             usual = max(leg.length, SHORTER * usual)  # steps grow again behind what shortened them
@@ -313,13 +319,13 @@ def crossings(problem: PathProblem, last: PathPoint, leg: Leg) -> list[Crossing]
     return [Crossing("branch point", last.at.at, leg.point.at.at, distance, place, pivots, sign)]
 
 
-def take_other(problem: PathProblem, last: PathPoint) -> tuple[PathPoint, float]:
-    """The first point of the other branch next to a branch point, and the length of the way to it.
+def take_other(problem: PathProblem, last: PathPoint, beyond: PathPoint) -> tuple[PathPoint, float]:
+    """The first point of the other branch next to a branch point between two points, and the length of the way to it.
 
     Of its two sides that with fewer negative pivots; where they are alike, as those of symmetric structures, the one to which most
     points move in x, y or z, the first of these that is not zero.
     """
-    aside = other_way(problem, last)
+    aside = other_way(problem, last, beyond)
     size = min(ASIDE[0] * problem.long, problem.control.first / max(abs(aside.load), 1e-300))
     least = ASIDE[1] * size
     back = replace(aside, x=-aside.x, multipliers=-aside.multipliers, load=-aside.load)
@@ -334,11 +340,12 @@ def take_other(problem: PathProblem, last: PathPoint) -> tuple[PathPoint, float]
     raise SolverError(f"the other branch at {UNIT} {last.at.at:.4g} is not found", Reason.NOT_CONVERGED, last.at.at)
 
 
-def other_way(problem: PathProblem, last: PathPoint) -> PathPoint:
+def other_way(problem: PathProblem, last: PathPoint, beyond: PathPoint) -> PathPoint:
     """A point next to a branch point with the unit direction of the other branch in place of its tangent.
 
     Both tangents there are made of the motion that nothing resists, K u = 0, and of the answer to more load, K u = dQ/ds, without
-    that: the other one is normal to the first.
+    that: the other one is normal to the first. So near to the branch point round-off turns the first towards that motion; what it
+    has of it alike on both sides of the branch point is its own.
     """
     model, at, n = problem.model, last.at, len(last.x)
     found = tangent_at(model, at.x, at.multipliers, at.at, at.memory)
@@ -351,15 +358,17 @@ def other_way(problem: PathProblem, last: PathPoint) -> PathPoint:
         free = free if solved is None else solved / problem.size(solved[:n])
     answer = answer - problem.measure(free[:n], answer[:n]) * free
     length = problem.size(answer[:n])
-    along = PathPoint(at, last.x, last.multipliers, last.load)
+    here, there = (problem.measure(free[:n], point.x) for point in (last, beyond))
+    own = here if abs(here - there) <= SAME * abs(here) else 0.0
+    along = unit(problem, without(problem, last, PathPoint(at, free[:n], free[n:], 0.0), here - own))
     ways = [PathPoint(at, free[:n], free[n:], 0.0), PathPoint(at, answer[:n] / length, answer[n:] / length, 1.0 / length)]
     normal = max((without(problem, way, along) for way in ways), key=lambda way: problem.size(way.x))
     return oriented(problem.model.system, unit(problem, normal))
 
 
-def without(problem: PathProblem, way: PathPoint, other: PathPoint) -> PathPoint:
-    """A direction without its part along another one."""
-    part = problem.measure(way.x, other.x)
+def without(problem: PathProblem, way: PathPoint, other: PathPoint, part: float | None = None) -> PathPoint:
+    """A direction without its part along another one, or without that `part`."""
+    part = problem.measure(way.x, other.x) if part is None else part
     return PathPoint(way.at, way.x - part * other.x, way.multipliers - part * other.multipliers, way.load - part * other.load)
 
 
@@ -405,7 +414,9 @@ def advance(problem: PathProblem, last: PathPoint, length: float) -> PathPoint:
         if iteration > 1 and not norm < max(before, 1e-6 * scale):
             raise static_failure(problem.model, Reason.DIVERGED, (UNIT, s), R, HINT)
         x, multipliers, s = x + step[:n], multipliers + step[n:-1], s + step[-1]
-        if is_enough(problem.model.system, problem.newton, norm, before) and abs(step[-1]) <= SURE:
+        enough = is_enough(problem.model.system, problem.newton, norm, before) and abs(step[-1]) <= SURE
+        stalls = iteration > 1 and norm > SLOW * before
+        if enough or (stalls and is_round_off(problem, Equilibrium(s, x, multipliers, 0, at.memory), last.x, norm)):
             memory = compiled.accepted(problem.model, x, memory=at.memory)
             found = tangent(problem, Equilibrium(float(s), x, multipliers, iteration + 1, memory), ray)
             if problem.measure(last.x, found.x) > np.cos(problem.control.turn):
@@ -416,18 +427,39 @@ def advance(problem: PathProblem, last: PathPoint, length: float) -> PathPoint:
 
 def linearise(problem: PathProblem, at: Equilibrium, ahead: np.ndarray, rest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Correction of (x, lambda, s) with the rest of the length along `ahead` (n,), direction of the path with 1 along it, and G."""
-    model, J = problem.model, compiled.gap(problem.model, at.x, at.at)[1]
-    R, Q = compiled.residual(model, at.x, at.multipliers, at.at, at.memory), load_slope(problem, at)
-    plane = np.concatenate([problem.model.system.mass @ ahead, np.zeros(len(J))])
-    size = np.abs(Q).max() / np.abs(plane).max()
-    K = saddle.matrix(compiled.tangent(model, at.x, at.multipliers, at.at, 0.0, at.memory), J)
-    bordered = saddle.matrix(K, size * plane[None, :], -Q[:, None])
+    R = compiled.residual(problem.model, at.x, at.multipliers, at.at, at.memory)
+    bordered, size = border(problem, at, ahead)
     last = np.zeros(len(R) + 1)
     last[-1] = size
     solved = saddle.regular_solution(bordered, np.column_stack([np.append(-R, size * rest), last]))
     if solved is None:
-        raise static_failure(model, Reason.SINGULAR_TANGENT, (UNIT, at.at), R)
+        raise static_failure(problem.model, Reason.SINGULAR_TANGENT, (UNIT, at.at), R)
     return solved[:, 0], solved[:, 1], R
+
+
+def border(problem: PathProblem, at: Equilibrium, ahead: np.ndarray) -> tuple[Array, float]:
+    """[G_x, G_s; c (W ahead)^T, 0] (n + m + 1, n + m + 1), and the factor c by which the plane counts as much as the loads."""
+    model, J, Q = problem.model, compiled.gap(problem.model, at.x, at.at)[1], load_slope(problem, at)
+    plane = np.concatenate([model.system.metric @ ahead, np.zeros(len(J))])
+    size = float(np.abs(Q).max() / np.abs(plane).max())
+    K = saddle.matrix(compiled.tangent(model, at.x, at.multipliers, at.at, 0.0, at.memory), J)
+    return saddle.matrix(K, size * plane[None, :], -Q[:, None]), size
+
+
+def is_round_off(problem: PathProblem, at: Equilibrium, ahead: np.ndarray, norm: float) -> bool:
+    """Whether a correction of size `norm` [m] of a state in the plane normal to `ahead` (n,) is no more than round-off of G.
+
+    States that differ in their last digits have corrections as well: near a branch point hardly anything resists one motion, and
+    no iteration finds it better.
+    """
+    if norm > TINY * problem.model.system.scale:
+        return False
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], (STATES, len(at.x)))
+    states = [at.x, *(np.nextafter(at.x, at.x + sign) for sign in signs)]
+    R = [compiled.residual(problem.model, x, at.multipliers, at.at, at.memory) for x in states]
+    changes = np.stack([np.append(one - R[0], 0.0) for one in R[1:]], axis=1)
+    solved = saddle.regular_solution(border(problem, at, ahead)[0], changes)
+    return solved is not None and norm <= AMPLE * max(compiled.size(problem.model, one[: len(at.x)]) for one in solved.T)
 
 
 def load_slope(problem: PathProblem, at: Equilibrium) -> np.ndarray:

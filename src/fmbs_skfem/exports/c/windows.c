@@ -33,3 +33,26 @@ void *memset(void *to, int value, size_t size)
         ((unsigned char *)to)[k] = (unsigned char)value;
     return to;
 }
+
+#if defined(__GNUC__) && defined(__x86_64__)
+/* Functions with more than a page of locals call this first, with their size in rax: Windows grows the stack page by page, so that
+   every page is to be touched in turn. All registers stay as they are. */
+__asm__(".text\n"
+        ".globl ___chkstk_ms\n"
+        "___chkstk_ms:\n"
+        "    pushq %rcx\n"
+        "    pushq %rax\n"
+        "    leaq 24(%rsp), %rcx\n"
+        "    cmpq $0x1000, %rax\n"
+        "    jb 2f\n"
+        "1:  subq $0x1000, %rcx\n"
+        "    testq %rcx, (%rcx)\n"
+        "    subq $0x1000, %rax\n"
+        "    cmpq $0x1000, %rax\n"
+        "    ja 1b\n"
+        "2:  subq %rax, %rcx\n"
+        "    testq %rcx, (%rcx)\n"
+        "    popq %rax\n"
+        "    popq %rcx\n"
+        "    ret\n");
+#endif

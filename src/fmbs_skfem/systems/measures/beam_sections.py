@@ -12,15 +12,16 @@ Stresses are those of Saint-Venant at the contour of the section, linear in S = 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Annotated
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array, vstack
 
-from ...bodies.beams.beam import FIELDS, UPPER
+from ...bodies.beams.beam import FIELDS, UPPER, beam_numbers
 from ...bodies.beams.profiles import Profile
-from ...bodies.body import Body, director, locate
+from ...bodies.body import Body, director, locate, read_by_cells
 from ...bodies.laws import Law, number
 from ...bodies.strain_law import FIRST, strains
 from ...core.algebra.linalg import as_csr
@@ -98,6 +99,17 @@ def sections(part: Body, xi: np.ndarray) -> tuple[csr_array, Sections]:
     return as_csr(vstack([here, vectors(part, there)])), numbers
 
 
+def with_all_points(part: Body) -> Body:
+    """A part of a beam with the quadrature points of its full body, which its section and its reference tell."""
+    read = read_by_cells(part)
+    assert part.cells is not None
+    assert part.profile is not None
+    assert isinstance(part.space, line.BSpline)
+    assert read is not None
+    table, section = beam_numbers(part.space, np.asarray(read @ part.reference), part.profile)
+    return replace(part, cells=replace(part.cells, table=table, section=section), shapes=None)
+
+
 @storable
 @dataclass(frozen=True)
 class SweptLine:
@@ -147,12 +159,13 @@ def counts(parameters: tuple[float, ...]) -> tuple[int, int]:
     return 3 * ROWS * (1 + points), numbers + EACH * points
 
 
-def beam_point(where: str, part: Body, at: At, functionals: np.ndarray | None = None) -> tuple[csr_array, tuple[float, ...]]:
+def beam_point(part: Body, at: At, functionals: np.ndarray | None = None) -> tuple[csr_array, tuple[float, ...]]:
     """Rows (8 + 8 p, b) of `sections` at a place of a beam; its parameters, with `functionals` (m, 6) of S.
 
-    InputError, after `where`, for a body that is no beam, and for a part, whose functions reach over all of it.
+    Those of a part are read from its shape functions at the points of its full body.
     """
-    rows, one = sections(part, np.array([place_of(where, part, at)]))
+    xi = np.array([float(locate(part, at.place))])  # type: ignore[arg-type]
+    rows, one = sections(part if part.shapes is None else with_all_points(part), xi)
     own = np.zeros((0, 6)) if functionals is None else functionals
     shares = np.zeros(len(one.known))
     shares[one.shares.indices] = one.shares.data
@@ -165,7 +178,7 @@ def place_of(where: str, part: Body, at: At) -> float:
     """The parameter xi of a place of a beam in full; InputError, after `where`, for another one."""
     if part.directors is None:
         raise InputError(say(where, "a place of a beam (type: beam)", f"{at}, of another body", "take section_forces there"))
-    if part.shapes is not None or part.cells is None:
+    if part.shapes is not None:
         raise InputError(say(where, "a place of a beam in full", f"{at} of a trained part", "read it in the full model"))
     return float(locate(part, at.place))  # type: ignore[arg-type]
 

@@ -488,7 +488,7 @@ class Stress(Probe):
         else:
             found = beam_sections.contour_point(where, profile, xi, self.point).stresses
             functionals = np.concatenate([found, 0.0 * found[:1]])
-        rows, parameters = beam_sections.beam_point(where, part, self.at, functionals)
+        rows, parameters = beam_sections.beam_point(part, self.at, functionals)
         words = ("max", "min", "shear", "von_mises") if self.point is None else ("normal", "shear", "von_mises")
         columns = tuple(f"{name}_{word}" for word in words)
         return self.output(draft, columns, [draft.layout.spread(part, rows)], parameters=parameters)

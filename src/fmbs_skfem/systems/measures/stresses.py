@@ -102,8 +102,12 @@ def tell_coarse(where: str, part: Body) -> None:
     if isinstance(part.space, Surface):
         known = [f"{errors[0] * largest.max():.2g} of membrane strain"]
     else:
-        strain, curvature = errors * largest
-        EA, EI = part.cells.section[:2].max(axis=(1, 2))
+        # of a beam both curvatures and torsion are in the second error, whose largest value is that of the larger one
+        strain, curvature = errors * [largest[0], largest[1:].max()]
+        if part.profile is None:
+            EA, EI = part.cells.section[:2].max(axis=(1, 2))
+        else:
+            EA, EI = (part.profile.stiffness[:, rows, rows].max() for rows in (0, [4, 5]))
         known = [
             f"{strain:.2g} of axial strain (N: {strain * EA:.2g} N)",
             f"{curvature:.2g} 1/m of curvature (M: {curvature * EI:.2g} N m)",
@@ -182,7 +186,7 @@ class SectionForces(Probe):
             columns = tuple(f"{name}_{word}" for word in words)
             return self.output(draft, columns, [point.rows], labels=labels, **point.facts(self.at.body))
         beam = part.directors is not None
-        rows, parameters = (beam_sections.beam_point if beam else cable_sections.cable_point)(where, part, self.at)
+        rows, parameters = beam_sections.beam_point(part, self.at) if beam else cable_sections.cable_point(where, part, self.at)
         warn_of_jump(where, draft, part, self.at)
         names = tuple(beam_sections.FORCES) if beam else CABLE_PLANE if part.dim == 2 else CABLE_SPACE
         columns = tuple(f"{name}_{word}" for word in names)
@@ -239,7 +243,7 @@ class OfBeam(Probe, ABC):
         where = f"output '{name}'"
         part = draft.layout.body(where, self.at)
         beam_sections.place_of(where, part, self.at)
-        rows, parameters = beam_sections.beam_point(where, part, self.at, self.functionals(where, part))
+        rows, parameters = beam_sections.beam_point(part, self.at, self.functionals(where, part))
         warn_of_jump(where, draft, part, self.at)
         return self.output(draft, self.columns(name), [draft.layout.spread(part, rows)], parameters=parameters)
 
