@@ -35,6 +35,7 @@ from .laws import Law
 from .sections import Material, positive
 from .values import of_plate
 
+ROUND_OFF = 1e-15  #: coordinate in a frame, over the largest, that is zero: what is left out of 1e-12 strains a plate at rest
 SAMPLES = 8  #: points along a cell's side at which functions of an edge are distinguished
 UNSEEN = 1e-9  #: trace of a function, over its values beside the edge, that counts as zero
 
@@ -260,6 +261,9 @@ def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
     tangents = np.stack([part @ shape.reference for part in parts], axis=1)
     along = np.diff(surfaces.VERTICES[shape.parent][[*range(int(shape.parent)), 0]], axis=0)[side]
     gram = np.einsum("xac,xbc->xab", tangents, tangents)
+    if shape.parent is surfaces.Parent.SQUARE:  # lines that digits of a file turn cross the edge at right angles all the same
+        upright = np.abs(gram[:, 0, 1]) <= ranks.STATED * np.sqrt(gram[:, 0, 0] * gram[:, 1, 1])
+        gram[upright, [[0], [1]], [[1], [0]]] = 0.0
     covariant = np.einsum("xab,xb->xa", gram, along)
     across = np.stack([-covariant[:, 1], covariant[:, 0]], axis=1)
     size = np.sqrt(np.einsum("xa,xab,xb->x", across, gram, across))
@@ -339,6 +343,6 @@ def tie_rims(
         i, j, x = entries(X)
         blocks[0] = blocks[0] + coo_array((-x, (first[i], place[second[j]])), shape=(n, len(free)))
     for (first, _, _), rows in zip(links, follow, strict=True):
-        i, j = np.nonzero(np.abs(rows) > ranks.NOISE * np.abs(rows).max())
+        i, j = np.nonzero(np.abs(rows) > ROUND_OFF * np.abs(rows).max())
         blocks.append(coo_array((rows[i, j], (first[i], j)), shape=(n, dim + 1)))
     return csr_array(seams @ block_array([blocks])), free, centers

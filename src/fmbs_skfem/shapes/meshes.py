@@ -174,7 +174,8 @@ def resolution(points: Floats) -> float:
         whole = size * 10.0 ** (digits - 1 - power)
         if np.abs(whole - np.rint(whole)).max(initial=0.0) < WHOLE:
             return 0.5 * 10.0 ** (np.floor(np.log10(largest)) - digits + 1) if digits >= FEWEST else 0.0
-    single = bool((size.astype(np.float32) == size).all())
+    with np.errstate(over="ignore"):
+        single = bool((size.astype(np.float32) == size).all())
     return 0.5 * float(np.spacing(np.float32(largest))) if single else 0.0
 
 
