@@ -14,6 +14,8 @@ from fmbs_skfem.shapes.plate_meshes import PlateMesh
 from fmbs_skfem.shapes.surface import Surface
 from fmbs_skfem.systems.connections import edges
 
+from ..shapes.test_fvs_plate import shaken
+
 KINDS = ["ancf", "fvs quads", "fvs triangles", "bfs", "argyris", "shell"]
 
 
@@ -83,6 +85,16 @@ def test_a_corner_is_a_corner(bend: float, corners: int) -> None:
     shape = shape_of("ancf", replace(found, points=found.points - np.outer(bend * np.maximum(x - 0.5, 0.0), [0, 1, 0])))
     assert edge_directions.corners(shape, edge("edge", shape, ("bottom",))) == (5, corners)
     assert len(held(shape, ("bottom",), True, False)) == 10 + corners
+
+
+@pytest.mark.parametrize("kind", ["ancf", "fvs quads"])
+def test_cells_of_any_shape_have_straight_edges(kind: str) -> None:
+    """Cells beside the edge are distorted, so that in their parts the derivatives of the parent differ at a corner."""
+    points, cells = shaken(6)
+    left = np.flatnonzero(points[:, 0] < 1e-9)
+    given = PlateMesh(np.column_stack([points, 0.0 * points[:, 0]]), cells, {}, {"left": np.column_stack([left[:-1], left[1:]])})
+    shape = shape_of(kind, given)
+    assert edge_directions.corners(shape, edge("edge", shape, ("left",))) == (7, 0)
 
 
 @pytest.mark.parametrize("kind", ["ancf", "fvs triangles", "shell"])

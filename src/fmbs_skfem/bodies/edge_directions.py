@@ -21,7 +21,7 @@ from ..core.algebra import ranks
 from ..core.algebra.linalg import distinct
 from ..shapes import ancf_plate, fvs_plate, plate_audit, skfem_surface
 from ..shapes import surface as surfaces
-from ..shapes.surface import VERTICES, Parent, Surface
+from ..shapes.surface import Parent, Surface
 from ..shapes.table import Floats, Ints
 
 #: angle of sides that are one line [rad]: 6 digits bend sides of a 32nd by 3e-5. A hinged square whose sides are bent at every
@@ -29,6 +29,11 @@ from ..shapes.table import Floats, Ints
 ANGLE = 1e-4
 COARSE = 1e-2  #: angle [rad] that is a corner whatever the digits
 UPRIGHT = 0.05  #: cosine of the angle between lines at the end of an edge below which they meet at a right angle
+
+PLACES = np.linspace(
+    0.0, 1.0, 6
+)  #: fractions of a side, whose values say the slopes (2, 6) at its ends: polynomials up to degree 5
+RATES = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0], np.arange(6.0)]) @ np.linalg.inv(np.vander(PLACES, increasing=True))
 
 FIRST = np.array([(0, 0), (1, 0), (0, 1)])  #: r and its slopes
 MIXED = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
@@ -210,12 +215,14 @@ def ends_of(shape: Surface, sides: Ints) -> Ends:
     count = int(shape.parent)
     cell, side = np.repeat(sides, 2, axis=0).T
     vertex = (side + np.tile([0, 1], len(sides))) % count
-    corners = VERTICES[shape.parent]
-    values = surfaces.basis(shape.space, cell, corners[vertex])[:, 1:3]
     functions = functions_of(shape)
+    # by values along the side: derivatives in a corner are those of one of the parts of a cell, which differ in the parent
+    at = np.repeat(sides, len(PLACES), axis=0).T
+    xi = surfaces.side_points(shape.parent, at[1], np.tile(PLACES, len(sides)))
+    values = surfaces.basis(shape.space, at[0], xi)[:, 0].reshape(len(sides), len(PLACES), -1)
+    rates = np.einsum("is,xsb->xib", RATES, values).reshape(2 * len(sides), -1)
     slopes = vertex[:, None] * functions.shape[2] + [1, 2]
-    on = np.take_along_axis(values, slopes[:, None, :], axis=2)
-    return Ends(functions[cell, vertex], np.einsum("xa,xab->xb", corners[(side + 1) % count] - corners[side], on))
+    return Ends(functions[cell, vertex], np.take_along_axis(rates, slopes, axis=1))
 
 
 def node_of(slopes: Floats, along: Floats, resolution: float) -> tuple[Node, Ints]:
