@@ -7,8 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array, vstack
 
 from fmbs_skfem.bodies import body, rigid, sections
+from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.control import events
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.responses import of_state
@@ -17,6 +19,7 @@ from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.measures import probes
+from fmbs_skfem.verification import statics_shells
 
 from .. import models
 
@@ -199,3 +202,52 @@ def test_the_force_of_a_slider_is_along_the_direction_that_stands_beside_its_col
     found = outputs(integrate(system, GeneralizedAlpha(1e-3), 2e-3))
     assert found["flat_normal_1"][-1] == pytest.approx(20.0)
     assert found["steep_normal_1"][-1] == pytest.approx(20.0 * np.sqrt(0.5))
+
+
+# ------------------------------------------------------------------------------------------------------------- edges that meet
+def pinched(force: float, move: float, order: int = 1) -> dict[str, np.ndarray]:
+    """An eighth of a pinched cylinder (R 300, t 3, E 3e6) of splines, its nodes moved by `move` of the radius; its reactions."""
+    random = np.random.default_rng(2)
+
+    def position(phi: np.ndarray, y: np.ndarray) -> np.ndarray:
+        places = 300.0 * np.stack([np.sin(phi), y, np.cos(phi)], -1)
+        return places + 300.0 * move * random.uniform(-1.0, 1.0, places.shape)
+
+    shape = statics_shells.interpolated(position, (np.linspace(0.0, 0.5 * np.pi, 4), np.linspace(0.0, 1.0, 3)))
+    body = plate("plate", shape, 3.0, sections.Material(3e6, 1.0, 0.3))
+    held = [*statics_shells.EIGHTH, statics_shells.DIAPHRAGM][::order]
+    load = [loads.PointForce("P", At("plate", "corner_00"), (0.0, 0.0, force))]
+    seen = {one.name.replace(" ", ""): probes.Reaction(one.name) for one in held}
+    return outputs(solve_statics(eliminate(assemble([body], held, load, outputs=seen)), 1, TIGHT))
+
+
+@pytest.mark.parametrize("move", [0.0, 1e-13, 1e-10])
+def test_edges_that_meet_carry_nothing_without_a_load(move: float) -> None:
+    """Their redundant rows have singular values of round-off; E t R^2 is 8e11 N m, and 6e7 N m came of nothing."""
+    assert max(float(np.abs(values).max()) for values in pinched(0.0, move).values()) < 1e-11 * 3e6 * 3 * 300**2
+
+
+def test_edges_that_meet_share_what_they_carry() -> None:
+    """In whichever order they come, and with nodes moved by 1e-10 of the radius: forces and moments to 1e-5 of the load."""
+    found, moved, other = pinched(-25.0, 0.0), pinched(-25.0, 1e-10), pinched(-25.0, 0.0, -1)
+    for name, values in found.items():
+        np.testing.assert_allclose(other[name][-1], values[-1], atol=2.5e-4 * 300)
+        np.testing.assert_allclose(moved[name][-1], values[-1], atol=2.5e-4 * 300)
+    np.testing.assert_allclose(sum(values[-1] for name, values in found.items() if name.endswith("_z")), 25.0, atol=1e-4)
+
+
+def test_edges_that_nearly_contradict_each_other_are_named() -> None:
+    """Where rows that differ by 1e-9 counted as independent, forces would come of nothing: an error names their joint."""
+    from fmbs_skfem.core.errors import SolverError
+    from fmbs_skfem.dynamics import recovery
+    from fmbs_skfem.systems import assembly
+
+    shape = statics_shells.rectangle("nurbs", 2, 2, 1.0, 1.0)
+    body = plate("plate", shape, 0.01, sections.Material(1e9, 1.0, 0.3))
+    whole = assemble([body], [joints.Edge("a", "plate", ("left",)), joints.Edge("b", "plate", ("bottom",))])
+    rows, A, _ = assembly.linear_part(whole)
+    twice = csr_array(vstack([A, A[[0]] + 1e-9 * A[[3]]]))
+    C = csr_array(np.linalg.pinv(twice.toarray(), rcond=0.0))
+    recovery.require_none_without_load(whole, rows, A, csr_array(np.linalg.pinv(A.toarray(), rcond=1e-6)))
+    with pytest.raises(SolverError, match=r"held edges 'a'.* carry forces without a load"):
+        recovery.require_none_without_load(whole, np.append(rows, rows[0]), twice, C)

@@ -5,7 +5,7 @@ r"""Derivatives across edges that vanish while the edge itself moves: planes of 
 u,s is the derivative along the edge and u,m that along the lines which cross it. Where a / b or the weights of NURBS vary, u,n = 0
 at all points is more than there are functions i, and would hold u,s as well. They follow the others by least squares then,
 min |u,n|^2. At an end where lines meet at a right angle (to 3 degrees), u,m of the two functions i next to it vanishes, so that an
-edge held there says the same; slopes of nodes do so too.
+edge held there says the same. Interpolations whose nodes have slopes are left to `edge_directions`.
 """
 
 from __future__ import annotations
@@ -17,9 +17,8 @@ from ..core.algebra import ranks
 from ..core.algebra.linalg import distinct
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
+from .edge_directions import UPRIGHT
 from .plate import trace
-
-UPRIGHT = 0.05  #: cosine of the angle between lines at the end of an edge below which they meet at a right angle
 
 
 def across(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -34,7 +33,7 @@ def across(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     on_edge = read(values)
     first = np.setdiff1d(read(slopes), on_edge)
     if len(exact[0]) <= len(first) or not len(first):
-        return exact if not len(corners := nodal_ends(shape, sides)) else without_ends(slopes, first, corners)
+        return exact
     second = np.setdiff1d(read(slopes), first)
     X = np.zeros((len(first), len(second)))
     near = pairs(shape, sides)
@@ -45,28 +44,6 @@ def across(shape: Surface, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     sizes = np.abs(A).max(axis=0)
     X[rest] = np.linalg.lstsq(A[:, rest] / sizes[rest], B - A[:, ~rest] @ X[~rest], rcond=None)[0] / sizes[rest, None]
     X[np.abs(X) * sizes[:, None] < ranks.NOISE * np.abs(B).max(axis=0)] = 0.0
-    return first, second, X
-
-
-def nodal_ends(shape: Surface, sides: np.ndarray) -> np.ndarray:
-    """Functions (i, 2) of the slopes of nodes at the ends of an edge, of interpolations whose nodes have them."""
-    cell, side = np.repeat(sides, 2, axis=0).T
-    values = surfaces.basis(shape.space, cell, surfaces.side_points(shape.parent, side, np.tile([0.0, 1.0], len(sides))))
-    seen = np.abs(values[:, :3]) > ranks.NOISE
-    slopes = np.asarray(seen[:, 1:].any(axis=1))
-    nodal = (seen[:, 0].sum(axis=1) == 1) & (slopes.sum(axis=1) == 2) & ~(seen[:, 0] & slopes).any(axis=1)
-    corner = shape.nodes[cell, np.argmax(seen[:, 0], axis=1)]
-    names, times = np.unique(corner, return_counts=True)
-    ends = np.flatnonzero(nodal & np.isin(corner, names[times == 1]))
-    return np.array([shape.nodes[cell[k]][slopes[k]] for k in ends], dtype=np.int64).reshape(-1, 2)
-
-
-def without_ends(slopes: csr_array, off: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """What slopes (x, n) = 0 determines, of functions `off` the edge first, without slopes along it at right-angled corners."""
-    first, second, X = ranks.determined(slopes, np.isin(np.arange(slopes.shape[1]), off))
-    for pair in corners:
-        block = np.ix_(np.isin(first, np.intersect1d(pair, off)), np.isin(second, pair))
-        X[block] = np.where(np.abs(X[block]) <= UPRIGHT, 0.0, X[block])
     return first, second, X
 
 

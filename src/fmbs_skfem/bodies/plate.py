@@ -15,27 +15,27 @@ tied there, exactly where that is possible (`smoothing.tied`), else by constant 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import partial, singledispatch
-from typing import Any
+from functools import partial
 
 import numpy as np
 from scipy.sparse import block_array, coo_array, csr_array, diags_array, vstack
 
 from ..core.algebra import ranks
-from ..core.algebra.linalg import distinct, is_identity
+from ..core.algebra.linalg import distinct, entries, is_identity
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.fields import Names, Position
-from ..shapes import ancf_plate, fvs_plate, nurbs, smoothing
+from ..shapes import nurbs, smoothing
 from ..shapes import surface as surfaces
 from ..shapes.surface import Surface
-from . import patches
+from . import edge_directions, patches
 from .body import Body, Cells, place, scatter_blocks
 from .laws import Law
 from .sections import Material, positive
 from .values import of_plate
 
+ROUND_OFF = 1e-15  #: coordinate in a frame, over the largest, that is zero: what is left out of 1e-12 strains a plate at rest
 SAMPLES = 8  #: points along a cell's side at which functions of an edge are distinguished
 UNSEEN = 1e-9  #: trace of a function, over its values beside the edge, that counts as zero
 
@@ -88,7 +88,9 @@ def plate(
     own_reference = np.concatenate([reference[free], *(np.vstack([c, np.eye(dim)]) for c in centers)])
     zero = np.zeros((dim + 1) * len(centers))
     zero[:: dim + 1] = 1.0
-    mass = mass_matrix(shape, turned, thickness, material.density)
+    # derivatives of positions far from the origin of a file would have lost their digits: strains of nothing
+    near = turned - np.outer(shape.unit, turned[np.argmax(shape.unit)])
+    mass = mass_matrix(shape, near, thickness, material.density)
     springs = patches.fold_springs(where, shape, thickness, material) if dim == 3 else None
     return Body(
         name=name,
@@ -97,7 +99,7 @@ def plate(
         constant=np.concatenate([shape.unit[free], zero]),
         places=dict(shape.points),
         space=shape,
-        cells=cells(shape, turned, thickness, material),
+        cells=cells(shape, near, thickness, material),
         radius=0.5 * float(np.mean(thickness)),
         frames={rim: len(free) + k * (dim + 1) for k, rim in enumerate(rims or {})},
         thickness=thickness,
@@ -243,27 +245,6 @@ def edge(where: str, shape: Surface, names: str | Iterable[str]) -> np.ndarray:
     return found
 
 
-@singledispatch
-def slope_places(space: Any, s: np.ndarray) -> np.ndarray:
-    """Fractions (x,) of a side, near s (x,), where the slope across it is the side's alone: s itself for C1 interpolations.
-
-    Other interpolations register by the type of their space; plates of nodes with slopes have the ends 0 and 1.
-    """
-    return s
-
-
-@slope_places.register
-def _(space: ancf_plate.Plate, s: np.ndarray) -> np.ndarray:
-    """Between the ends of a side the slope of an ANCF plate depends on the opposite nodes, and cells do not agree on it."""
-    return np.round(s)
-
-
-@slope_places.register
-def _(space: fvs_plate.Conforming, s: np.ndarray) -> np.ndarray:
-    """Between the ends the slope is their mean where sides are straight, and near it on curved ones: the ends say all."""
-    return np.round(s)
-
-
 def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
     """Values of the basis at points along sides (and, if asked, its derivatives across them times a length), (x, n).
 
@@ -276,11 +257,13 @@ def trace(shape: Surface, sides: np.ndarray, normal: bool = False) -> csr_array:
     rows = surfaces.sample(shape, cell, xi)
     if not normal:
         return seen(rows, shape, sides)
-    xi = surfaces.side_points(shape.parent, side, np.tile(slope_places(shape.space, s), len(sides)))
     parts = [surfaces.sample(shape, cell, xi, k) for k in (1, 2)]
     tangents = np.stack([part @ shape.reference for part in parts], axis=1)
     along = np.diff(surfaces.VERTICES[shape.parent][[*range(int(shape.parent)), 0]], axis=0)[side]
     gram = np.einsum("xac,xbc->xab", tangents, tangents)
+    if shape.parent is surfaces.Parent.SQUARE:  # lines that digits of a file turn cross the edge at right angles all the same
+        upright = np.abs(gram[:, 0, 1]) <= ranks.STATED * np.sqrt(gram[:, 0, 0] * gram[:, 1, 1])
+        gram[upright, [[0], [1]], [[1], [0]]] = 0.0
     covariant = np.einsum("xab,xb->xa", gram, along)
     across = np.stack([-covariant[:, 1], covariant[:, 0]], axis=1)
     size = np.sqrt(np.einsum("xa,xab,xb->x", across, gram, across))
@@ -316,6 +299,12 @@ def middle(ends: np.ndarray) -> np.ndarray:
     return mean + ranks.least(A / size, square / size)[: ends.shape[2]]
 
 
+def side_ends(shape: Surface, sides: np.ndarray) -> csr_array:
+    """Rows (2 i, n) of both ends of sides (i, 2), one side after the other."""
+    cell, side = np.repeat(sides, 2, axis=0).T
+    return surfaces.sample(shape, cell, surfaces.side_points(shape.parent, side, np.tile([0.0, 1.0], len(sides))))
+
+
 def tie_rims(
     where: str, shape: Surface, reference: np.ndarray, rims: Mapping[str, Rim], seams: csr_array
 ) -> tuple[csr_array, np.ndarray, list[np.ndarray]]:
@@ -331,14 +320,16 @@ def tie_rims(
     follow, links, centers = [], [], []
     for name, rim in rims.items():
         sides = edge(f"{where}, rim '{name}'", shape, rim.edges)
-        A = csr_array(trace(shape, sides, bool(rim.slopes)) @ seams)
-        first, second, X = ranks.determined(A)
+        if edge_directions.derivatives(shape.space) is not None:
+            first, second, X = edge_directions.determined(shape, sides, True, bool(rim.slopes))
+        else:
+            first, second, X = ranks.determined(csr_array(trace(shape, sides, bool(rim.slopes)) @ seams))
         if taken[first].any() or taken[second].any():
             raise InputError(
                 say(f"{where}, rim '{name}'", "edges apart from those of other rims", "a shared cell side", "refine between them")
             )
         taken[first] = True
-        ends = np.asarray(A[: len(sides) * SAMPLES] @ reference).reshape(-1, SAMPLES, dim)[:, [0, -1]]
+        ends = np.asarray(side_ends(shape, sides) @ reference).reshape(-1, 2, dim)
         center = middle(ends) if rim.center is None else np.asarray(rim.center, dtype=float)
         rigid = np.column_stack([shape.unit, reference - np.outer(shape.unit, center)])
         follow.append(np.asarray(rigid[first] + X @ rigid[second]))
@@ -349,9 +340,9 @@ def tie_rims(
     base = coo_array((np.ones(len(free)), (free, np.arange(len(free)))), shape=(n, len(free)))
     blocks = [base]
     for first, second, X in links:
-        i, j = np.nonzero(X)
-        blocks[0] = blocks[0] + coo_array((-X[i, j], (first[i], place[second[j]])), shape=(n, len(free)))
+        i, j, x = entries(X)
+        blocks[0] = blocks[0] + coo_array((-x, (first[i], place[second[j]])), shape=(n, len(free)))
     for (first, _, _), rows in zip(links, follow, strict=True):
-        i, j = np.nonzero(np.abs(rows) > ranks.NOISE * np.abs(rows).max())
+        i, j = np.nonzero(np.abs(rows) > ROUND_OFF * np.abs(rows).max())
         blocks.append(coo_array((rows[i, j], (first[i], j)), shape=(n, dim + 1)))
     return csr_array(seams @ block_array([blocks])), free, centers

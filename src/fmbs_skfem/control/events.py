@@ -291,7 +291,7 @@ def appended(known: Constraints, more: Sequence[Constraints]) -> Constraints:
     row = np.concatenate([one.row + start for one, start in zip(parts, first, strict=False)])
     names = tuple(name for one in parts for name in one.names)
     value, signal, i, j = (np.concatenate([getattr(one, key) for one in parts]) for key in ("coefficient", "signal", "i", "j"))
-    return Constraints(names, row, value, signal, i, j, known.laws, known.loose)
+    return Constraints(names, row, value, signal, i, j, known.laws, known.loose, known.edges)
 
 
 def numbers_of(lock: Lock, y: np.ndarray) -> np.ndarray:

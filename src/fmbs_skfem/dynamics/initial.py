@@ -323,7 +323,7 @@ def factored(system: System, M: Array, J: np.ndarray, first: bool, invert: Inver
     def solve(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         z = inverse(np.concatenate([f / size, g[rows]]))
         found = size * z[len(f) :]
-        return z[: len(f)], found if len(rows) == len(J) else np.linalg.lstsq(J.T, J[rows].T @ found, rcond=None)[0]
+        return z[: len(f)], found if len(rows) == len(J) else ranks.least(J.T, J[rows].T @ found, len(rows))
 
     return solve
 

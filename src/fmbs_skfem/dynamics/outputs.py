@@ -12,7 +12,6 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csr_array
 
 from ..core.algebra.linalg import distinct, is_zero, narrowed, rows_at
 from ..core.compiling.structs import Routine
@@ -22,8 +21,8 @@ from ..systems.compiled import Compiled, compile_system, memories, signal_table
 from ..systems.evaluation import Samples
 from ..systems.measures.probes import Sensed, kind_of, require_distinct_columns
 from ..systems.prepared import remembered
-from ..systems.system import Line, System, linear_part, sizes
-from . import vanishing
+from ..systems.system import Line, System, sizes
+from . import recovery, vanishing
 from .trajectory import Trajectory
 
 STILL = 1e-12  #: energy, over that of crossing the model once in the run, that is the round-off of a model at rest
@@ -228,8 +227,9 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     """Force of every constraint row on the system, - lambda (s,), by (joint, coordinate).
 
     Rows that were eliminated are recovered from the residual of the full system by least squares,
-    Phi_q^T lambda = - (M q'' + f - Q); redundant ones that were left out carry nothing. Rows that hold in all
-    motions which a reduced model knows are NaN, where events release them.
+    Phi_q^T lambda = - (M q'' + f - Q), see `recovery`; those that follow from others share what they carry. What joints with
+    multipliers leave out as redundant carries nothing. Rows that hold in all motions which a reduced model knows are NaN, where
+    events release them.
     """
     system = trajectory.system
     if (trace := trajectory.trace) is not None:
@@ -247,16 +247,13 @@ def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
         return {name: known[name] for name in full.constraints.names}
     q, v, a = lifted(trajectory)
     model = compile_system(full)
-    rows, A, _ = linear_part(full)
     held = np.zeros((len(q), len(full.constraints.names)))
     for k, name in enumerate(full.constraints.names):
         held[:, k] = -known.get(name, 0.0)
-    r = residual_samples(model, trajectory.times, q, v, a, held, trajectory.memory)
-    lost = np.array([k for k, row in enumerate(rows) if full.constraints.names[row] not in known], dtype=np.int64)
-    rows, A = rows[lost], csr_array(A[lost])
-    used = distinct(A.indices)
-    found = -np.einsum("sn,nk->sk", r[:, used], np.linalg.pinv(A[:, used].toarray()))  # not by BLAS, see `survey`
-    known |= {full.constraints.names[k]: -found[:, i] for i, k in enumerate(rows)}
+    if trajectory.system.size != full.size:
+        r = residual_samples(model, trajectory.times, q, v, a, held, trajectory.memory)
+        rows, C = recovery.of_rows(full, frozenset(known))
+        known |= {full.constraints.names[row]: values for row, values in zip(rows, np.asarray(C.T @ r.T), strict=True)}
     none = np.zeros(len(trajectory.times))
     return {name: known.get(name, none) for name in full.constraints.names}
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..core.algebra import ranks
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import Notice, Progress, notify
 from ..systems import free_motions
@@ -87,7 +88,7 @@ def turned(system: System, x: np.ndarray) -> np.ndarray:
     start, now, given = system.lift(system.x0), system.lift(x), system.lift.matrix @ system.v0
     change = np.zeros(len(start))
     for (_, first, last), B in zip(system.coordinates, mechanism.motions(system, start), strict=True):
-        rates = np.linalg.lstsq(B, given[first:last], rcond=None)[0][system.dim :] / system.scale
+        rates = ranks.least(B, given[first:last])[system.dim :] / system.scale
         apart = (now - start)[first:last].reshape(-1, system.dim)
         axes = np.eye(3)[2 if system.dim == 2 else 0 :]
         change[first:last] = sum(rate * mechanism.turn(apart, axis).ravel() for rate, axis in zip(rates, axes, strict=True))

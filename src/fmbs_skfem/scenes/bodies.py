@@ -424,7 +424,8 @@ class Plate(ThinBody):
             remedy = f"take the interpolation fvs or {other}, or mesh it again"
             raise InputError(say(f"mesh {mesh.path}", f"{wanted} for {chosen}", got, remedy))
         mesh = surfaces.refined(mesh, self.refine, self.arcs if surfaces.INTERPOLATIONS[chosen].arcs else [])
-        return surfaces.set_order(surfaces.INTERPOLATIONS[chosen].make(mesh, self.arcs), self.order)
+        found = replace(surfaces.INTERPOLATIONS[chosen].make(mesh, self.arcs), resolution=mesh.resolution)
+        return surfaces.set_order(found, self.order)
 
 
 @dataclass(frozen=True, kw_only=True)

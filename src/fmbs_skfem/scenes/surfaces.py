@@ -67,7 +67,7 @@ def choose(mesh: PlateMesh, dim: int) -> str:
 @interpolation("ancf", 4, arcs=True)
 def ancf(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
     points = mesh.points[:, :2]
-    found = ancf_plate.arcs_of(points, mesh.edge_groups, arcs)
+    found = ancf_plate.arcs_of(points, mesh.edge_groups, arcs, mesh.resolution)
     found = ancf_plate.fitting(points, mesh.cells, found) if arcs is None else found
     return ancf_plate.surface(points, mesh.cells, found, mesh.point_groups, mesh.edge_groups, mesh.face_groups)
 
@@ -75,7 +75,7 @@ def ancf(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
 @interpolation("fvs", (3, 4), arcs=True)
 def fvs(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
     points = mesh.points[:, :2]
-    found = ancf_plate.arcs_of(points, mesh.edge_groups, arcs)
+    found = ancf_plate.arcs_of(points, mesh.edge_groups, arcs, mesh.resolution)
     found = ancf_plate.fitting(points, mesh.cells, found) if arcs is None else found
     return fvs_plate.surface(points, mesh.cells, found, mesh.point_groups, mesh.edge_groups, mesh.face_groups)
 
@@ -93,7 +93,7 @@ def argyris(mesh: PlateMesh, arcs: list[str] | None) -> Surface:
 def refined(mesh: PlateMesh, times: int, arcs: list[str] | None) -> PlateMesh:
     """The mesh with every side cut into `times`, a power of two; new nodes lie on `arcs`, None to find these."""
     for _ in range(times.bit_length() - 1):
-        mesh = plate_meshes.halve(mesh, ancf_plate.arcs_of(mesh.points[:, :2], mesh.edge_groups, arcs))
+        mesh = plate_meshes.halve(mesh, ancf_plate.arcs_of(mesh.points[:, :2], mesh.edge_groups, arcs, mesh.resolution))
     return mesh
 
 

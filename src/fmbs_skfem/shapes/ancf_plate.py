@@ -17,6 +17,7 @@ Aided Geom. Des. 8, 1991, doi:10.1016/0167-8396(91)90007-X). Tangents as long as
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ from .table import Floats, Ints
 
 ORDER = 3  #: Gauss points a direction; two leave modes without energy
 ON_CIRCLE = 1e-6  #: distance from a circle, relative to its radius, below which a node lies on it [-]
+ROUNDED = 3.0  #: distance from a circle through rounded nodes, in halves of a unit of their last digit: sqrt(2), and of the circle
 STRAIGHT = 1e-9  #: width of a set of nodes, relative to its length, below which it is a straight line [-]
 WIDEST = 5.0 / 6.0 * np.pi  #: largest angle of one edge on a circle [rad]
 ROUND = 5.0 / 18.0 * np.pi  #: largest angle of one edge on a circle that is found without being named [rad]
@@ -64,6 +66,7 @@ class Arc:
     center: Floats  #: (2,) [m]
     radius: float  #: [m]
     edges: Ints  #: (i, 2) node ids
+    slack: float = 0.0  #: distance of nodes from the circle that is allowed beside ON_CIRCLE, by the digits of their file [m]
 
 
 #: (12 monomials, 12 functions) of the parent square, vertex by vertex Phi_v0, Phi_v1, Phi_v2: whole numbers
@@ -134,7 +137,7 @@ def fitting(points: ArrayLike, cells: ArrayLike, arcs: Iterable[Arc]) -> list[Ar
     for arc in found:
         stays = ~np.isin(plate_audit.side_keys(arc.edges, len(places)), gone)
         left += list(arc.edges[~stays])
-        kept.append(Arc(arc.center, arc.radius, arc.edges[stays]))
+        kept.append(replace(arc, edges=arc.edges[stays]))
     if left:
         near = _place(places[left[0]].mean(axis=0))
         text = f"{len(left)} edges on arcs stay straight, because their cells would fold or have a flat corner, as near {near}"
@@ -173,7 +176,7 @@ def _arc_tangents(points: Floats, ends: Ints, arc: Arc) -> Floats:
     """4 tan(theta / 4) z x (X - c) at both ends (i, 2, 2) of edges given by their nodes (i, 2)."""
     radii = points[ends] - arc.center
     error = np.abs(np.linalg.norm(radii, axis=2) / arc.radius - 1.0)
-    if error.max() > ON_CIRCLE:
+    if error.max() > max(ON_CIRCLE, arc.slack / arc.radius):
         node = ends.ravel()[np.argmax(error)]
         got = f"node {node} at {_place(points[node])}, {error.max():.1e} of the radius away"
         circle = f"nodes on the circle of radius {arc.radius:g} about {_place(arc.center)}"
@@ -244,8 +247,12 @@ def check_folds(result: Surface, cells: Ints) -> None:
 
 
 # -------------------------------------------------------------------------------------------------------------- circles
-def circle_through(points: ArrayLike) -> tuple[Floats, float]:
-    """Center (2,) and radius of the circle through the points (i, 2): least squares of |x|^2 - 2 c.x = R^2 - |c|^2."""
+def circle_through(points: ArrayLike, slack: float = 0.0) -> tuple[Floats, float]:
+    """Center (2,) and radius of the circle through the points (i, 2): least squares of |x|^2 - 2 c.x = R^2 - |c|^2.
+
+    InputError where they are farther from it than ON_CIRCLE of its radius, or of their extent where that is less, and than `slack`
+    [m]: a line that is bent at a node is near to circles of any large radius.
+    """
     where = "ancf_plate.circle_through"
     places = np.asarray(points, dtype=float)
     if places.ndim != 2 or places.shape[1] != 2 or len(places) < 3 or not np.isfinite(places).all():
@@ -254,25 +261,25 @@ def circle_through(points: ArrayLike) -> tuple[Floats, float]:
     size = np.abs(places - mean).max()
     local = (places - mean) / (size or 1.0)
     spread = np.linalg.svd(local, compute_uv=False)
-    if spread[1] <= STRAIGHT * spread[0] or size == 0.0:
+    if spread[1] <= max(STRAIGHT, slack / (size or 1.0)) * spread[0] or size == 0.0:
         raise InputError(say(where, "points on a circle", "points on a straight line", "leave their edges straight"))
     (a, b, c), *_ = np.linalg.lstsq(np.column_stack([2.0 * local, np.ones(len(local))]), np.sum(local**2, axis=1))
     center, radius = mean + size * np.array([a, b]), float(size * np.sqrt(c + a**2 + b**2))
     distance = np.abs(np.linalg.norm(places - center, axis=1) - radius)
-    if distance.max() > ON_CIRCLE * radius:
+    if distance.max() > max(ON_CIRCLE * min(radius, 2.0 * size), slack):
         worst = int(np.argmax(distance))
         got = f"point {worst} at {_place(places[worst])}, {distance[worst] / radius:.1e} of the radius {radius:g} m away from it"
         raise InputError(say(where, "points on a circle", got, "name the nodes of one arc only"))
     return center, radius
 
 
-def arcs_of(points: ArrayLike, edge_groups: Groups, names: Iterable[str] | None = None) -> list[Arc]:
+def arcs_of(points: ArrayLike, edge_groups: Groups, names: Iterable[str] | None = None, resolution: float = 0.0) -> list[Arc]:
     """An arc for each named group of edges; without names, for each group whose nodes lie on one circle.
 
     Without names a group needs at least four nodes and no edge beyond 50 degrees, so that the corners of a rectangle or hexagon,
-    which lie on a circle too, stay corners.
+    which lie on a circle too, stay corners. `resolution` is that of the coordinates [m], see `meshes.resolution`.
     """
-    places = np.asarray(points, dtype=float)
+    places, slack = np.asarray(points, dtype=float), ROUNDED * resolution
     arcs = []
     for name in edge_groups if names is None else names:
         if name not in edge_groups:
@@ -281,13 +288,13 @@ def arcs_of(points: ArrayLike, edge_groups: Groups, names: Iterable[str] | None 
             raise InputError(say("ancf_plate.arcs_of", "a group of edges", repr(name), remedy))
         edges = groups.ids(f"edge group {name!r}", edge_groups[name], len(places), columns=2)
         try:
-            center, radius = circle_through(places[distinct(edges)])
+            center, radius = circle_through(places[distinct(edges)], slack)
         except InputError as error:
             if names is None:
                 continue
             raise InputError(f"edge group {name!r}: {error}") from None
         if names is not None or _is_round(places[edges] - center, len(distinct(edges))):
-            arcs.append(Arc(center, radius, edges))
+            arcs.append(Arc(center, radius, edges, slack))
     return arcs
 
 

@@ -73,7 +73,9 @@ def surface(mesh: PlateMesh) -> tuple[Surface, float]:
     count = len(points)
     nodes = (3 * cells[:, :, None] + np.arange(3)).reshape(len(cells), -1)
     reference = np.concatenate([points[:, None], tangents], axis=1).reshape(3 * count, 3)
-    shape = Surface(space, Parent.TRIANGLE, nodes, reference, np.tile([1.0, 0.0, 0.0], count), fvs_plate.ORDER, *named)
+    shape = Surface(
+        space, Parent.TRIANGLE, nodes, reference, np.tile([1.0, 0.0, 0.0], count), fvs_plate.ORDER, *named, mesh.resolution
+    )
     ends = plate_audit.sides(cells)
     sides = (points[ends[..., 1]] - points[ends[..., 0]])[:, :, None]
     return shape, float(HERMITE * np.abs(np.sum((fine - coarse)[ends] * sides, axis=3)).max())

@@ -32,6 +32,9 @@ from .msh import Floats, Ints, MshCells, Raw
 from .repair import merge_points
 
 MAX_FILE = 256 * 2**20  #: bytes of a mesh file
+FEWEST, MOST = 5, 11  #: decimal digits of coordinates that are rounded: fewer are meant as they are, more err by less than matters
+WHOLE = 1e-3  #: distance from a whole number of MOST digits that is round-off, 1e-5 of it
+NOTHING = 1e-12  #: coordinate, over the largest, that is zero with some round-off
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,10 +154,29 @@ def load(path: Path, where: str, repair: bool = False, unit: float = 1.0) -> Raw
             got = f"{size} bytes" if size else "an empty file"
             raise errors.InputError(errors.say(where, f"a file of at most {MAX_FILE} bytes", got))
         raw = reader(path, where)
+        raw = replace(raw, resolution=unit * resolution(raw.points))
         raw = replace(raw, points=unit * raw.points) if unit != 1.0 else raw
         return merge_points(raw, where) if repair else raw
     except OSError as error:
         raise errors.InputError(errors.say(where, "a readable file", error.strerror or str(error))) from None
+
+
+def resolution(points: Floats) -> float:
+    """Half a unit of the last digit of the largest of some coordinates (n, c); 0 where they have all digits.
+
+    Digits are decimal, from FEWEST on, or those of single precision: numbers of fewer digits, such as multiples of 0.1, are exact.
+    """
+    size = np.abs(points[np.isfinite(points)])
+    largest = float(size.max(initial=0.0))
+    size = size[size > NOTHING * largest]
+    power = np.floor(np.log10(size))
+    for digits in range(FEWEST - 1, MOST + 1):
+        whole = size * 10.0 ** (digits - 1 - power)
+        if np.abs(whole - np.rint(whole)).max(initial=0.0) < WHOLE:
+            return 0.5 * 10.0 ** (np.floor(np.log10(largest)) - digits + 1) if digits >= FEWEST else 0.0
+    with np.errstate(over="ignore"):
+        single = bool((size.astype(np.float32) == size).all())
+    return 0.5 * float(np.spacing(np.float32(largest))) if single else 0.0
 
 
 def present(path: Path, where: str, remedy: str = "") -> None:

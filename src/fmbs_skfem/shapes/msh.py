@@ -65,6 +65,7 @@ class Raw:
     triangles: MshCells
     quads: MshCells
     kinds: dict[str, int]  #: cell type -> how many
+    resolution: float = 0.0  #: half a unit of the last digit of the coordinates [m], see `meshes.resolution`
 
 
 @dataclass(frozen=True, eq=False)

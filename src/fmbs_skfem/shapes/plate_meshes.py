@@ -41,6 +41,7 @@ class PlateMesh:
     edge_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,2) node pairs, border ones along their cell
     face_groups: dict[str, Ints] = field(default_factory=dict)  #: name -> (i,) cell ids
     path: Path | None = None  #: the file it was read from
+    resolution: float = 0.0  #: half a unit of the last digit of the file's coordinates [m], see `meshes.resolution`
 
 
 def read(
@@ -117,7 +118,7 @@ def halve(mesh: PlateMesh, arcs: Iterable[Arc] = ()) -> PlateMesh:
         radii = fine.p[:, middles].T - arc.center
         fine.p[:, middles] = (arc.center + arc.radius * radii / np.linalg.norm(radii, axis=1, keepdims=True)).T
     found = from_skfem(fine)
-    return replace(found, point_groups=mesh.point_groups, path=mesh.path)
+    return replace(found, point_groups=mesh.point_groups, path=mesh.path, resolution=mesh.resolution)
 
 
 def audit(mesh: PlateMesh, planar: bool) -> PlateMesh:
@@ -171,7 +172,7 @@ def _audited(raw: Raw, where: str, path: Path | None, planar: bool, face: str | 
     compact = plate_audit.check(subject, planar)
     edges = _edges(raw, where, used, compact, strict=face is None)
     points, edges, faces = meshes.without_empty(where, meshes.points_of(raw, used, where), edges, faces, tell=face is None)
-    return PlateMesh(raw.points[used], compact, points, edges, faces, path)
+    return PlateMesh(raw.points[used], compact, points, edges, faces, path, raw.resolution)
 
 
 def _faces(raw: Raw, where: str) -> MshCells:

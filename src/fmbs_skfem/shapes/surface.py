@@ -45,7 +45,6 @@ VERTICES = {
 }
 
 
-@storable
 @dataclass(frozen=True, eq=False)
 class Surface:
     """An interpolated surface with its reference shape and named places."""
@@ -59,6 +58,7 @@ class Surface:
     points: dict[str, tuple[int, float, float]] = field(default_factory=dict)  #: named points: cell, xi1, xi2
     edges: dict[str, Ints] = field(default_factory=dict)  #: named edges: (i, 2) cell and side
     faces: dict[str, Ints] = field(default_factory=dict)  #: named faces: (i,) cells
+    resolution: float = 0.0  #: half a unit of the last digit of the file's coordinates [m], 0 where they have all digits
 
     def __post_init__(self) -> None:
         if self.nodes.min() < 0 or self.nodes.max() >= len(self.reference) or len(self.unit) != len(self.reference):
@@ -68,6 +68,9 @@ class Surface:
     @property
     def count(self) -> int:
         return len(self.reference)
+
+
+storable(Surface, resolution=lambda values: 0.0)
 
 
 @singledispatch

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.sparse import csgraph
 
 from ..bodies import body as bodies
+from ..bodies import edge_directions, plate
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
@@ -18,8 +19,9 @@ from ..core.values.display import DisplayUnits, largest_of
 from ..dynamics import initial, rest
 from ..dynamics.diagnoses.step_size import warn_of_corners
 from ..scenes import build, consistency, plausibility, where
+from ..shapes.surface import Surface
 from ..systems import compiled, free_motions, layouts
-from ..systems.connections import hinged_rims
+from ..systems.connections import edges, hinged_rims
 from ..systems.connections import mechanism as mechanisms
 from ..systems.connections.redundancy import rows_of, without_redundant
 from ..systems.system import driven_rows
@@ -60,7 +62,7 @@ def check_scene(job: Job, scene: Scene) -> Check:
     raw = lighter(raw) if scene.analysis.drawn else raw
     known = plausibility.figures(scene, parts)
     warn_of_findings(scene, known)
-    redundant = contradictions(raw)
+    redundant = [one for one in contradictions(raw) if not meets(one, raw.constraints.edges)]
     counted = mechanism(scene, raw)
     reduced, initial = solved_form(scene, raw)
     eliminated = raw.size - reduced.size
@@ -72,6 +74,7 @@ def check_scene(job: Job, scene: Scene) -> Check:
         "mass": sum(figure.mass for figure in known.values()),
         "bodies": [describe_body(figure, parts[name], counted) for name, figure in known.items()],
         "joints": dict(Counter(joint for joint, _ in raw.constraints.names)),
+        "edges": [held for joint in scene.joints.values() if (held := held_edge(joint, parts))],
         "mechanism": mechanism_report(counted) | {"free_motions": free_motions_of(raw, counted)},
         "initial": initial,
         "estimates": estimates.estimates(scene, raw, reduced),
@@ -84,6 +87,21 @@ def check_scene(job: Job, scene: Scene) -> Check:
     found = "what the scene leaves open of step and cells is found when it runs; the estimates count with some step and its meshes"
     lines = [*view(report), *([f"accuracy {job.wanted}: {found}"] if job.wanted else [])]
     return Check(about=about, report=report, lines=lines, scene=scene, system=reduced, mechanism=counted)
+
+
+def meets(one: Dependence, held: tuple[str, ...]) -> bool:
+    """Whether a row of a held edge follows from those of held edges alone: they meet."""
+    return all(row.partition(".")[0] in held for row in (one.row, *one.on))
+
+
+def held_edge(joint: Any, parts: Mapping[str, Body]) -> dict[str, Any]:
+    """The nodes of a held edge, and how many of them are corners, which have all of their slopes held; nothing of other joints."""
+    if not isinstance(joint, edges.Edge) or (body := parts.get(joint.body)) is None or not isinstance(body.space, Surface):
+        return {}
+    if edge_directions.derivatives(body.space.space) is None:
+        return {}
+    nodes, corners = edge_directions.corners(body.space, plate.edge(f"joint '{joint.name}'", body.space, joint.edges))
+    return {"joint": joint.name, "nodes": nodes, "corners": corners}
 
 
 def compare_checksums(job: Job) -> Result:
@@ -269,6 +287,7 @@ def view(found: dict[str, Any]) -> list[Any]:
         mechanism_table(found["mechanism"]),
         ReportTable("System", ("", ""), [*facts, *((f"estimated {key}", value) for key, value in found["estimates"].items())]),
     ]
+    parts += [f"{one['joint']}: {one['corners']} of {one['nodes']} nodes are held as corners" for one in found["edges"]]
     parts += [f"free motion after drives: {motion}" for motion in found["mechanism"]["free_motions"][:LISTED]]
     redundant = [(one["row"], ", ".join(one["follows_from"])) for one in found["redundant"]]
     parts += [ReportTable("Redundant rows", ("row", "follows from"), redundant)] if redundant else []

@@ -40,6 +40,7 @@ from .measures import probes as probe_rules
 from .measures import readings
 from .measures.beam_sections import SweptLine, swept_line
 from .places import At, Coordinates, Draft, ProbeRows, TermCollector, vector
+from .prepared import remembered
 from .signals import as_drive
 from .system import (
     Constraints,
@@ -60,6 +61,7 @@ from .system import (
 FACETS = 2  #: quadrilaterals a direction that picture a cell of a surface
 SAMPLES = 201  #: points of a centre line in pictures and position errors
 LIGHT = 1e-9  #: part of the metric of unknowns without mass in the kinetic energy of changes of initial velocities
+KEPT = "kept linear rows"  #: under which a system remembers them
 MOVED = 1e-6  #: gap of a linear constraint at the start, over the size of the mechanism, that is named
 SNAP = 1e-12  #: distance from a break, over the length of a line, that is round-off
 
@@ -351,7 +353,7 @@ def rates_of_unknowns(system: System, count: int) -> np.ndarray:
     rows, z = redundancy.rows_of(keep_constraints(system, np.flatnonzero(~driven_rows(system.constraints))))
     mine, v = rows.used >= system.size - count, system.v0.copy()
     J = as_dense(rows(z)[1])
-    v[rows.used[mine]] = np.linalg.lstsq(J[:, mine], -J @ v[rows.used])[0]
+    v[rows.used[mine]] = ranks.least(J[:, mine], -J @ v[rows.used])
     return v
 
 
@@ -464,10 +466,11 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     if len(rows) == 0:
         return replace(system, full=system)
     found = echelon.solve(A, a, tolerance, redundancy.scale_of(system))
+    remembered(system, KEPT, lambda: np.setdiff1d(np.arange(len(rows)), found.left))
     dropped = [system.constraints.names[rows[k]] for k in found.left]
     redundancy.refuse_gaps(dropped, found.gap, tolerance * system.scale)
     if dropped:
-        redundancy.notify_left_out(dropped)
+        redundancy.notify_left_out(system.constraints, rows[found.left])
     kept = others(system.size, found.dependent)
     if not len(kept):
         return without_motion(system, rows, found, A @ system.x0 + a)
@@ -487,6 +490,16 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     rest = np.flatnonzero(~is_linear(system.constraints))
     free = change_coordinates(keep_constraints(system, rest), T, d)
     return replace(free, v0=admissible_velocity(system, T, free), full=system)
+
+
+def kept_rows(system: System) -> np.ndarray:
+    """Linear constraints (i,), numbered as in `linear_part`, that `eliminate` solves: the others follow from them."""
+
+    def find() -> np.ndarray:
+        rows, A, a = linear_part(system)
+        return np.setdiff1d(np.arange(len(rows)), echelon.solve(A, a, units=redundancy.scale_of(system)).left)
+
+    return remembered(system, KEPT, find)
 
 
 def without_motion(system: System, rows: np.ndarray, found: echelon.Echelon, gap: np.ndarray) -> System:

@@ -208,6 +208,7 @@ class TermCollector:
     directions: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)  #: (c,) of those that are forces, in the reference
     laws: list[LawRows] = field(default_factory=list)
     resultants: dict[str, Resultant] = field(default_factory=dict)  #: of joints with many rows, by name
+    edges: list[str] = field(default_factory=list)  #: joints that hold edges
 
     def row(
         self,
@@ -258,7 +259,7 @@ class TermCollector:
         columns = list(zip(*self.terms, strict=True)) or [(), (), (), (), ()]
         row, signal, i, j = (np.array(columns[k], dtype=np.int64) for k in (0, 2, 3, 4))
         laws = row_laws.join(self.laws)
-        return Constraints(tuple(self.names), row, np.array(columns[1], dtype=float), signal, i, j, laws)
+        return Constraints(tuple(self.names), row, np.array(columns[1], dtype=float), signal, i, j, laws, edges=tuple(self.edges))
 
 
 @dataclass

@@ -54,7 +54,6 @@ class Elastic:
     gather: Annotated[Any, Inside("c n q", terms.is_storage)]
 
 
-@storable
 @dataclass(frozen=True)
 class Constraints:
     """Constraints in probe rows y: polynomials as sums of t terms, and rows by laws.
@@ -72,6 +71,10 @@ class Constraints:
     j: Annotated[np.ndarray, Indices("t", end="y", low=-1)] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     laws: Annotated[tuple[LawRows, ...], Inside("m y k")] = ()
     loose: tuple[str, ...] = ()  #: joints that events release or lock: none of their rows is eliminated or follows from others
+    edges: tuple[str, ...] = ()  #: joints that hold edges: where these meet, rows of one follow from those of others
+
+
+storable(Constraints, edges=lambda values: ())
 
 
 @dataclass(frozen=True)
@@ -385,7 +388,7 @@ def keep_constraints(system: System, rows: np.ndarray) -> System:
     names = tuple(terms.names[k] for k in rows)
     laws = tuple(part for own in terms.laws if len(part := own.kept(place)))
     value, signal, i, j = (part[mine] for part in (terms.coefficient, terms.signal, terms.i, terms.j))
-    kept = Constraints(names, place[terms.row[mine]], value, signal, i, j, laws, terms.loose)
+    kept = Constraints(names, place[terms.row[mine]], value, signal, i, j, laws, terms.loose, terms.edges)
     return replace(system, constraints=kept)
 
 

@@ -92,11 +92,14 @@ def part(a: np.ndarray, tolerance: float, first: np.ndarray | None = None) -> tu
 
 
 def least(a: np.ndarray, b: np.ndarray, directions: int | None = None) -> np.ndarray:
-    """x (n,) of least norm with a x = b (m,) in the strongest `directions` of a, in all that are above round-off by default."""
+    """x (n,) of least norm with a x = b (m,) in the strongest `directions` of a, in all that are above round-off by default.
+
+    Of several right-hand sides b (m, k) it is x (n, k).
+    """
     U, s, V = np.linalg.svd(a, full_matrices=False)
     kept = int((s > EXACT * s.max(initial=0.0)).sum())
     kept = kept if directions is None else min(directions, kept)
-    return np.asarray(V[:kept].T @ ((U[:, :kept].T @ b) / s[:kept]))
+    return np.asarray(V[:kept].T @ ((U[:, :kept].T @ b).T / s[:kept]).T)
 
 
 def determined(A: csr_array, first: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...core.algebra import saddle
+from ...core.algebra import ranks, saddle
 from ...core.errors import InputError, closest, listed, say
 from ...core.storage import durable
 from ...core.storage.records import dataclass
@@ -192,7 +192,7 @@ def admitted(
     x[:, 2 * r :] = rest
     J = compiled.gap(compile_system(system), linear.x, time)[1]
     force = np.pad(push, [(0, 0), (2 * r, 0)]) - linear.mass @ a - linear.damping @ v - linear.stiffness @ x
-    return x, v, a, np.linalg.lstsq(J.T, force, rcond=None)[0] if len(J) else np.zeros((0, whole))
+    return x, v, a, ranks.least(J.T, force) if len(J) else np.zeros((0, whole))
 
 
 def differentiate(

@@ -61,6 +61,29 @@ def solve(A: csr_array, a: np.ndarray, tolerance: float = ranks.EXACT, units: np
     )
 
 
+def inverse(A: csr_array, kept: np.ndarray) -> csr_array:
+    """The pseudo-inverse C (n, m) of A (m, n), whose rank is the number of rows `kept` (i,) that `solve` found independent.
+
+        A^T p = r,    p = C^T r of least norm
+
+    Rows that share no unknown are inverted apart. The rank is not decided here anew: singular values of rows that follow from
+    others are round-off, and their inverses would carry all forces.
+    """
+    labels, independent = labels_of(A), np.zeros(A.shape[0], dtype=bool)
+    independent[kept] = True
+    order = np.argsort(labels, kind="stable")
+    blocks = np.split(order, np.flatnonzero(np.diff(labels[order])) + 1) if len(order) else []
+    parts = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
+    for rows in blocks:
+        used, block = dense(A, rows)
+        U, s, V = np.linalg.svd(block, full_matrices=False)
+        rank = int(independent[rows].sum())
+        found = (V[:rank].T / s[:rank]) @ U[:, :rank].T
+        parts.append((np.repeat(used, len(rows)), np.tile(rows, len(used)), found.ravel()))
+    row, column, values = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return csr_array((values, (row, column)), shape=A.shape[::-1])
+
+
 def labels_of(A: csr_array) -> np.ndarray:
     """Numbers (m,) of the parts of A (m, n) whose rows share no column with other parts, in the order of their first rows."""
     m, n = A.shape

@@ -16,11 +16,11 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array, kron, vstack
 
-from ...bodies import edge_slopes
+from ...bodies import edge_directions, edge_slopes
 from ...bodies.body import Body, own
 from ...bodies.plate import edge, local_first, trace
 from ...core.algebra import ranks
-from ...core.algebra.linalg import distinct, evenly
+from ...core.algebra.linalg import distinct, entries, evenly
 from ...core.errors import InputError, listed, say
 from ...core.storage.records import dataclass
 from ...core.values.fields import AXES
@@ -41,6 +41,8 @@ class Edge(Joint):
     """Edges of a plate held to the ground: components of the displacement (`fixed`, all by default), and of its derivative across.
 
     For a plate in x, y with an edge along y: clamped is slope `z`, hinged none, a plane of symmetry is fixed `x`, slope `yz`.
+    Sides that meet in one line to 1e-4 rad, or to what the digits of their file state, are straight. Other nodes are corners, where
+    both slopes are held; `fmbs check` counts them.
 
     {type: edge, body: plate, edges: [left, right], slope: z}
     """
@@ -69,6 +71,7 @@ class Edge(Joint):
             for k, value in enumerate(mine @ part.reference[:, c]):
                 draft.constraints.row(self.name, f"{AXES[c]} {k + 1}", (1.0, -1, first + k, -1), (-float(value), -1, -1, -1))
         whole = csr_array(vstack([mine for _, mine in order]))
+        draft.constraints.edges.append(self.name)
         show(self, draft, part, shape, sides)
         weights = edge_weights(part, shape, sides)[:, 0]
         draft.constraints.resultants[self.name] = Resultant(
@@ -194,9 +197,14 @@ def components(name: str, letters: str, dim: int) -> list[int]:
 
 def held(part: Body, shape: Surface, sides: np.ndarray, position: bool, slope: bool) -> csr_array:
     """Rows (i, b) whose displacements vanish where those of the edge (and of the derivative across it) do."""
-    first, second, X = ranks.determined(trace(shape, sides, slope)) if position or not slope else edge_slopes.across(shape, sides)
-    i, j = np.nonzero(X)
-    values = np.concatenate([np.ones(len(first)), X[i, j]])
+    if edge_directions.derivatives(shape.space) is not None:
+        first, second, X = edge_directions.determined(shape, sides, position, slope)
+    elif position:
+        first, second, X = ranks.determined(trace(shape, sides, slope))
+    else:
+        first, second, X = edge_slopes.across(shape, sides)
+    i, j, x = entries(X)
+    values = np.concatenate([np.ones(len(first)), x])
     places = (np.concatenate([np.arange(len(first)), i]), np.concatenate([first, second[j]]))
     rows = own(part, csr_array(coo_array((values, places), shape=(len(first), shape.count))))
     tied = isinstance(shape.space, Nurbs) and shape.space.seams  # a corner of two patches is one point of the body

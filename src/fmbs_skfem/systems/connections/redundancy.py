@@ -14,6 +14,7 @@ Source: M. Wojtyra, J. Fraczek, Multibody Syst. Dyn. 30 (2013) 153-171, doi:10.1
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -294,7 +295,7 @@ def left_out(system: System, rows: np.ndarray) -> System:
     """The system without some rows (i,), always the same, which a notice names; their reactions are zero."""
     if not len(rows):
         return system
-    notify_left_out([system.constraints.names[k] for k in rows])
+    notify_left_out(system.constraints, rows)
 
     def keep() -> tuple[Constraints, Prepared]:
         return keep_constraints(system, np.setdiff1d(np.arange(len(system.constraints.names)), rows)).constraints, Prepared()
@@ -306,16 +307,32 @@ def left_out(system: System, rows: np.ndarray) -> System:
     return remembered(system, ("left out", *rows), find)
 
 
-def notify_left_out(names: list[tuple[str, str]]) -> None:
-    """The notice of rows that are left out; of many of one kind, as of an edge that is held twice, their number.
+def notify_left_out(constraints: Constraints, rows: np.ndarray) -> None:
+    """The notice of rows (i,) that are left out; of many of one kind, as of an edge that is held twice, their number.
 
-    `names` are the joint and the coordinate of every row.
+    Nothing is said of those where held edges meet, which every symmetric model has.
     """
     kinds: dict[str, list[str]] = {}
-    for joint, row in sorted(set(names)):
+    meeting = where_edges_meet(constraints, rows)
+    for joint, row in sorted({constraints.names[k] for k in rows if int(k) not in meeting}):
         kinds.setdefault(f"{joint}.{row.split()[0]}", []).append(f"{joint}.{row}")
+    if not kinds:
+        return
     listed = ", ".join(", ".join(rows) if len(rows) <= MANY else f"{kind} ({len(rows)} rows)" for kind, rows in kinds.items())
     notify(f"redundant constraint rows are left out (their reactions are not unique): {listed}")
+
+
+def where_edges_meet(constraints: Constraints, rows: np.ndarray) -> set[int]:
+    """Those of `rows` (i,) that are left out where held edges meet: of an edge of which most rows of a component are left."""
+    gone = Counter(kind_of(constraints.names[k]) for k in rows)
+    whole = Counter(kind_of(name) for name in constraints.names)
+    kinds = {kind for kind in gone if kind[0] in constraints.edges and 2 * gone[kind] <= whole[kind]}
+    return {int(k) for k in rows if kind_of(constraints.names[k]) in kinds}
+
+
+def kind_of(name: tuple[str, str]) -> tuple[str, str]:
+    """Joint and component of a row."""
+    return name[0], name[1].split()[0]
 
 
 def notify_projected(system: System, change: np.ndarray, why: str = "") -> None:
