@@ -158,7 +158,7 @@ def test_a_training_that_cannot_pay_ends_before_it_begins(tmp_path: Path, monkey
 
 def test_a_basis_of_half_the_coordinates_does_not_pay(tmp_path: Path) -> None:
     """Modes of one full run of a shaken beam."""
-    task = order(scene(tmp_path, SHAKEN, HISTORY, TRAINED), "1e-2").task
+    task = order(scene(tmp_path, SHAKEN, HISTORY, TRAINED), "1e-1").task
     run = full_runs.full_run(replace(task, plan=replace(task.plan, tolerance=1e-20)), {"load": 0.5})
     half = int(worth.LARGEST * worth.coordinates(run))
     worth.require_small(replace(task, plan=replace(task.plan, modes=half // 2)), [run])

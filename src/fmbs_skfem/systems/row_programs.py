@@ -51,7 +51,6 @@ class Part(NamedTuple):
     operations: IntegerMatrix  #: (o, 4)
     targets: IntegerMatrix  #: (w, 3) kind, number and place in the room
     constants: Vector
-    room: Vector  #: for constants, what is read, and results of operations
 
 
 class Parts(NamedTuple):
@@ -116,14 +115,16 @@ def write(s: Space, P: Part, k: int, kind: int, number: int, value: float) -> No
 def act(table: Any, record: Any) -> int:
     """Run a program for all groups of rows."""
     s, P = evaluation(table).space, part_of(record)
-    copy(P.constants, P.room[: len(P.constants)])
     first = len(P.constants) + len(P.reads)
+    # of a call: threads share the records of joints
+    room = np.empty(first + len(P.operations))
+    copy(P.constants, room)
     for k in range(len(P.rows)):
         for i in range(len(P.reads)):
-            P.room[P.reads[i, 2]] = read(s, P, k, P.reads[i, 0], P.reads[i, 1])
-        programs.run(P.operations, first, P.room, P.numbers[k])
+            room[P.reads[i, 2]] = read(s, P, k, P.reads[i, 0], P.reads[i, 1])
+        programs.run(P.operations, first, room, P.numbers[k])
         for i in range(len(P.targets)):
-            write(s, P, k, P.targets[i, 0], P.targets[i, 1], P.room[P.targets[i, 2]])
+            write(s, P, k, P.targets[i, 0], P.targets[i, 1], room[P.targets[i, 2]])
     return 0
 
 
@@ -178,7 +179,6 @@ def compile_actions(actions: Sequence[Action], groups: Mapping[str, Any], pairs:
             operations=matrix(program.operations, 4),
             targets=matrix(targets, 3),
             constants=np.array(program.constants, dtype=float),
-            room=np.zeros(constants + len(reads) + len(program.operations)),
         )
 
     return Parts(act.address, *(part(action) for action in (*actions, *[NOTHING] * len(ROUTINES))[: len(ROUTINES)]))
