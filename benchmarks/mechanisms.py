@@ -70,6 +70,19 @@ PINNED = pin("O", "beam.left")
 STRIP = {"section": "{shape: rectangular, width: 20 mm, height: 3 mm}"}
 RUN_UP = "where(t < 0.5, 4 * t**2 * (1.5 - t), 1 + 3 * (t - 0.5))"
 
+#: bodies, joints, loads and outputs
+CRANK_SLIDER = (
+    [beam("crank", 0.15, **STRIP), beam("rod", 0.5, 0.15, **STRIP)],
+    [
+        pin("O", "crank.left"),
+        pin("A", "crank.right", "rod.left"),
+        "  S: {type: slider, at: rod.right, direction: [1, 0]}",
+        "  motor: {type: driven_angle, at: crank.left, angle: 10 * t**2}",
+    ],
+    [],
+    ["  middle: {type: position, at: {body: rod, s: 0.25 m}}", "  S: {type: position, at: rod.right}"],
+)
+
 SCENES: dict[str, str] = {
     "cantilever_step": mechanism(
         1.0, [beam("beam")], [HELD], ["  f: {type: point_force, at: beam.right, force: [0, -0.5 N]}"], [TIP]
@@ -158,18 +171,7 @@ SCENES: dict[str, str] = {
         ["  C: {type: position, at: coupler.right}"],
         more="damping: {stiffness: 1 ms}\n",
     ),
-    "crank_slider": mechanism(
-        1.0,
-        [beam("crank", 0.15, **STRIP), beam("rod", 0.5, 0.15, **STRIP)],
-        [
-            pin("O", "crank.left"),
-            pin("A", "crank.right", "rod.left"),
-            "  S: {type: slider, at: rod.right, direction: [1, 0]}",
-            "  motor: {type: driven_angle, at: crank.left, angle: 10 * t**2}",
-        ],
-        [],
-        ["  middle: {type: position, at: {body: rod, s: 0.25 m}}", "  S: {type: position, at: rod.right}"],
-    ),
+    "crank_slider": mechanism(1.0, *CRANK_SLIDER),
     "sprung": mechanism(
         1.0,
         [beam("beam")],

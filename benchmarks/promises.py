@@ -22,7 +22,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from mechanisms import GRAVITY, HELD, IN_SPACE, PINNED, SCENES, STRIP, TIP, beam, block, in_space, mechanism, pin, written
+from mechanisms import (
+    CRANK_SLIDER,
+    GRAVITY,
+    HELD,
+    IN_SPACE,
+    PINNED,
+    SCENES,
+    STRIP,
+    TIP,
+    beam,
+    block,
+    in_space,
+    mechanism,
+    pin,
+    written,
+)
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import scenes, studies
@@ -147,19 +162,7 @@ MOTIONS = {
         ["  bob: {type: position, at: bob}", "  e: {type: energy}"],
         more="damping: {stiffness: 0.2 ms}\n",
     ),
-    "slider_crank": mechanism(
-        0.6,
-        [beam("crank", 0.15, **STRIP), beam("rod", 0.5, 0.15, **STRIP)],
-        [
-            pin("O", "crank.left"),
-            pin("A", "crank.right", "rod.left"),
-            "  S: {type: slider, at: rod.right, direction: [1, 0]}",
-            "  motor: {type: driven_angle, at: crank.left, angle: 10 * t**2}",
-        ],
-        [],
-        ["  middle: {type: position, at: {body: rod, s: 0.25 m}}", "  S: {type: position, at: rod.right}"],
-        more="damping: {stiffness: 1 ms}\n",
-    ),
+    "slider_crank": mechanism(0.6, *CRANK_SLIDER, more="damping: {stiffness: 1 ms}\n"),
     "hub": mechanism(
         0.6,
         [block("hub", 0, 0, "", 1, 0.02), beam("arm", **STRIP)],

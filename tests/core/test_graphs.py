@@ -11,7 +11,7 @@ import sympy
 from numpy.testing import assert_allclose
 
 from fmbs_skfem.core.compiling import programs
-from fmbs_skfem.core.compiling.graphs import JUMPS, RULES, Graph, Program
+from fmbs_skfem.core.compiling.graphs import JUMPS, RULES, Graph, GraphProgram
 from fmbs_skfem.core.compiling.symbols import Drawing, chosen, less
 from fmbs_skfem.core.errors import InputError
 
@@ -30,7 +30,7 @@ EXPRESSIONS = (
 )
 
 
-def value_of(program: Program, numbers: Sequence[float], values: dict[Any, float]) -> list[float]:
+def value_of(program: GraphProgram, numbers: Sequence[float], values: dict[Any, float]) -> list[float]:
     """The results of a program, run by itself."""
     ahead = [*program.constants, *(values[name] for name in program.symbols)]
     room = np.array([*ahead, *[0.0] * len(program.operations)])
@@ -91,7 +91,7 @@ def test_operations_are_there_once_and_zeros_not_at_all() -> None:
     assert graph.node(programs.NEGATE, graph.node(programs.NEGATE, a)) == a
     assert graph.value(graph.node(programs.MULTIPLY, product, zero)) == 0.0
     assert graph.node(programs.CHOOSE, b, a, a) == a
-    assert graph.program([product]) == Program((), ("a", "b"), ((programs.MULTIPLY, 0, 1, 0),), (2,))
+    assert graph.program([product]) == GraphProgram((), ("a", "b"), ((programs.MULTIPLY, 0, 1, 0),), (2,))
     long = graph.sum([graph.node(programs.SIN, graph.symbol(k)) for k in range(5000)])
     (slope,) = graph.derivatives([long], {graph.symbol(4999): one})
     assert graph.nodes[slope][0] == programs.COS

@@ -12,6 +12,7 @@ from numpy.testing import assert_allclose
 
 from fmbs_skfem.bodies import body, sections
 from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.core.compiling.angles import continued
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate, outputs, reactions, solve_statics, trajectory
@@ -19,7 +20,6 @@ from fmbs_skfem.reduction import files
 from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import controls, loads
-from fmbs_skfem.systems.forces.force_laws import continued
 from fmbs_skfem.systems.measures import probes
 
 from .. import models

@@ -30,9 +30,8 @@ ANGLE = 1e-4
 COARSE = 1e-2  #: angle [rad] that is a corner whatever the digits
 UPRIGHT = 0.05  #: cosine of the angle between lines at the end of an edge below which they meet at a right angle
 
-PLACES = np.linspace(
-    0.0, 1.0, 6
-)  #: fractions of a side, whose values say the slopes (2, 6) at its ends: polynomials up to degree 5
+#: fractions of a side, whose values say the slopes (2, 6) at its ends: polynomials up to degree 5
+PLACES = np.linspace(0.0, 1.0, 6)
 RATES = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0], np.arange(6.0)]) @ np.linalg.inv(np.vander(PLACES, increasing=True))
 
 FIRST = np.array([(0, 0), (1, 0), (0, 1)])  #: r and its slopes
@@ -40,14 +39,14 @@ MIXED = np.array([(0, 0), (1, 0), (0, 1), (1, 1)])
 SECOND = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)])
 
 
-class Ends(NamedTuple):
+class SideEnds(NamedTuple):
     """Ends of sides, two a side."""
 
     functions: Ints  #: (x, k) of the node of every end
     along: Floats  #: (x, 2) derivative along the side, on the two slopes of the node
 
 
-class Node(NamedTuple):
+class NodeLines(NamedTuple):
     """The lines of the surface at a node, those of its border and of named edges."""
 
     turn: Floats  #: (2, 2) L^T of the metric L L^T of the slopes: L^T d has the length and angles of d
@@ -107,7 +106,7 @@ def corners(shape: Surface, sides: Ints) -> tuple[int, int]:
     return len(found), sum(count > 1 for count in found)
 
 
-def conditions(orders: Ints, node: Node, mine: Ints, position: bool, slope: bool) -> Floats:
+def conditions(orders: Ints, node: NodeLines, mine: Ints, position: bool, slope: bool) -> Floats:
     """Rows (i, k) on the functions of a node that vanish where u, u,n do along its lines `mine` (j,), each of which may end there.
 
     A number in `mine` below zero, ~k, is line k that ends there.
@@ -123,7 +122,7 @@ def conditions(orders: Ints, node: Node, mine: Ints, position: bool, slope: bool
     return np.array(rows)
 
 
-def across(node: Node, d: Floats, ends: bool) -> Floats:
+def across(node: NodeLines, d: Floats, ends: bool) -> Floats:
     """The direction L^T n across a line L^T d; where the line ends, another line that is upright on it says which."""
     n = np.array([-d[1], d[0]])
     cosine = np.abs(node.lines @ d)
@@ -131,7 +130,7 @@ def across(node: Node, d: Floats, ends: bool) -> Floats:
     return node.lines[best] if ends and cosine[best] <= UPRIGHT else n
 
 
-def on_slopes(node: Node, d: Floats) -> Floats:
+def on_slopes(node: NodeLines, d: Floats) -> Floats:
     """A unit direction L^T d on the slopes of the node, without round-off."""
     found = np.linalg.solve(node.turn, d)
     return np.where(np.abs(found) < ranks.NOISE, 0.0, found)
@@ -166,7 +165,7 @@ def solved(rows: Floats) -> list[tuple[int, Ints, Floats]]:
 
 
 # -------------------------------------------------------------------------------------------------------------------- directions
-def nodes_of(shape: Surface, sides: Ints) -> list[tuple[Ints, Ints, Node]]:
+def nodes_of(shape: Surface, sides: Ints) -> list[tuple[Ints, Ints, NodeLines]]:
     """Functions (k,) of every node on sides (i, 2), the numbers (j,) of its lines that sides have, and all of its lines.
 
     A line that one side alone has ends at the node; its number is ~k.
@@ -210,7 +209,7 @@ def functions_of(shape: Surface) -> Ints:
     return shape.nodes[:, : count * len(orders)].reshape(len(shape.nodes), count, len(orders))
 
 
-def ends_of(shape: Surface, sides: Ints) -> Ends:
+def ends_of(shape: Surface, sides: Ints) -> SideEnds:
     """The ends of sides (i, 2), two of each."""
     count = int(shape.parent)
     cell, side = np.repeat(sides, 2, axis=0).T
@@ -222,10 +221,10 @@ def ends_of(shape: Surface, sides: Ints) -> Ends:
     values = surfaces.basis(shape.space, at[0], xi)[:, 0].reshape(len(sides), len(PLACES), -1)
     rates = np.einsum("is,xsb->xib", RATES, values).reshape(2 * len(sides), -1)
     slopes = vertex[:, None] * functions.shape[2] + [1, 2]
-    return Ends(functions[cell, vertex], np.take_along_axis(rates, slopes, axis=1))
+    return SideEnds(functions[cell, vertex], np.take_along_axis(rates, slopes, axis=1))
 
 
-def node_of(slopes: Floats, along: Floats, resolution: float) -> tuple[Node, Ints]:
+def node_of(slopes: Floats, along: Floats, resolution: float) -> tuple[NodeLines, Ints]:
     """The lines of a node whose slopes are (2, c) in the reference, of the ends of sides (x, 2) there; and the line (x,) of each.
 
     `resolution` is that of the coordinates [m].
@@ -251,7 +250,7 @@ def node_of(slopes: Floats, along: Floats, resolution: float) -> tuple[Node, Int
         others = [*lines, *(np.array([-d[1], d[0]]) for d in lines), *(turn.T / np.linalg.norm(turn.T, axis=1)[:, None])]
         same = [one for one in others if abs(sine(total, one)) <= angle]
         lines.append(same[0] if same else total / np.linalg.norm(total))
-    return Node(turn, np.asarray(lines), angle), label
+    return NodeLines(turn, np.asarray(lines), angle), label
 
 
 def sine(a: Floats, b: Floats) -> float:

@@ -33,7 +33,7 @@ FACTORS = {
 }  #: what `solve` reads, by the kind of the factors
 ROTATED = ("start", "turns", "reach", "shares", "rest", "border", "pivots", "lives", "on")  #: of `step.Rotations`
 ADDRESSES = ("elastic", "lift", "laws", "forces", "calls", "act")  #: arrays of a model that differ from process to process
-PLACES = ("kept", "turned", "gram", "room")  #: in a space, rooms for results, and what follows from other numbers
+PLACES = ("kept", "turned", "gram")  #: in a space, and what follows from other numbers
 LATER = ("state work", "state push", "state gradients", "state signals")  #: which checkpoints of earlier versions do not hold
 LOW = "terms of low rank"  #: in the factors
 INSTANTS = 65  #: at which the signals of two models are compared

@@ -49,8 +49,8 @@ def require_none_without_load(full: System, rows: np.ndarray, A: csr_array, C: c
 
     t is a translation by the size s of the system, K the elastic tangent at the start. `rows` (k,) are those of A (k, n), C (n, k).
     """
-    edges = {name: k for k, row in enumerate(rows) if (name := full.constraints.names[row][0]) in full.constraints.edges}
-    if not edges:
+    joints = [full.constraints.names[row][0] for row in rows]
+    if not set(joints) & set(full.constraints.edges):
         return
     scale = redundancy.scale_of(full)
     K = as_csr(elastic_tangent(compile_system(full), full.x0, 0.0))
@@ -59,11 +59,13 @@ def require_none_without_load(full: System, rows: np.ndarray, A: csr_array, C: c
     whole[: len(unit)] = full.scale * unit
     energy = float((scale * (abs(K) @ scale)).max(initial=0.0))
     force = np.abs(C.T @ (K @ whole)).max(axis=1) * (abs(A) @ scale)
-    names = [full.constraints.names[row] for row in rows]
-    wrong = {joint: value / energy for (joint, _), value in zip(names, force, strict=True) if value > NOTHING * energy}
-    wrong = {joint: value for joint, value in wrong.items() if joint in edges}
+    wrong = dict[str, float]()
+    for joint, value in zip(joints, force, strict=True):
+        if joint in full.constraints.edges and value > NOTHING * energy:
+            wrong[joint] = max(wrong.get(joint, 0.0), float(value) / energy)
     if wrong:
         listed = ", ".join(f"'{joint}'" for joint in wrong)
-        worst = tuple((joint, float(value)) for joint, value in wrong.items())
         text = f"held edges {listed} carry forces without a load, {max(wrong.values()):.1g} of stiffness times size"
-        raise SolverError(f"{text}: they nearly contradict each other where they meet", Reason.INCONSISTENT, 0.0, worst)
+        raise SolverError(
+            f"{text}: they nearly contradict each other where they meet", Reason.INCONSISTENT, 0.0, tuple(wrong.items())
+        )

@@ -304,13 +304,6 @@ def derivative(signals: np.ndarray, number: int, first: int) -> float:
 
 
 @jit
-def remainder(value: float, period: float) -> float:
-    """The value nearest to zero that differs by whole periods, between - period/2 and period/2."""
-    # np.rint and no loop: an angle may be many turns away
-    return value - period * np.rint(value / period)
-
-
-@jit
 def constrain(A: Terms, y: np.ndarray, signals: np.ndarray, gap: np.ndarray, jacobian: np.ndarray) -> None:
     """gap (m,) = Phi and jacobian (m, j) = dPhi/dy of the terms A at probe rows y (j,), with signals (s,); both are overwritten."""
     clear(gap)

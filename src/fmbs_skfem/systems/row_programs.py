@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..core.compiling import programs
-from ..core.compiling.graphs import Program
+from ..core.compiling.graphs import GraphProgram
 from ..core.compiling.jit import jit
 from ..core.compiling.structs import IntegerMatrix, Integers, Matrix, Routine, Vector, invoke, opener, place_of, routine
 from .evaluation import Space, evaluation
@@ -32,11 +32,11 @@ PUSH, SLOPE, KEEP, FURTHEST, ENERGY, GAP, JACOBIAN, CURVATURE = range(8)
 class Action(NamedTuple):
     """A program with what it reads and where its results go, each a kind with a number: one of a row, of a pair, ..."""
 
-    program: Program  #: whose symbols are what it reads: a kind and a number
+    program: GraphProgram  #: whose symbols are what it reads: a kind and a number
     targets: tuple[tuple[int, int], ...]
 
 
-class Part(NamedTuple):
+class ActionRecord(NamedTuple):
     """An action on t groups for compiled code: rows (t, r), numbers (t, p), signals (t, h), row (t,) of a constraint."""
 
     rows: IntegerMatrix
@@ -53,21 +53,21 @@ class Part(NamedTuple):
     constants: Vector
 
 
-class Parts(NamedTuple):
+class ActionRecords(NamedTuple):
     """The actions of a law, and the routine that runs each of them."""
 
     act: int
-    first: Part
-    second: Part
-    third: Part
-    fourth: Part
+    first: ActionRecord
+    second: ActionRecord
+    third: ActionRecord
+    fourth: ActionRecord
 
 
-part_of, parts_of = opener(Part), opener(Parts)
+action_of, actions_of = opener(ActionRecord), opener(ActionRecords)
 
 
 @jit
-def read(s: Space, P: Part, k: int, kind: int, number: int) -> float:
+def read(s: Space, P: ActionRecord, k: int, kind: int, number: int) -> float:
     """What a program of group k reads."""
     if kind == ROW:
         return s.y[P.rows[k, number]]
@@ -90,7 +90,7 @@ def read(s: Space, P: Part, k: int, kind: int, number: int) -> float:
 
 
 @jit
-def write(s: Space, P: Part, k: int, kind: int, number: int, value: float) -> None:
+def write(s: Space, P: ActionRecord, k: int, kind: int, number: int, value: float) -> None:
     """Give a result of group k to its place."""
     if kind == PUSH:
         s.g[P.rows[k, number]] += value
@@ -114,7 +114,7 @@ def write(s: Space, P: Part, k: int, kind: int, number: int, value: float) -> No
 @routine
 def act(table: Any, record: Any) -> int:
     """Run a program for all groups of rows."""
-    s, P = evaluation(table).space, part_of(record)
+    s, P = evaluation(table).space, action_of(record)
     first = len(P.constants) + len(P.reads)
     # of a call: threads share the records of joints
     room = np.empty(first + len(P.operations))
@@ -128,50 +128,50 @@ def act(table: Any, record: Any) -> int:
     return 0
 
 
-AT = {name: 8 * place_of(Parts, name) for name in ("first", "second", "third", "fourth")}  #: bytes
+AT = {name: 8 * place_of(ActionRecords, name) for name in ("first", "second", "third", "fourth")}  #: bytes
 FIRST_AT, SECOND_AT, THIRD_AT, FOURTH_AT = AT.values()
 
 
 @routine
 def first(table: Any, record: Any) -> int:
     """Run the first program of a law."""
-    return invoke(parts_of(record).act, table, record + FIRST_AT)
+    return invoke(actions_of(record).act, table, record + FIRST_AT)
 
 
 @routine
 def second(table: Any, record: Any) -> int:
     """Run the second program of a law."""
-    return invoke(parts_of(record).act, table, record + SECOND_AT)
+    return invoke(actions_of(record).act, table, record + SECOND_AT)
 
 
 @routine
 def third(table: Any, record: Any) -> int:
     """Run the third program of a law."""
-    return invoke(parts_of(record).act, table, record + THIRD_AT)
+    return invoke(actions_of(record).act, table, record + THIRD_AT)
 
 
 @routine
 def fourth(table: Any, record: Any) -> int:
     """Run the fourth program of a law."""
-    return invoke(parts_of(record).act, table, record + FOURTH_AT)
+    return invoke(actions_of(record).act, table, record + FOURTH_AT)
 
 
 ROUTINES: Sequence[Routine] = (first, second, third, fourth)
-NOTHING = Action(Program((), (), (), ()), ())
+NOTHING = Action(GraphProgram((), (), (), ()), ())
 
 
-def compile_actions(actions: Sequence[Action], groups: Mapping[str, Any], pairs: int, kept: int) -> Parts:
-    """The actions of a law for compiled code, on `groups`: the fields of `Part` from `rows` to `memory`."""
+def compile_actions(actions: Sequence[Action], groups: Mapping[str, Any], pairs: int, kept: int) -> ActionRecords:
+    """The actions of a law for compiled code, on `groups`: the fields of `ActionRecord` from `rows` to `memory`."""
 
     def matrix(rows: Sequence[Sequence[int]], columns: int) -> np.ndarray:
         return np.array(rows, dtype=np.int64).reshape(-1, columns)
 
-    def part(action: Action) -> Part:
+    def part(action: Action) -> ActionRecord:
         program = action.program
         constants = len(program.constants)
         reads = [(kind, number, constants + k) for k, (kind, number) in enumerate(program.symbols)]
         targets = [(*target, place) for target, place in zip(action.targets, program.results, strict=True)]
-        return Part(
+        return ActionRecord(
             **groups,
             pairs=pairs,
             kept=kept,
@@ -181,4 +181,4 @@ def compile_actions(actions: Sequence[Action], groups: Mapping[str, Any], pairs:
             constants=np.array(program.constants, dtype=float),
         )
 
-    return Parts(act.address, *(part(action) for action in (*actions, *[NOTHING] * len(ROUTINES))[: len(ROUTINES)]))
+    return ActionRecords(act.address, *(part(action) for action in (*actions, *[NOTHING] * len(ROUTINES))[: len(ROUTINES)]))

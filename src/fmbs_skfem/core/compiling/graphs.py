@@ -59,7 +59,7 @@ CURVES = frozenset(
 )  #: whose second and third numbers say where the numbers of a curve are
 
 
-class Program(NamedTuple):
+class GraphProgram(NamedTuple):
     """What gives results, in the order of a room of numbers: constants, what is read, results of operations."""
 
     constants: tuple[float, ...]
@@ -171,7 +171,7 @@ class Graph:
                 waiting += self.read_by(node)
         return sorted(found)
 
-    def program(self, results: Sequence[Node]) -> Program:
+    def program(self, results: Sequence[Node]) -> GraphProgram:
         """What gives these nodes, and no more."""
         order = self.needed(results)
         kinds = {kind: [node for node in order if self.nodes[node][0] == kind] for kind in (CONSTANT, SYMBOL)}
@@ -184,7 +184,7 @@ class Graph:
             a, b, c = [*places, 0, 0][:3]
             return kind, a, b, c
 
-        return Program(
+        return GraphProgram(
             tuple(self.nodes[node][1] for node in kinds[CONSTANT]),
             tuple(self.nodes[node][1] for node in kinds[SYMBOL]),
             tuple(map(operation, computed)),

@@ -23,6 +23,7 @@ MODULES = (
     "contact/slip.py",
     "core/algebra/direct.py",
     "core/algebra/supernodes.py",
+    "core/compiling/angles.py",
     "core/compiling/curves.py",
     "core/compiling/dispatchers.py",
     "core/compiling/entries.py",

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from .angles import continued
 from .curves import beyond, lookup, lookup_slope
 from .jit import jit
 
@@ -98,7 +99,7 @@ def run(operations: np.ndarray, first: int, room: np.ndarray, numbers: np.ndarra
             # both sides of a choice are computed, one of them counts
             value = room[b] if x != 0.0 else room[c]
         elif operation == CONTINUE:
-            value = room[b] + (x - room[b]) - 2.0 * np.pi * np.rint((x - room[b]) / (2.0 * np.pi))
+            value = continued(x, room[b])
         elif operation == LOOKUP:
             value = lookup(x, numbers[b:c])
         elif operation == LOOKUP_SLOPE:

@@ -1,7 +1,7 @@
 """From expressions in symbols to graphs of operations, or to the text of compiled functions in a module of the cache folder.
 
-What acts on a few rows is a program of a graph (`drawn`), which nothing is compiled for. What acts on all points of a body is text
-(`statements`), whose common subexpressions are computed once; `bodies.symbolic` writes the frame around them.
+What acts on a few rows is a program of a graph (`Drawing`), which nothing is compiled for. What acts on all points of a body is
+text (`statements`), whose common subexpressions are computed once; `bodies.symbolic` writes the frame around them.
 """
 
 from __future__ import annotations

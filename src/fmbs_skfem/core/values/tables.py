@@ -145,7 +145,7 @@ def overshoot(table: Table) -> tuple[float, float]:
         half = -(c[:, 1] + np.copysign(np.sqrt(c[:, 1] ** 2 - 3.0 * c[:, 0] * c[:, 2]), c[:, 1]))
         s = np.stack([half / (3.0 * c[:, 0]), c[:, 2] / half])
         s = np.where((s > 0.0) & (s < length), s, 0.0)
-    value = c[:, 3] + s * (c[:, 2] + s * (c[:, 1] + s * c[:, 0]))
+    value = table(x[:-1] + s)
     low, high = np.minimum(y[:-1], y[1:]), np.maximum(y[:-1], y[1:])
     beyond = np.maximum(low - value, value - high)
     side, k = np.unravel_index(int(beyond.argmax()), beyond.shape)

@@ -35,7 +35,7 @@ TWISTED = 0.01  #: twist at a clamp over the largest curvature from which there 
 NONE = 1e-9  #: twist of the whole length that is round-off [rad]
 
 
-class Held(NamedTuple):
+class OpenClamp(NamedTuple):
     """A clamp of a beam with a thin open section."""
 
     joint: str
@@ -56,7 +56,7 @@ def _(found: Found) -> Trajectory:
     return found.motion
 
 
-def held(system: System) -> Iterator[Held]:
+def held(system: System) -> Iterator[OpenClamp]:
     """Clamps, and welds to the ground, of full beams whose warping matters."""
     base = system.full or system
     beams = {} if system.components else {one.name: one for one in base.elastic if is_open(one)}
@@ -69,9 +69,10 @@ def held(system: System) -> Iterator[Held]:
         if body in beams and swept is not None:
             length = float(beams[body].gather.section[-1].sum())
             ratio = warping_length(swept.profile) / length
-            if ratio * np.tanh(1.0 / max(ratio, 1e-300)) > MATTERS:
+            lost = ratio * float(np.tanh(1.0 / max(ratio, 1e-300)))
+            if lost > MATTERS:
                 place = read @ base.x0 + base.sensors.offset[list(rows)]
-                yield Held(joint, place, beams[body], 1.0 - float(ratio * np.tanh(1.0 / ratio)))
+                yield OpenClamp(joint, place, beams[body], 1.0 - lost)
 
 
 def is_open(elastic: Elastic) -> bool:
@@ -104,7 +105,7 @@ def warping_length(profile: Profile) -> float:
     return float(np.sqrt(C[0, 0] * (rest @ rest) / weights.sum() / GJ))
 
 
-def warn(motion: Trajectory, clamps: list[Held]) -> None:
+def warn(motion: Trajectory, clamps: list[OpenClamp]) -> None:
     """One notice of all these clamps where a beam is twisted, in one of up to 40 stored states."""
     if not clamps:
         return

@@ -122,9 +122,8 @@ def dense_modes(K: Array, M: Array, J: np.ndarray, count: int) -> tuple[np.ndarr
     """
     R, N = split_by_mass(M, J)
     if not N.shape[1]:
-        Z = ranks.null_space(J)
-        squares, vectors = eigh(Z.T @ (K @ Z), Z.T @ (M @ Z), subset_by_index=[0, count - 1])
-        return squares, Z @ vectors
+        squares, vectors = eigh(R.T @ (K @ R), R.T @ (M @ R), subset_by_index=[0, count - 1])
+        return squares, R @ vectors
     if not R.shape[1]:
         raise InputError(say("modes", "motions that have a mass", "none", "give the bodies a density"))
     Z = R + N @ follow(K, R, N)
@@ -136,7 +135,7 @@ def dense_modes(K: Array, M: Array, J: np.ndarray, count: int) -> tuple[np.ndarr
 
 
 def split_by_mass(M: Array, J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Bases R (n, r) and N (n, i) of the null space of independent rows J (m, n): R^T M R = 1, M N = 0.
+    """Bases R (n, r) and N (n, i) of the null space of independent rows J (m, n): M N = 0, and R^T M R = 1 where there are such N.
 
     Unknowns count in units of their own mass, in which that of a direction is either of the size of 1 or round-off: directors of
     thin beams weigh 1e-10 of what positions do, and some nothing.

@@ -128,7 +128,7 @@ def satisfy(q: np.ndarray, A: np.ndarray, a: np.ndarray) -> np.ndarray:
 
     q - A^+ (A q + a), A (m, n) and a (m,), with the pseudoinverse A^+: nearest in the Euclidean norm. Without rows q itself.
     """
-    return q - (q @ A.T + a) @ np.linalg.pinv(A, rcond=ranks.EXACT).T if len(a) else q
+    return q - ranks.least(A, (q @ A.T + a).T).T if len(a) else q
 
 
 def all_directions(W: csr_array, A: np.ndarray) -> np.ndarray:

@@ -12,10 +12,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from ...core.compiling.angles import remainder
 from ...core.compiling.jit import jit
 from ...core.compiling.structs import routine
 from ..evaluation import evaluation
-from ..kernels import remainder
 from .constraint_laws import ConstraintLaw, ConstraintRecord, ConstraintRoutines, opened
 
 WHEELS = (2, 3)  #: numbers of arms

@@ -323,7 +323,7 @@ def notify_left_out(constraints: Constraints, rows: np.ndarray) -> None:
 
 
 def where_edges_meet(constraints: Constraints, rows: np.ndarray) -> set[int]:
-    """Those of `rows` (i,) that are left out where held edges meet: of an edge of which most rows of a component are left."""
+    """Those of `rows` (i,) that are left out where held edges meet: of edges that keep half of their rows of a component."""
     gone = Counter(kind_of(constraints.names[k]) for k in rows)
     whole = Counter(kind_of(name) for name in constraints.names)
     kinds = {kind for kind in gone if kind[0] in constraints.edges and 2 * gone[kind] <= whole[kind]}

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
+from ...core.compiling.angles import remainder
 from ...core.compiling.jit import jit
 from ...core.compiling.structs import routine
 from ..evaluation import evaluation
-from ..kernels import remainder
 from .constraint_laws import ConstraintLaw, ConstraintRecord, ConstraintRoutines, opened
 from .gears import inverse
 

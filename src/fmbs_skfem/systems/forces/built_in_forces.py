@@ -25,12 +25,13 @@ from typing import Any
 
 import numpy as np
 
+from ...core.compiling.angles import continued
 from ...core.compiling.jit import inlined, jit
 from ...core.compiling.structs import Routine, routine
 from ..connections.gears import inverse
 from ..evaluation import Space, evaluation
 from ..kernels import dot, factor
-from .force_laws import IMPACT, ForceLaw, ForceRecord, continued, opened
+from .force_laws import IMPACT, ForceLaw, ForceRecord, opened
 from .one_sided import closing, keeps, kept, lift, ramp, touch
 
 SMALLEST = 1e-60  #: of the square of a length, whose derivatives are numbers where it is zero, too

@@ -12,14 +12,12 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.compiling.jit import jit
 from ...core.compiling.structs import IntegerMatrix, Matrix, Routine, address_of, opener, packed
 from ...core.storage.container import storable
 from ...core.storage.records import dataclass
 from ...core.storage.validation import Attributes
 from .. import row_laws, row_programs
 from ..evaluation import space_of
-from ..kernels import remainder
 from ..row_laws import Groups, RowLaw, group
 from . import on_rows as forces
 from .on_rows import Force, ForceRoutines, Place
@@ -84,12 +82,6 @@ class ForceRecord(NamedTuple):
 
 
 opened = opener(ForceRecord)
-
-
-@jit
-def continued(value: float, last: float) -> float:
-    """An angle [rad] known but for whole turns, the one nearest to its last value [rad]."""
-    return last + remainder(value - last, 2.0 * np.pi)
 
 
 def memory_of(law: ForceLaw) -> int:
