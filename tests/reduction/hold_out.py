@@ -31,7 +31,7 @@ def hold_out(found: FinishedTraining, points: np.ndarray, model: ReducedModel | 
     indicators, inside = [], []
     assert found.calibration is not None
     for values, trial in zip((parameters.named(task.parameters, point) for point in points), row.trials, strict=True):
-        motion = reduced_models.run_reduced(task, used.cases(values))
+        motion = full_runs.run_formed(task, used.cases(values))
         indicators.append(reduced_models.indicator(task, motion, values))
         _, low, high = calibration.predict(found.calibration, indicators[-1])
         inside.append(low <= trial.error <= high)

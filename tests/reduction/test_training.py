@@ -173,7 +173,7 @@ def test_a_reduced_family_is_the_reduction_of_every_member(
         values = {parameter.name: float(value)}
         here, there = model.cases(values), reduced_models.reduced_case(task, reduction, values)
         assert here.system.constraints.names == there.system.constraints.names
-        one, other = (lifted(reduced_models.run_reduced(task, case))[0] for case in (here, there))
+        one, other = (lifted(full_runs.run_formed(task, case))[0] for case in (here, there))
         assert np.abs(one - other).max() < 1e-7
         raw = family(values).system
         np.testing.assert_allclose(here.system.lift(here.system.x0), raw.x0, rtol=0, atol=1e-12)
@@ -187,7 +187,7 @@ def test_members_of_other_shapes_start_in_their_reduced_space() -> None:
     for L in (0.8, 0.9, 1.2):
         case, raw = reduced_models.reduced_case(task, reduction, {"L": L}), spun({"L": L}).system
         np.testing.assert_allclose(case.system.lift(case.system.x0), raw.x0, rtol=0, atol=1e-14)
-        motion = reduced_models.run_reduced(task, case)
+        motion = full_runs.run_formed(task, case)
         assert full_runs.error(task, raw, full_runs.full_run(task, {"L": L}), motion) < 1e-3
 
 
@@ -196,7 +196,7 @@ def test_the_reduced_model_is_good_between_its_runs(spin: TrainingTask, two: tup
     model = reduced_models.make_model(spin, two)
     middle = full_runs.full_run(spin, {"E": 1e9})
     for run in (*two, middle):
-        motion = reduced_models.run_reduced(spin, model.cases(run.values))
+        motion = full_runs.run_formed(spin, model.cases(run.values))
         raw = spun(run.values).system
         found = full_runs.error(spin, raw, run, motion)
         assert found < 5e-4
@@ -271,7 +271,7 @@ def scaled_modulus(elastic: sampling.Elastic, factor: float) -> sampling.Elastic
 
 def test_the_indicator_is_that_of_the_residual_by_mass(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     model, values = reduced_models.make_model(spin, two[:1]), two[0].values
-    motion = reduced_models.run_reduced(spin, model.cases(values))
+    motion = full_runs.run_formed(spin, model.cases(values))
     case = spun(values)
     residual = errors.full_residual(compile_system(case.system), motion) * errors.mask(case.system, motion.system)
     accelerations = residual / (case.system.metric.diagonal() * case.system.weight) ** 0.5
@@ -281,7 +281,7 @@ def test_the_indicator_is_that_of_the_residual_by_mass(spin: TrainingTask, two: 
 
 def test_residuals_in_blocks_are_the_same(spin: TrainingTask, two: tuple[FullRun, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     model = reduced_models.make_model(spin, two)
-    motion = reduced_models.run_reduced(spin, model.cases({"E": 1e9}))
+    motion = full_runs.run_formed(spin, model.cases({"E": 1e9}))
     whole = reduced_models.indicator(spin, motion, {"E": 1e9})
     apart = full_runs.error(spin, spun(two[0].values).system, two[0], motion)
     for module in (errors, full_runs):
@@ -349,12 +349,12 @@ def test_one_system_is_the_task_without_parameters() -> None:
     assert (len(found.runs), found.outcome.stop, found.reduced_runs) == (1, greedy.StopReason.ALONE, 0)
     assert np.isnan(found.predicted).all()
     given = training.train(task, motion=full_runs.run_case(task, case))
-    one, other = (lifted(reduced_models.run_reduced(task, made.model.cases({})))[0] for made in (found, given))
+    one, other = (lifted(full_runs.run_formed(task, made.model.cases({})))[0] for made in (found, given))
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-12)
     wanted = training.train(task, tolerance=1e-3)
     assert wanted.choice is not None
     assert wanted.task.plan.hyper == Elements(wanted.choice.eta)
-    motion = reduced_models.run_reduced(task, wanted.model.cases({}))
+    motion = full_runs.run_formed(task, wanted.model.cases({}))
     assert full_runs.error(task, case.system, wanted.runs[0], motion) < 1e-3
     with pytest.raises(InputError, match="train: expected candidates of the parameters, got none"):
         training.train(counted()[0])
@@ -465,7 +465,7 @@ def test_checks_calibrate_the_last_model_without_being_in_it(tolerance: float | 
     assert set(found.last.samples) >= set(found.outcome.iterations[-1].samples)
     for run, pair in zip(found.checks, found.pairs[-2:], strict=True):
         seen = reduced_models.with_polynomials(found.task)
-        motion = reduced_models.run_reduced(seen, found.model.cases(run.values))
+        motion = full_runs.run_formed(seen, found.model.cases(run.values))
         measured = (
             reduced_models.indicator(seen, motion, run.values),
             full_runs.wanted_error(seen, seen.family(run.values).system, run, motion),
@@ -486,7 +486,7 @@ def test_runs_that_are_not_in_the_model_show_that_it_is_good_enough() -> None:
     assert len(found.checks) >= 2
     seen = reduced_models.with_polynomials(found.task)
     for run in found.checks:
-        motion = reduced_models.run_reduced(seen, found.model.cases(run.values))
+        motion = full_runs.run_formed(seen, found.model.cases(run.values))
         assert full_runs.wanted_error(seen, seen.family(run.values).system, run, motion) <= 0.5e-3
     worst = max((k for k in found.last.samples if k not in found.outcome.points), key=lambda k: found.last.found[k])
     assert any(run.values["E"] == pytest.approx(found.search.candidates[worst, 0]) for run in found.checks)
@@ -592,7 +592,7 @@ def test_a_family_of_lengths_is_a_polynomial_of_them() -> None:
     model = reduced_models.make_model(task, [full_runs.full_run(task, {"L": 1.0})])
     assert model.obstacle == ""
     raw = spun({"L": 0.9}).system
-    motion = reduced_models.run_reduced(task, model.cases({"L": 0.9}))
+    motion = full_runs.run_formed(task, model.cases({"L": 0.9}))
     assert full_runs.error(task, raw, full_runs.full_run(task, {"L": 0.9}), motion) < 2e-3
 
 

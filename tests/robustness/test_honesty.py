@@ -121,7 +121,7 @@ def error(found: FinishedTraining, values: Mapping[str, float]) -> float:
     except SolverError:
         return math.nan
     try:
-        motion = reduced_models.run_reduced(task, found.model.cases(values))
+        motion = full_runs.run_formed(task, found.model.cases(values))
     except SolverError:
         return math.inf
     return full_runs.wanted_error(task, task.family(values).system, run, motion)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -10,14 +11,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from fmbs_skfem import scenes
+from fmbs_skfem.shapes.plate_meshes import PlateMesh
 
 from ..bodies.test_edge_directions import mesh
 
 pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")  # one scene serves statics and modes
 SUPPORTS = {
-    "hinged": "{hold: {type: edge, body: plate, edges: [left, right, bottom, top], fixed: xyz}}",
-    "clamped": "{hold: {type: edge, body: plate, edges: [left, right, bottom, top], fixed: xyz, slope: xyz}}",
+    "hinged": "{hold: {type: edge, body: plate, edges: rim, fixed: xyz}}",
+    "clamped": "{hold: {type: edge, body: plate, edges: rim, fixed: xyz, slope: xyz}}",
     "cantilever": "{hold: {type: edge, body: plate, edges: left, fixed: xyz, slope: xyz}}",
+    "quarter": (
+        "{hold: {type: edge, body: plate, edges: corner, fixed: xyz}, "
+        "plane: {type: edge, body: plate, edges: planes, fixed: '', slope: xyz}}"
+    ),
     "rim": "{hold: {type: clamp, at: plate.grip}}",
 }
 SCENE = """
@@ -33,13 +39,28 @@ outputs: {u: {type: position, at: plate.middle}, r: {type: reaction, joint: hold
 LOAD = 100.0  #: [Pa], under which the hinged plate deflects by 2e-3 of its thickness
 MODES = "{type: modes, count: 1, about: reference}"
 RIGIDITY = 210e9 * 0.01**3 / (12 * (1 - 0.3**2))
-EXACT = {"hinged": 0.00406235 / RIGIDITY, "clamped": 0.00126532 / RIGIDITY}  #: Timoshenko, Woinowsky-Krieger: w / (q a^4)
+#: Timoshenko, Woinowsky-Krieger: w / (q a^4); a quarter has half of the side
+EXACT = {"hinged": 0.00406235 / RIGIDITY, "clamped": 0.00126532 / RIGIDITY, "quarter": 16 * 0.00406235 / RIGIDITY}
+#: sides of the square in one group, as most meshes have them, whose corners are those of no single side
+GROUPS = {
+    "hinged": {"rim": ("left", "top", "right", "bottom")},
+    "clamped": {"rim": ("left", "top", "right", "bottom")},
+    "cantilever": {"left": ("left",)},
+    "quarter": {"corner": ("left", "bottom"), "planes": ("top", "right")},
+    "rim": {"left": ("left",)},
+}
 
 
-def written(path: Path, points: np.ndarray, triangles: bool, digits: int) -> None:
-    """The square at some points (n, 3) as `.msh` or `.inp` with some digits, or as `.vtk` in single precision."""
-    given = mesh(round(np.sqrt(len(points))) - 1, triangles)
-    middle = len(points) // 2
+def square(cells: int, triangles: bool, support: str) -> PlateMesh:
+    """A unit square with the groups of sides that a support needs."""
+    given = mesh(cells, triangles)
+    groups = {name: np.concatenate([given.edge_groups[side] for side in sides]) for name, sides in GROUPS[support].items()}
+    return replace(given, edge_groups=groups)
+
+
+def written(path: Path, points: np.ndarray, given: PlateMesh, middle: int, digits: int) -> None:
+    """A mesh with its nodes at points (n, 3) as `.msh` or `.inp` with some digits, or as `.vtk` in single precision."""
+    triangles = given.cells.shape[1] == 3
     rows = [" ".join(f"{x:.{digits}g}" for x in point) for point in points]
     if path.suffix == ".inp":
         lines = ["*NODE", *(f"{k}, {row.replace(' ', ', ')}" for k, row in enumerate(rows, 1))]
@@ -64,7 +85,8 @@ def written(path: Path, points: np.ndarray, triangles: bool, digits: int) -> Non
         meshio.Mesh(points.astype(np.float32), cells[:-1], marks, flags).write(path)
         return
     rounded = np.array([[float(word) for word in row.split()] for row in rows])
-    tags = [np.full(len(part), tag) for (_, part), tag in zip(cells, [8, 1, 2, 3, 4, 9], strict=True)]
+    numbers = [8, *range(1, len(cells) - 1), 9]
+    tags = [np.full(len(part), tag) for (_, part), tag in zip(cells, numbers, strict=True)]
     data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
     meshio.write(path, meshio.Mesh(rounded, cells, cell_data=data, field_data=names | {"all": np.array([8, 2])}), "gmsh22")
 
@@ -85,7 +107,10 @@ def solved(
     flat = axis == "z"
     noise = moved * np.random.default_rng(3).uniform(-1.0, 1.0, ((cells + 1) ** 2, 3)) * [1.0, 1.0, not flat]
     normal = turn[:, 2]
-    written(folder / file, (mesh(cells).points + noise) @ turn.T + far * np.array([1.0, 1.0, 0.0]), triangles, digits)
+    given = square(cells, triangles, support)
+    # the middle of a quarter is where both planes meet
+    middle = len(given.points) - 1 if support == "quarter" else len(given.points) // 2
+    written(folder / file, (given.points + noise) @ turn.T + far * np.array([1.0, 1.0, 0.0]), given, middle, digits)
     force = "[" + ", ".join(f"{-LOAD * float(x)!r}" for x in normal) + "]"
     rims = "rims: {grip: {edges: left, slopes: true, center: CENTER}}, " if support == "rim" else ""
     text = SCENE.replace("TYPE", "plate" if flat else "shell").replace("FILE", file).replace("RIMS", rims)
@@ -142,6 +167,9 @@ def compare(folder: Path, support: str, axis: str, triangles: bool, doors: list[
         ("clamped", "y", True, "at 10 km"),
         ("cantilever", "z", False, "at 10 km"),
         ("cantilever", "x", False, "moved by 1e-12"),
+        ("quarter", "z", False, "8 digits"),
+        ("quarter", "z", True, "Abaqus"),
+        ("quarter", "x", False, "single precision"),
         ("rim", "z", True, "8 digits"),
         ("rim", "y", True, "single precision"),
     ],

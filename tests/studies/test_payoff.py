@@ -7,7 +7,7 @@ import math
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
 
@@ -15,7 +15,7 @@ import pytest
 
 from fmbs_skfem import studies
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.families import worth
+from fmbs_skfem.families import training_work, worth
 from fmbs_skfem.reduction import NONE, Plan, Points, affine, full_runs, reduced_models
 from fmbs_skfem.reduction.accuracy import error_budget
 from fmbs_skfem.reduction.accuracy.costs import Payoff
@@ -115,7 +115,7 @@ def test_snapshots_that_are_too_few_are_told(tmp_path: Path) -> None:
 
 def test_the_first_line_says_whether_it_pays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A beam of a few cells is trained here, though no reduced model is faster."""
-    monkeypatch.setattr(worth, "FAST", 0.0)
+    monkeypatch.setattr(worth, "require_gain", lambda *seconds: None)
     monkeypatch.setattr(worth, "LARGEST", 1.0)
     path = scene(tmp_path, SHAKEN, HISTORY, TRAINED)
     call = fmbs("reduce", path, "--accuracy", "1e-2", "--out", tmp_path / "model.h5")
@@ -134,13 +134,20 @@ def test_the_first_line_says_whether_it_pays(tmp_path: Path, monkeypatch: pytest
     assert report["budget"] is not None
 
 
-def test_a_training_that_cannot_pay_ends_before_it_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first full run says so: no others are made but to be timed, nothing is fitted, and no file of a model is written."""
+@pytest.mark.parametrize(
+    ("threshold", "least", "full"),
+    [((training_work, "FAST"), 20.0, 1), ((worth, "GROWTH"), 10.0, 1 + training_work.CORNERS)],
+    ids=["by one run", "by three"],
+)
+def test_a_training_that_cannot_pay_ends_before_it_begins(
+    threshold: tuple[ModuleType, str], least: float, full: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first full run says so, or three: nothing is fitted, and no file of a model is written."""
     made, fitted = Mock(wraps=full_runs.run_case), Mock(wraps=affine.fit)
     monkeypatch.setattr(full_runs, "run_case", made)
     monkeypatch.setattr(affine, "fit", fitted)
     # one full run that something else slows down looks 1.5 times as long: the threshold has a test of its own
-    monkeypatch.setattr(worth, "FAST", 20.0)
+    monkeypatch.setattr(*threshold, least)
     out = tmp_path / "out"
     call = fmbs("train", scene(tmp_path, SHAKEN, HISTORY, TRAINED), "--accuracy", "1e-2", "--no-plots", "--out", out)
     assert call.code == 0, call.err
@@ -152,7 +159,7 @@ def test_a_training_that_cannot_pay_ends_before_it_begins(tmp_path: Path, monkey
     assert (report["status"], report["pays"], report["pays_after_runs"]) == ("does not pay", False, None)
     assert first.endswith(report["reason"])
     assert not (out / "model.h5").exists()
-    assert made.call_count <= worth.REPEAT
+    assert made.call_count == full
     assert not fitted.called
 
 
@@ -236,7 +243,7 @@ def test_an_accuracy_by_output_is_the_measure_of_a_training(tmp_path: Path) -> N
     rough, fine = order(path, "tip=1 mm, clamp=5 %"), order(path, "tip=0.5 mm, clamp=2.5 %")
     task = replace(rough.task, plan=replace(rough.task.plan, tolerance=1e-6))
     run = full_runs.full_run(task, {"load": 0.5})
-    motion = reduced_models.run_reduced(task, reduced_models.make_model(task, [run]).cases({"load": 0.5}))
+    motion = full_runs.run_formed(task, reduced_models.make_model(task, [run]).cases({"load": 0.5}))
     raw = task.family(run.values).system
     assert rough.measure == "error of the outputs over the accuracy"
     values = [one.task.measure(raw, run, motion) for one in (rough, fine) if one.task.measure]

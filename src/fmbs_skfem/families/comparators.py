@@ -112,7 +112,7 @@ def compile_training(task: TrainingTask) -> None:
     with contextlib.suppress(FmbsError), warnings.catch_warnings():  # the comparators themselves say what fails
         warnings.simplefilter("ignore", Notice)
         model = reduced_models.make_model(few, [full_runs.full_run(few, values)])
-        motion = reduced_models.run_reduced(few, model.cases(values))
+        motion = full_runs.run_formed(few, model.cases(values))
         reduced_models.indicator(few, motion, values)
 
 
@@ -265,7 +265,7 @@ def try_one(task: TrainingTask, comparator: Comparator, raw: System, truth: Full
     try:
         case = comparator.family(truth.values)
         made = replace(measure_sizes(case.system), prepare_s=clock.process_time() - begun)
-        motion = reduced_models.run_reduced(task, case)
+        motion = full_runs.run_formed(task, case)
     except FmbsError as error:
         return replace(made, reason=str(error))
     outputs = full_runs.errors_of_outputs(raw, truth, motion)

@@ -24,14 +24,15 @@ import numpy as np
 from ..core.errors import NoModel, SolverError
 from ..core.storage.records import dataclass
 from ..dynamics.trajectory import Trajectory
-from ..reduction import full_runs
+from ..reduction import full_runs, reduced_models
 from ..reduction import parameters as boxes
 from ..reduction.accuracy import error_budget
+from ..reduction.accuracy.costs import FAST
 from ..reduction.accuracy.error_budget import BudgetChoice
 from ..reduction.cases import Case, Family
 from ..reduction.full_runs import FullRun, TrainingTask, full_run
 from ..reduction.parameters import Search
-from ..reduction.reduced_models import ReducedModel, indicator, make_model, run_reduced
+from ..reduction.reduced_models import ReducedModel, indicator, make_model
 from . import calibration, greedy, worth
 from . import training_store as store
 from .calibration import Calibration
@@ -41,6 +42,7 @@ from .worth import DoesNotPay
 LOWER_EPS, LOWER_ETA = 1e-2, 0.3  #: factors where truncation and hyper-reduction are the limit
 NEXT_EPS = 0.1  #: factor to eps where that was the coarsest that does at the first run, so that one which does elsewhere is near
 LOWERINGS = 2
+CORNERS = 2  #: full runs beside the first one, by which it is known whether models of several pay
 LARGE = 0.75  #: unknowns of a reduced model over coordinates of the full one, whose matrices are sparse, from which it does not pay
 # four-bar: 29 of 110 coordinates are 1.6 times as fast, 67 of them 0.7 to 0.95; shell: 20, 47, 105 of 138 are 5, 2.7, 1.0 times so
 CHECK = -1  #: number of the run of a pair that is a check
@@ -167,7 +169,7 @@ def measure(work: TrainingState, point: int) -> Trajectory | None:
     """Reduced run and indicator at a candidate with the present model; None where the run fails."""
     values = values_at(work, point)
     try:
-        motion = run_reduced(work.fast, work.models[-1].cases(values))
+        motion = full_runs.run_formed(work.fast, work.models[-1].cases(values))
     except SolverError:
         work.indicators[point] = math.inf
         return None
@@ -185,23 +187,37 @@ def values_at(work: TrainingState, point: int) -> dict[str, float]:
 
 
 def require_worth(work: TrainingState) -> None:
-    """The first full run, with eps and eta chosen there: DoesNotPay where no model that knows it can be faster than the full."""
+    """The first full run, with eps and eta chosen there: DoesNotPay where no model that knows it can be faster than the full one.
+
+    Where that is not sure, nor is one that knows CORNERS other runs as well, as far as possible from each other: these are
+    checks of the models that follow, or join them.
+    """
     work.fast = replace(work.task, family=remember(work.task.family))
-    if work.tolerance is None or not add_check(work, work.search.first):
+    first = work.search.first
+    if work.tolerance is None or not add_check(work, first):
         return
-    run = work.checks[work.search.first]
+    run = work.checks[first]
     try:
         take_choice(work, error_budget.choose(work.fast, run, work.tolerance, None, work.proofs > 0))
     except NoModel as error:
         raise DoesNotPay(f"no reduced model keeps the wanted error ({error})", run.cpu_s) from error
-    worth.require_fast(work.fast, run)
+    full_s, run_s = require_fast(work, [run], FAST)
+    work.checks[first] = replace(run, cpu_s=full_s)
+    if full_s >= worth.SURELY * run_s:
+        return
+    tried = [first]
+    while len(tried) <= min(CORNERS, len(work.search.candidates) - 1):
+        others = [k for k in range(len(work.search.candidates)) if k not in tried]
+        tried.append(greedy.farthest(unit_box(work), others, tried))
+        add_check(work, tried[-1])
+    require_fast(work, [*work.checks.values()], worth.GROWTH * FAST)
 
 
-def seconds(work: TrainingState) -> tuple[float, float]:
-    """Mean CPU times [s] of the full runs of the model and of reduced runs there, those that fail apart: 0 where all do."""
-    known = [(work.runs[k].cpu_s, work.motions[p].statistics.cpu_s) for k, p in enumerate(work.points) if p in work.motions]
-    full, reduced = np.mean(known or [(0.0, 0.0)], axis=0)
-    return float(full), float(reduced)
+def require_fast(work: TrainingState, runs: Sequence[FullRun], least: float) -> tuple[float, float]:
+    """Seconds of the full model and of the reduced model of some full runs, at the first of these; DoesNotPay as of `worth`."""
+    worth.require_small(work.fast, runs)
+    case = reduced_models.reduced_case(work.fast, reduced_models.train_reduction(work.fast, runs), runs[0].values)
+    return worth.require_fast(work.fast, runs[0], case, least)
 
 
 def remember(family: Family) -> Family:
@@ -241,7 +257,7 @@ def extend(work: TrainingState, point: int) -> None:
     work.models, work.indicators, work.motions, work.stale = [*work.models[:number], model], {}, {}, False
     work.pairs = [*work.pairs, *before, *recalibrate(work)]
     if work.must_pay:
-        worth.require_gain(*seconds(work))
+        worth.require_fast(work.fast, work.runs[0], model.cases(work.runs[0].values))
     notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
     store.keep_model(work.folder, number + 1, model, notes)
     store.keep_indicators(work.folder, number + 1, work.indicators)

@@ -130,8 +130,15 @@ def run_of_motion(task: TrainingTask, motion: Trajectory) -> FullRun:
 def run_case(task: TrainingTask, case: Case, sharp: bool = True) -> Trajectory:
     """The motion of a full case, stored at the snapshots."""
     newton = newton_for(case.newton, task.plan.tolerance) if sharp else case.newton
-    own = task.driven(replace(case, system=task.form(case.system), newton=newton))
-    return cases.run(own, snapshot_steps(case, task.interval))
+    return run_formed(task, replace(case, system=task.form(case.system), newton=newton))
+
+
+def run_formed(task: TrainingTask, case: Case) -> Trajectory:
+    """The motion of a case in its form, full or reduced, stored at the snapshots.
+
+    SolverError where the motion fails.
+    """
+    return cases.run(task.driven(case), snapshot_steps(case, task.interval))
 
 
 def keep_factors(task: TrainingTask, values: Mapping[str, float], raw: System, motion: Trajectory) -> FullRun:

@@ -28,7 +28,7 @@ from ..core.values.ranges import Parameter
 from ..dynamics.outputs import body_coordinates
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System, keep_constraints, sizes
-from . import affine, cases, full_runs
+from . import affine, full_runs
 from .accuracy import errors
 from .affine import ParametricCase
 from .cases import Case, Family
@@ -314,7 +314,7 @@ def short_run(task: TrainingTask, run: FullRun) -> TrainingTask:
 def run_without(task: TrainingTask, raw: System, run: FullRun, system: System, known: Names, out: Names) -> float:
     """Error of the motion of a reduced system with the `known` constraint rows but for some."""
     case = with_system(task, task.family({}), with_rows(system, known - out))
-    known_run, motion = full_runs.while_both_run(run, run_reduced(task, case))
+    known_run, motion = full_runs.while_both_run(run, full_runs.run_formed(task, case))
     q = states(task, raw, known_run)
     apart, size = sizes(raw, q - body_coordinates(motion)), sizes(raw, q - raw.lift(raw.x0))
     return errors.over(float(apart.max()), float(size.max()))
@@ -340,14 +340,6 @@ def reduced_case(task: TrainingTask, reduction: TrainedReduction, values: Mappin
 def with_system(task: TrainingTask, case: Case, system: System) -> Case:
     """The case of a reduced system in place of the full one."""
     return replace(case, system=system, newton=newton_of_reduced(case.newton, task.plan.tolerance))
-
-
-def run_reduced(task: TrainingTask, case: Case) -> Trajectory:
-    """The motion of a reduced case, stored at the snapshots.
-
-    States (s, n) at the snapshots of the task. SolverError where the motion fails.
-    """
-    return cases.run(task.driven(case), snapshot_steps(case, task.interval))
 
 
 def indicator(task: TrainingTask, motion: Trajectory, values: Mapping[str, float]) -> float:

@@ -22,7 +22,7 @@ from ..families import comparators, greedy, parametric_model, prediction
 from ..families import training as trainings
 from ..families import training_store as store
 from ..families.worth import DoesNotPay
-from ..reduction import files, parameters, reduced_models, training_signals
+from ..reduction import files, full_runs, parameters, training_signals
 from ..reduction.accuracy.costs import FAST, Payoff
 from ..reduction.full_runs import Measure, OutputMeasure, TrainingTask
 from ..scenes import build, points
@@ -248,7 +248,7 @@ def find_payoff(found: FinishedTraining, checked: Checked | None, spent: float) 
         return Payoff(checked.full_s, training_s, checked.last.run_s)
     run = found.runs[-1]
     try:
-        run_s = reduced_models.run_reduced(found.task, found.model.cases(run.values)).statistics.cpu_s
+        run_s = full_runs.run_formed(found.task, found.model.cases(run.values)).statistics.cpu_s
     except FmbsError:
         run_s = math.nan
     return Payoff(run.cpu_s, training_s, run_s)

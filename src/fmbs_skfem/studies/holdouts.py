@@ -25,7 +25,7 @@ from ..core.values.units import add_unit
 from ..families import comparators, prediction
 from ..families import training_store as store
 from ..families.comparators import Comparator, Row
-from ..reduction import full_runs, parameters, reduced_models
+from ..reduction import full_runs, parameters
 from ..reduction.full_runs import Full, TrainingTask
 from ..reduction.training_signals import Signals
 from ..results import plots, training_plots
@@ -155,7 +155,7 @@ def fastest(found: FinishedTraining) -> dict[str, float]:
     speeds: list[tuple[float, dict[str, float]]] = []
     for ends in itertools.product(*((p.low, p.high) for p in known)):
         values = parameters.named(known, ends)
-        motion = reduced_models.run_reduced(found.task, found.model.cases(values))
+        motion = full_runs.run_formed(found.task, found.model.cases(values))
         speeds.append((float(np.linalg.norm(lifted(motion)[1], axis=1).max()), values))
     return max(speeds, key=lambda pair: pair[0])[1]
 

@@ -170,7 +170,7 @@ def plan_for(goal: Goal, task: TrainingTask, runs: Sequence[FullRun], full: Traj
     def errors(mine: TrainingTask, run: FullRun, case: Case) -> dict[str, OutputError]:
         if full:
             return output_errors.compare(full, cases.run(case, kept), known)
-        return full_runs.errors_of_outputs(task.family(run.values).system, run, reduced_models.run_reduced(mine, case))
+        return full_runs.errors_of_outputs(task.family(run.values).system, run, full_runs.run_formed(mine, case))
 
     def error(plan: Plan) -> float:
         """The largest error over what is wanted; what is told of a trial would be of a model that nobody gets."""

@@ -22,7 +22,7 @@ from .. import full_runs
 from ..full_runs import FullRun, OutputMeasure, TrainingTask
 from ..hyper.hyper_reduction import NONE
 from ..plan import Plan
-from ..reduced_models import reduced_case, run_reduced, train_reduction
+from ..reduced_models import reduced_case, train_reduction
 from . import output_errors
 
 TRUNCATION, HYPER = 0.1, 0.1  #: shares of the tolerance
@@ -176,7 +176,7 @@ def coarsest(plan: Plan, error: Callable[[Plan], float], largest: float, eps: bo
 def motion_at(task: TrainingTask, run: FullRun, plan: Plan) -> Trajectory:
     """The motion of the reduced model of one run at its own parameters."""
     with_plan = replace(task, plan=plan)
-    return run_reduced(with_plan, reduced_case(with_plan, train_reduction(with_plan, [run]), run.values))
+    return full_runs.run_formed(with_plan, reduced_case(with_plan, train_reduction(with_plan, [run]), run.values))
 
 
 def error_at(task: TrainingTask, run: FullRun, plan: Plan) -> float:
