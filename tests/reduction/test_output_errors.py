@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
 from fmbs_skfem.reduction.accuracy import output_errors
 from fmbs_skfem.reduction.spaces import component, galerkin
@@ -49,6 +51,16 @@ def test_errors_stand_in_their_unit_and_as_parts_of_their_range() -> None:
     assert found["clamp_slope_x"].relative == pytest.approx(0.02)
     assert [found[name].unit for name in ("tip_x", "clamp_x", "clamp_slope_x")] == ["m", "N", "N m"]
     assert output_errors.measure(found) == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize("unit,least", [("m", 0.02), ("rad", 0.02), ("N", 0.1), ("m/s", 0.1)])
+def test_positions_and_angles_that_are_lost_are_named(unit: str, least: float) -> None:
+    """A small turn of what swings far, lost by a tenth in a model whose motion errs by 1e-4; forces err by ten times more."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", Notice)
+        output_errors.warn_of_wrong({"a": 0.9 * least}, {"a": unit})
+    with pytest.warns(Notice, match="a is off by"):
+        output_errors.warn_of_wrong({"a": 1.1 * least}, {"a": unit})
 
 
 def test_a_column_that_hardly_moves_counts_relative_to_its_output() -> None:

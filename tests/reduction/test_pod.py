@@ -258,3 +258,28 @@ def test_a_basis_takes_what_it_lacks_of_more_states() -> None:
         left = more - fewer @ (fewer.T @ (W @ more))
         assert float(np.sum(left * (W @ left)) / np.sum(more * (W @ more))) > eps
     assert pod.extended(known, known.modes @ rng.normal(size=(known.modes.shape[1], 5)), 1e-12, W).modes.shape == known.modes.shape
+
+
+@pytest.mark.parametrize("how", ["basis", "update", "of_vectors", "extended"])
+def test_eps_holds_in_a_second_metric(how: str) -> None:
+    """Of coordinates that hardly count in the first metric no more is left out than eps of them, with the same modes ahead."""
+    n, eps = 20, 1e-6
+    x = decaying(11, 2 * n, 30, 0.6)
+    x = (x - x.mean(axis=1)[:, None]) * np.repeat([1.0, 1e-4], n)[:, None]
+    second, none = csr_array(diags_array(np.repeat([0.0, 1.0], n))), np.zeros(2 * n)
+
+    def found(also: csr_array | None) -> np.ndarray:
+        if how == "basis":
+            return pod.basis(x, eps, mean=none, second=also).modes
+        if how == "update":
+            return pod.update([(x, np.ones(30))], none, eps, second=also).modes
+        if how == "of_vectors":
+            return pod.of_vectors(x, np.eye(2 * n)[:, :1], eps, second=also).modes
+        first = pod.basis(x[:, :1], modes=1, mean=none)
+        return pod.extended(first, x, eps, csr_array(np.eye(2 * n)), also).modes
+
+    few, many = found(None), found(second)
+    left = [(x - U @ (U.T @ x))[n:] for U in (few, many)]
+    assert np.array_equal(many[:, : few.shape[1]], few)
+    assert np.sum(left[1] ** 2) <= eps * np.sum(x[n:] ** 2) < 0.1 * np.sum(left[0] ** 2)
+    assert many.shape[1] < 30

@@ -79,7 +79,7 @@ def case_of(
     earlier_one = GeneralizedAlpha(times.get("step", h), times.get("rho_inf", 0.8), read_start(saved.notes, where))
     scheme = read_note(saved.notes, "scheme", earlier_one, where)
     case = Case(saved.system, scheme, times.get("duration", end), read_note(saved.notes, "newton", Newton(), where))
-    output_errors.warn_of_wrong(read_errors(saved.notes))
+    output_errors.warn_of_wrong(read_errors(saved.notes), read_units(saved.notes))
     return cases.at_times(case, duration, step, where)
 
 
@@ -127,11 +127,21 @@ def read_errors(notes: Mapping[str, Any], kind: str = "relative") -> dict[str, f
 
     Over their ranges, or as `error` in their units.
     """
+    found = of_outputs(notes, kind)
+    return {name: float(error) for name, error in found.items() if isinstance(error, int | float)}
+
+
+def read_units(notes: Mapping[str, Any]) -> dict[str, str]:
+    """Units of the outputs by column, as far as the notes of a file have them with their errors."""
+    return {name: unit for name, unit in of_outputs(notes, "unit").items() if isinstance(unit, str)}
+
+
+def of_outputs(notes: Mapping[str, Any], kind: str) -> dict[str, Any]:
+    """What the notes of a file have of a kind beside the errors of the outputs, by column; None where it is missing."""
     report = notes.get("report", {})
     known = report.get("output_errors", {}) if isinstance(report, Mapping) else {}
     rows = known.items() if isinstance(known, Mapping) else ()
-    found = {name: one.get(kind) for name, one in rows if isinstance(one, Mapping)}
-    return {name: float(error) for name, error in found.items() if isinstance(error, int | float)}
+    return {name: one.get(kind) for name, one in rows if isinstance(one, Mapping)}
 
 
 def load(path: str | Path) -> System:

@@ -35,7 +35,7 @@ from .accuracy.output_errors import OutputError
 from .cases import Case, Family
 from .plan import Plan, newton_for
 from .spaces import pod
-from .spaces.component import all_directions, inner_constraints, is_resting, is_rigid, metric_of, rows_of, satisfy
+from .spaces.component import all_directions, inner_constraints, is_resting, is_rigid, mass_of, metric_of, rows_of, satisfy
 from .spaces.galerkin import snapshots
 
 FINER = 1e-4  #: eps of the factors over that of the bases
@@ -171,7 +171,7 @@ def factorise(plan: Plan, raw: System, q: np.ndarray, members: Sequence[str]) ->
     if is_resting(raw, float(np.sqrt(np.maximum(np.sum(X * (W @ X), axis=0), 0.0)).max())):
         return Factor(np.zeros((len(rows), 0)), np.zeros(0), np.zeros((0, len(q))))
     eps = ALL if plan.modes is not None else FINER * plan.tolerance
-    basis = pod.basis(X, eps, mean=np.zeros(len(rows)), metric=W)
+    basis = pod.basis(X, eps, mean=np.zeros(len(rows)), metric=W, second=mass_of(raw, rows))
     return Factor(basis.modes, basis.singular_values[: basis.modes.shape[1]], basis.modes.T @ (W @ X))
 
 

@@ -48,7 +48,7 @@ from .hyper.ecsw import Selection
 from .hyper.hyper_reduction import Rule, TrainingRun
 from .reduced_models import PLAIN, ReducedModel, TrainedReduction
 from .spaces import kept_rows, pod
-from .spaces.component import inner_constraints, metric_of, rows_of, satisfy
+from .spaces.component import inner_constraints, mass_of, metric_of, rows_of, satisfy
 from .spaces.galerkin import OPENED
 from .spaces.pod import Basis
 
@@ -242,7 +242,7 @@ def enriched(
         rows = rows_of(raw, members)
         A, a = inner_constraints(raw, rows)
         X = satisfy(q[:, rows] - start[rows] - own.bases[name].mean, A, 0 * a).T
-        found[name] = pod.extended(own.bases[name], X, tolerance, metric_of(raw, rows))
+        found[name] = pod.extended(own.bases[name], X, tolerance, metric_of(raw, rows), mass_of(raw, rows))
     plain = reduced_models.project(task, found, raw)
     names, few = plain.constraints.names, slice(None, None, max(1, len(q) // kept_rows.FEW))
     free = kept_rows.independent_rows([kept_rows.sample_rows(raw, plain, q[few], times[few])]) if names else ()

@@ -38,7 +38,7 @@ from .hyper.ecsw import Selection
 from .hyper.hyper_reduction import NONE, HyperReduction, Rule, TrainingRun
 from .plan import Components, modes_of, newton_of_reduced
 from .spaces import against_joints, component, galerkin, invariant, kept_rows, pod
-from .spaces.component import all_directions, inner_constraints, is_rigid, metric_of, rows_of, satisfy
+from .spaces.component import all_directions, inner_constraints, is_rigid, mass_of, metric_of, rows_of, satisfy
 from .spaces.galerkin import Snapshots
 from .spaces.kept_rows import FEW, KeptRows, Names
 from .spaces.pod import Basis
@@ -228,7 +228,7 @@ def bases(task: TrainingTask, raw: System, runs: Sequence[FullRun]) -> dict[str,
             basis = invariant.basis(raw, rows, np.hstack([U * s for U, s in known]), *wanted)
             found[name] = replace(basis, mean=np.zeros(len(rows)))
             continue
-        basis = pod.update(known, np.zeros(len(rows)), *wanted, metric=W)
+        basis = pod.update(known, np.zeros(len(rows)), *wanted, metric=W, second=mass_of(raw, rows))
         found[name] = galerkin.keeping(raw, rows, A, basis)
     tell_truncated(found, raw, plan.components)
     return found if plan.invariant else against_joints.add_directions(raw, plan.components, found, few_states(task, raw, runs))

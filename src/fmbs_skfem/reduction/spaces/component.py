@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, diags_array
 
 from ...core.algebra import ranks
 from ...core.algebra.linalg import distinct
 from ...core.errors import InputError, say
 from ...core.notices import notify
+from ...systems import lengths
 from ...systems.system import System, linear_part, project
+from ...systems.terms import elastic as terms
 from . import pod
 
 REST = 1e-11  #: displacement, over the size of the mechanism, up to which it is at rest: snapshots are known to 1e-12 and better
@@ -65,12 +67,39 @@ def is_rigid(system: System, members: Sequence[str]) -> bool:
 
 
 def metric_of(system: System, rows: np.ndarray) -> csr_array:
-    """The mass of some coordinates over that of all bodies (n, n): modes are orthonormal in it, singular values lengths.
+    """The metric of some coordinates (n, n): modes are orthonormal in it, singular values lengths.
 
-    W_bb / w with the metric W and the mass w of the system: u^T W u is a mean square displacement [m2]. `rows` are numbers (n,)
-    in q.
+    W_bb / w with the metric W and the mass w of a full system: u^T W u is a mean square displacement [m2]. `rows` are numbers (n,)
+    in q. Directors of a beam hold its section and its shear, however thin it is, and their small mass says nothing of them: the n
+    coefficients of each count together as a displacement of the beam by its size, as in `parts.bodies.metric`.
     """
-    return csr_array(csr_array(system.metric)[rows][:, rows] / system.weight)
+    added = director_masses(system)
+    if not added.any():
+        return csr_array(csr_array(system.metric)[rows][:, rows] / system.weight)
+    lone = csr_array(system.metric - system.mass).diagonal()  # of what has no mass
+    mass = csr_array(system.mass)[rows][:, rows]
+    return csr_array((mass + diags_array(np.where(added > 0.0, added, lone)[rows])) / system.weight)
+
+
+def mass_of(system: System, rows: np.ndarray) -> csr_array | None:
+    """The mass of some coordinates over that of all bodies (n, n), where `metric_of` is another one; None elsewhere.
+
+    eps holds in both, since a bar that is twisted far may bend little: what is small to the size of its turns is not to be lost.
+    """
+    return csr_array(csr_array(system.mass)[rows][:, rows] / system.weight) if director_masses(system)[rows].any() else None
+
+
+def director_masses(system: System) -> np.ndarray:
+    """What directors of full beams weigh, a diagonal (q,): m L^2 / n of a beam of mass m, size L, n functions; else 0 [kg m2]."""
+    found, dim = np.zeros((len(system.unit), system.dim)), system.dim
+    mass, places = csr_array(system.mass)[::dim, ::dim], system.x0.reshape(-1, dim)
+    for elastic in system.elastic:
+        if elastic.gather.law.fields > 1:
+            mine = np.asarray(terms.functions_read(elastic.gather, len(found)).sum(axis=0)) > 0.0
+            centre = mine & (system.unit != 0.0)
+            size = lengths.spread(places[centre])
+            found[mine & ~centre] = float(centre @ (mass @ centre)) * size**2 / max(1, int(centre.sum()))
+    return found.ravel()
 
 
 def inner_constraints(system: System, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

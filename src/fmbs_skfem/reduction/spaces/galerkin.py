@@ -37,6 +37,7 @@ from .component import (
     inner_constraints,
     is_resting,
     is_rigid,
+    mass_of,
     metric_of,
     refuse_rest,
     rigid_directions,
@@ -128,7 +129,7 @@ def bases(
         if invariant:
             found[name] = vectors.basis(system, rows, u, *wanted)
             continue
-        basis = pod.basis(states.T, *wanted, keep=start, metric=W)
+        basis = pod.basis(states.T, *wanted, keep=start, metric=W, second=mass_of(system, rows))
         found[name] = keeping(system, rows, A, basis)
     refuse_rest(system, components, moved)
     return found

@@ -60,7 +60,9 @@ def make(
         closed = with_quarter_turns(found.modes)
         return Basis(closed @ keeping(A, closed), start, found.singular_values)
     columns = deviations.reshape(len(one), -1)
-    found = pod.of_vectors(columns, np.column_stack([one, start.reshape(-1, dim), rigid]), tolerance, count, W)
+    mass = component.mass_of(system, rows)
+    second = None if mass is None else csr_array(mass[::dim, ::dim])
+    found = pod.of_vectors(columns, np.column_stack([one, start.reshape(-1, dim), rigid]), tolerance, count, W, second)
     S = with_rows(found.modes, scalar_rows(system, rows))
     return of_functions(S, A, dim, start, found.singular_values)
 

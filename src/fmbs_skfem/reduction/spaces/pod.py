@@ -9,6 +9,8 @@ singular values below 1e-8 of the largest, one of the orthonormal columns Q, wit
 
     X = Q R,   Q^T W Q = C C^T,   C^T R = Y S Z^T,   U = Q C^-T Y
 
+Where eps is to hold in a second metric V too, mode i counts there with s_i |u_i|_V, since the columns of Z are orthonormal.
+
 Source: Y. Hou, C. Liu, H. Hu, Comput. Methods Appl. Mech. Engrg. 361 (2020) 112690, equations (9), (13), (14), (18), (50),
 doi 10.1016/j.cma.2019.112690.
 """
@@ -17,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +32,7 @@ from ...core.storage.records import dataclass
 from ...core.values.arrays import finite
 
 Array = NDArray[np.float64]
+Singular: TypeAlias = tuple[Array, Array]  #: U (n,i) and s (i,)
 
 EPS = float(np.finfo(np.float64).eps)
 # the kept start is far from the mean, or the mean itself: 1e-14 and 1e-8 give the same 42 modes
@@ -58,18 +62,20 @@ def basis(
     keep: ArrayLike | None = None,
     mean: ArrayLike | None = None,
     metric: csr_array | None = None,
+    second: csr_array | None = None,
 ) -> Basis:
     """POD basis of the snapshots (n,s), truncated by `tolerance` (the eps of equation (14)) or to a number of `modes`.
 
     The snapshots are centred at their mean, or at the state `mean` (n,) where one is given. The state `keep` (n,), as a rule the
     initial one, is represented exactly: its deviation is the first mode, the others are those of what remains. `tolerance` refers
     to the energy of all deviations, `modes` counts the kept state. Modes are orthonormal in the `metric` (n,n), symmetric and
-    positive definite. InputError for snapshots that are not finite or do not move, and without exactly one of the two limits.
+    positive definite; `tolerance` holds in a `second` one as well, which may be semidefinite. InputError for snapshots that are not
+    finite or do not move, and without exactly one of the two limits.
     """
     x = _states(snapshots, "snapshots")
     centre = x.mean(axis=1) if mean is None else _state(mean, "mean", x.shape[0])
     W = _metric(metric, x.shape[0])
-    return _decompose(W, x - centre[:, None], centre, EPS * _size(W, x), tolerance, modes, keep)
+    return _decompose(W, x - centre[:, None], centre, EPS * _size(W, x), tolerance, modes, keep, second)
 
 
 def update(
@@ -79,11 +85,12 @@ def update(
     modes: int | None = None,
     keep: ArrayLike | None = None,
     metric: csr_array | None = None,
+    second: csr_array | None = None,
 ) -> Basis:
     """Basis of several runs from their truncated factors: left singular vectors of [U_1 S_1, U_2 S_2, ...], equation (50).
 
     A factor is (U (n,r), s (r,)) of deviations from the one state `mean` (n,), without a kept state:
-    `(b.modes, b.singular_values[: b.modes.shape[1]])` of a basis `b`.
+    `(b.modes, b.singular_values[: b.modes.shape[1]])` of a basis `b`; metrics as those of `basis`.
     """
     if not factors:
         raise InputError(say("pod.update", "at least one factor (U, s)", "none"))
@@ -99,41 +106,49 @@ def update(
         raise InputError(say("pod.update", "factors of one component, with equally many rows", f"{sizes} rows"))
     weighted = np.hstack(columns)
     centre, W = _state(mean, "mean", weighted.shape[0]), _metric(metric, weighted.shape[0])
-    return _decompose(W, weighted, centre, EPS * _size(W, weighted), tolerance, modes, keep)
+    return _decompose(W, weighted, centre, EPS * _size(W, weighted), tolerance, modes, keep, second)
 
 
-def extended(basis: Basis, deviations: Array, tolerance: float, metric: csr_array) -> Basis:
+def extended(basis: Basis, deviations: Array, tolerance: float, metric: csr_array, second: csr_array | None = None) -> Basis:
     """The basis with modes for what it lacks of more deviations (n,s) from its mean; those that it has stay as they are.
 
     U' = [U, V] with the left singular vectors V of X - U U^T W X, in the metric W (n,n), as many as leave eps = `tolerance` of the
-    square of X. That is (50) for a basis whose own factors are not to be truncated any further. Modes `against` joints stay the
-    last.
+    square of X, also in a `second` metric. That is (50) for a basis whose own factors are not to be truncated any further. Modes
+    `against` joints stay the last.
     """
     count = basis.modes.shape[1] - basis.against
     u, s = left_singular(metric, outside(metric, deviations, basis.modes))
-    size = np.array([float(np.sqrt(np.sum(deviations * (metric @ deviations))))])
-    new = u[:, : _tail_count(s, tolerance, size)] if size[0] > 0.0 else u[:, :0]
+    found = [(s, _size(metric, deviations))]
+    found += [] if second is None else [(s * _lengths(second, u), _size(second, deviations))]
+    new = u[:, : max(_tail_count(part, tolerance, np.array([size])) if size > 0.0 else 0 for part, size in found)]
     modes = np.hstack([basis.modes[:, :count], new, basis.modes[:, count:]])
     return replace(basis, modes=np.ascontiguousarray(modes))
 
 
 def of_vectors(
-    snapshots: ArrayLike, keep: ArrayLike, tolerance: float | None = None, modes: int | None = None, metric: csr_array | None = None
+    snapshots: ArrayLike,
+    keep: ArrayLike,
+    tolerance: float | None = None,
+    modes: int | None = None,
+    metric: csr_array | None = None,
+    second: csr_array | None = None,
 ) -> Basis:
     """Basis of coordinates that are vectors in space, from their components (n,s), as many columns as snapshots times components.
 
     U (x) I_c holds the states turned in any way if U holds their components. Vectors in the plane may be complex numbers, x + iy,
     one column a snapshot: then U and i U hold all turned states. The first of the columns `keep` (n,k) is the field 1: the
-    tolerance refers to the deviations from it. All of them are represented exactly, in the first columns of U.
+    tolerance refers to the deviations from it. All of them are represented exactly, in the first columns of U. Metrics as those of
+    `basis`.
     """
     x, kept = _states(snapshots, "snapshots"), _states(keep, "fields to be kept")
     W = _metric(metric, x.shape[0])
     one = kept[:, :1] / _size(W, kept[:, :1])
     others, sizes = left_singular(W, outside(W, kept[:, 1:], one)) if kept.shape[1] > 1 else (kept[:, :0], np.zeros(0))
     first = np.hstack([one, others[:, sizes > SAME * _size(W, kept)]])
-    s, floor = left_singular(W, outside(W, x, one))[1], EPS * _size(W, x)
+    all_left, s = left_singular(W, outside(W, x, one))
     left, rest = left_singular(W, outside(W, x, first))
-    count = _count(rest, int(np.sum(rest > floor)), tolerance, modes, s, first.shape[1])
+    sizes_of = _in_metrics(second, (left, rest), (all_left, s))
+    count = _count(sizes_of, int(np.sum(rest > EPS * _size(W, x))), tolerance, modes, first.shape[1])
     return Basis(np.ascontiguousarray(np.hstack([first, outside(W, left[:, :count], first)])), np.zeros(len(x)), s)
 
 
@@ -159,7 +174,14 @@ def _tail_count(s: Array, tolerance: float, every: Array) -> int:
 
 
 def _decompose(
-    W: csr_array, x: Array, mean: Array, floor: float, tolerance: float | None, modes: int | None, keep: ArrayLike | None
+    W: csr_array,
+    x: Array,
+    mean: Array,
+    floor: float,
+    tolerance: float | None,
+    modes: int | None,
+    keep: ArrayLike | None,
+    second: csr_array | None,
 ) -> Basis:
     """Basis of the deviations x (n,s); singular values up to `floor` are round-off.
 
@@ -170,11 +192,12 @@ def _decompose(
         remedy = "give it loads or an initial motion, or leave this component out of the reduction"
         raise InputError(say("pod", "a component that moves in the training run", "one that stays where it is", remedy))
     first = np.zeros((len(mean), 0)) if keep is None else _direction(W, _state(keep, "keep", x.shape[0]), mean)
-    rest = s
+    every = rest = left, s
     # the start is kept: without it slender beams begin with membrane strain that they do not have, and indefinite tangents
     if first.shape[1]:
-        left, rest = left_singular(W, outside(W, x, first))
-    count = _count(rest, int(np.sum(rest > floor)), tolerance, modes, s, first.shape[1])
+        rest = left_singular(W, outside(W, x, first))
+    left = rest[0]
+    count = _count(_in_metrics(second, rest, every), int(np.sum(rest[1] > floor)), tolerance, modes, first.shape[1])
     return Basis(np.ascontiguousarray(np.hstack([first, outside(W, left[:, :count], first)])), mean, s)
 
 
@@ -232,10 +255,24 @@ def left_singular(W: csr_array, x: Array) -> tuple[Array, Array]:
     return np.asarray(q @ solve_triangular(C, u, lower=True, trans="C") / scale[:, None]), s
 
 
-def _count(rest: Array, rank: int, tolerance: float | None, modes: int | None, s: Array, kept: int) -> int:
-    """Number of modes asked for beside those `kept`, at most the numerical rank; the tolerance refers to all singular values s."""
+def _lengths(metric: csr_array, u: Array) -> Array:
+    """Lengths (i,) of columns (n,i) in a metric (n,n), which may be semidefinite."""
+    return np.asarray(np.sqrt(np.maximum(np.sum(u.conj() * (metric @ u), axis=0).real, 0.0)))
+
+
+def _in_metrics(second: csr_array | None, rest: Singular, every: Singular) -> list[tuple[Array, Array]]:
+    """What counts with each mode of `rest`, and with each of all deviations: in the metric of the modes, and in the second one."""
+    found = [(rest[1], every[1])]
+    return found if second is None else [*found, (rest[1] * _lengths(second, rest[0]), every[1] * _lengths(second, every[0]))]
+
+
+def _count(sizes: list[tuple[Array, Array]], rank: int, tolerance: float | None, modes: int | None, kept: int) -> int:
+    """Number of modes asked for beside those `kept`, at most the numerical rank.
+
+    The tolerance refers to the sizes of all deviations, in every metric in which they have one; see `_in_metrics`.
+    """
     if tolerance is not None and modes is None:
-        return min(_tail_count(rest, tolerance, s), rank)
+        return min(max(_tail_count(rest, tolerance, every) for rest, every in sizes if every.any()), rank)
     if modes is None or tolerance is not None:
         got = "neither" if modes is None else f"tolerance {tolerance} and {modes} modes"
         raise InputError(say("pod", "either a tolerance or a number of modes", got))
