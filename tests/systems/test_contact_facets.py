@@ -213,6 +213,37 @@ def test_a_box_does_not_leap_through_a_plate(speed: float) -> None:
     found = outputs(integrate(eliminate(falling(speed, (0.3, 0.4))), GeneralizedAlpha(2e-4, 1.0), 0.03, TIGHT))
     assert -found["c_gap"].min() > THICK
     assert found["foot_z"][-1] > 0.0
+    assert np.ptp(found["E_balance"]) < 0.03 * found["E_kinetic"][0]
+
+
+def fly_into(step: float, duration: float, forces: list[Any]) -> dict[str, np.ndarray]:
+    """Outputs of a box of 10 m/s that flies into a plate with all unknowns held."""
+    body = sheet(cells=1, rims={"rim": Rim(("left", "right", "bottom", "top"), slopes=True)})
+    read = {"c": ContactState("c"), "foot": probes.Position(At("box", "foot"))}
+    parts, clamp = [body, crate(over((0.37, 0.37), 0.003))], joints.Clamp("clamp", At("b", "rim"))
+    system = assemble(parts, [clamp], forces, outputs=read, initial={"box": Motion(velocity=(0.0, 0.0, -10.0))})
+    return outputs(integrate(eliminate(system), GeneralizedAlpha(step), duration))
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_corner_keeps_its_side_however_deep_it_is() -> None:
+    """A box that goes in with hardly a force, by 100 steps of half a millimetre, is pressed back by k times its depth at least."""
+    found = fly_into(5e-5, 5e-3, [carried(stiffness=1e-3)])
+    depth = 0.5 * THICK - found["foot_z"][-1]
+    assert depth > 2.0 * THICK
+    assert found["c_gap"][-1] == pytest.approx(-depth, rel=1e-6)
+    assert found["c_force"][-1] > 0.999e-3 * depth
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_corner_that_leaves_faster_than_it_is_pushed_keeps_its_side() -> None:
+    """Damping leaves no force to push it back from below: nothing stands in its way up again."""
+    found = fly_into(2e-4, 0.025, [carried(stiffness=1.0, damping=0.1), loads.Gravity((0.0, 0.0, 1e3))])
+    lowest = np.argmin(found["foot_z"])
+    assert found["foot_z"][lowest] < -1.5 * THICK
+    assert found["c_force"][: lowest - 1].max() > 0.9
+    assert found["c_force"][lowest + 1 :].max() < 0.05
+    assert found["foot_z"][-1] > THICK
 
 
 @pytest.mark.filterwarnings("ignore:load .* overlap")
