@@ -234,10 +234,7 @@ def accept(table: Any, record: Any) -> int:
 
 @routine
 def judge(table: Any, record: Any) -> int:
-    """impulse += as of contact with shapes; infinite where a point passed through the middle of the surface, or lost its side.
-
-    Depths change by no more than what moves. One that changes by more is seen from elsewhere, as of a point between two walls.
-    """
+    """impulse += as of contact with shapes; infinite where a point passed through the middle of the surface."""
     s, F = evaluation(table).space, opened(record)
     way = ahead(s, F.room + len(F.radius))
     y, v, out, w, W = make_room(F)
@@ -250,11 +247,7 @@ def judge(table: Any, record: Any) -> int:
             read(table, F.rows, y)
             within, read_now = measure_extents(F, y), True
         gap, f, _, _, held, beyond = meet(s, F, k, y, within, way, w, W)
-        if overlapped(F, k, last):
-            leaps = gap + F.radius[k] > last[DISTANCE] + way
-        else:
-            leaps = beyond
-        if leaps:
+        if beyond and not overlapped(F, k, last):
             s.impulse[0] = np.inf
             return 0
         if gap < 0.0:
