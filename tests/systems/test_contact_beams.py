@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -156,6 +157,16 @@ def test_beams_that_pass_through_one_another_are_told(dim: int) -> None:
     for stiffness, speed, duration in ((2e6, 1.5e4, 2e-3), (2e3, 150.0, 8e-3)):
         with pytest.warns(match="went through to the other side"):
             fly(parts, touch(stiffness=stiffness, resolution=0.0), (0.0, 0.0, -speed)[3 - dim :], 2e-3, duration)
+
+
+@pytest.mark.parametrize("aside", [0.03, 0.06, 0.09])
+def test_parallel_beams_that_pass_off_their_middles_are_told(aside: float) -> None:
+    """Half of what a hard one turns aside; one that goes by at more than both radii, or is thrown back, is not."""
+    for at, stiffness, speed, told in ((aside, 2e3, 150.0, True), (aside, 2e6, 15.0, False), (0.101, 2e3, 1.5e4, False)):
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            fly(pair(0.0, (0.0, at, 0.35), 3, STIFF), touch(stiffness=stiffness), (0.0, 0.0, -speed), 0.3 / speed, 0.6 / speed)
+        assert any("went through to the other side" in str(one.message) for one in found) == told, (at, stiffness)
 
 
 @pytest.mark.parametrize("angle, along", [(1.2, None), (0.4, None), (0.15, None), (0.0, None), (1.2, True)])

@@ -15,7 +15,9 @@ from scipy.spatial.transform import Rotation
 from fmbs_skfem.bodies import Body, Material, rigid
 from fmbs_skfem.bodies.plate import Rim, plate
 from fmbs_skfem.contact.contacts import ContactBox
+from fmbs_skfem.contact.facet_points import ACROSS, box_points, narrowest, triangles
 from fmbs_skfem.contact.facets import extents, meet_flat, meet_triangle
+from fmbs_skfem.contact.points import gap_of_surface
 from fmbs_skfem.contact.states import ContactState
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, outputs, solve_statics
 from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, check_force, compiled, eliminate
@@ -57,6 +59,45 @@ def corner_at(at: Any, up: bool = True, **more: Any) -> ContactBox:
 
 
 PLACES = [(0.31, 0.37), (0.5, 0.5), (0.25, 0.1), (1.003, 0.4)]  #: between points, at a node, on a side, beyond the rim
+
+
+@pytest.mark.parametrize("off", [0.0, 3e-13, 1e-12, 3e-12, 1e-11, 1e-9])
+def test_the_closest_place_of_what_is_over_a_border(off: float) -> None:
+    """Of bent triangles, turned and far away, from points over their sides but for `off`: that from a start within."""
+    rng, body = np.random.default_rng(3), sheet()
+    rows, at, corners = triangles(body, body.space)
+    for k in range(4):
+        bent = (rows @ body.reference.ravel()).reshape(-1, 3) @ Rotation.random(random_state=k).as_matrix().T
+        bent = bent + 0.01 * rng.normal(size=bent.shape) + 100.0 * (np.arange(len(bent)) % 3 == 0)[:, None]
+        for corner, side in product(corners[::4], range(3)):
+            y, places = bent.ravel(), np.ascontiguousarray(at[corner])
+            x = bent[3 * corner]
+            normal, l = np.cross(x[1] - x[0], x[2] - x[0]), np.zeros(3)
+            l[side], l[side - 1], l[side - 2] = off, 0.3, 0.7 - off
+            p = l @ x + 0.01 * normal / np.linalg.norm(normal)
+            w, W = np.zeros((7, 3)), np.zeros((6, 9))
+            ways = []
+            for start in (meet_flat(y, corner, p)[1:], (0.3, 0.3), (0.5, 0.2), (0.2, 0.5)):
+                meet_triangle(y, corner, places, p, *start, w, W)
+                ways.append(np.linalg.norm(w[6]))
+            assert ways[0] < min(ways) + 1e-9
+
+
+@pytest.mark.parametrize("kind", ["fvs", "argyris"])
+@pytest.mark.parametrize("width", [0.1, 0.02])
+def test_points_on_edges_of_a_box_stand_closer_than_a_strip_is_wide(kind: str, width: float) -> None:
+    """Two on it or more wherever it crosses an edge, whatever cells it has; a square has its own width."""
+    square = sheet(kind, 4)
+    assert narrowest(square, square.space) == pytest.approx(1.0)
+    strip = plate("b", rectangle(kind, 11, 2, 1.0, width), 3e-3, SOFT)
+    turn = Rotation.from_euler("xyz", [0.3, 0.2, 0.5])
+    body = replace(strip, reference=turn.apply(strip.reference.reshape(-1, 3)).reshape(strip.reference.shape))
+    assert narrowest(body, strip.space) == pytest.approx(width)
+    found, apart = box_points(np.array([0.1, 0.17, 0.1]), 2.0 * gap_of_surface(strip, strip.space, False)[0], width / ACROSS)
+    assert apart <= width / 2
+    for edge in np.linspace(-0.17, 0.17 - width, 7):
+        on = (found[:, 0] > 0.099) & (found[:, 2] > 0.099) & (found[:, 1] >= edge - 1e-9) & (found[:, 1] <= edge + width + 1e-9)
+        assert on.sum() >= 2
 
 
 @pytest.mark.filterwarnings("ignore:load .* overlap")
@@ -172,6 +213,37 @@ def test_a_box_does_not_leap_through_a_plate(speed: float) -> None:
     found = outputs(integrate(eliminate(falling(speed, (0.3, 0.4))), GeneralizedAlpha(2e-4, 1.0), 0.03, TIGHT))
     assert -found["c_gap"].min() > THICK
     assert found["foot_z"][-1] > 0.0
+    assert np.ptp(found["E_balance"]) < 0.03 * found["E_kinetic"][0]
+
+
+def fly_into(step: float, duration: float, forces: list[Any]) -> dict[str, np.ndarray]:
+    """Outputs of a box of 10 m/s that flies into a plate with all unknowns held."""
+    body = sheet(cells=1, rims={"rim": Rim(("left", "right", "bottom", "top"), slopes=True)})
+    read = {"c": ContactState("c"), "foot": probes.Position(At("box", "foot"))}
+    parts, clamp = [body, crate(over((0.37, 0.37), 0.003))], joints.Clamp("clamp", At("b", "rim"))
+    system = assemble(parts, [clamp], forces, outputs=read, initial={"box": Motion(velocity=(0.0, 0.0, -10.0))})
+    return outputs(integrate(eliminate(system), GeneralizedAlpha(step), duration))
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_corner_keeps_its_side_however_deep_it_is() -> None:
+    """A box that goes in with hardly a force, by 100 steps of half a millimetre, is pressed back by k times its depth at least."""
+    found = fly_into(5e-5, 5e-3, [carried(stiffness=1e-3)])
+    depth = 0.5 * THICK - found["foot_z"][-1]
+    assert depth > 2.0 * THICK
+    assert found["c_gap"][-1] == pytest.approx(-depth, rel=1e-6)
+    assert found["c_force"][-1] > 0.999e-3 * depth
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_corner_that_leaves_faster_than_it_is_pushed_keeps_its_side() -> None:
+    """Damping leaves no force to push it back from below: nothing stands in its way up again."""
+    found = fly_into(2e-4, 0.025, [carried(stiffness=1.0, damping=0.1), loads.Gravity((0.0, 0.0, 1e3))])
+    lowest = np.argmin(found["foot_z"])
+    assert found["foot_z"][lowest] < -1.5 * THICK
+    assert found["c_force"][: lowest - 1].max() > 0.9
+    assert found["c_force"][lowest + 1 :].max() < 0.05
+    assert found["foot_z"][-1] > THICK
 
 
 @pytest.mark.filterwarnings("ignore:load .* overlap")

@@ -12,11 +12,13 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
+from scipy.sparse import csr_array
 from scipy.special import gamma
 
 from fmbs_skfem.bodies import Body, cable, point_mass, rigid, sections
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.contact.contacts import Contact, ContactBox, ContactCylinder, ContactHeights, ContactPlane, ContactSphere
+from fmbs_skfem.contact.points import once
 from fmbs_skfem.contact.shapes import FAR, distances, measure
 from fmbs_skfem.contact.states import ContactState
 from fmbs_skfem.core.errors import InputError
@@ -466,6 +468,78 @@ def test_what_is_thin_is_not_left_on_the_other_side_without_a_word(shape: str) -
         assert motion.x[-1, 1] == pytest.approx(end, abs=0.02)
     motion, _ = run(ball(thin(shape, stiffness=2e8, resolution=0.0), at=(0.0, 0.951), speed=(0.0, -100.0)), 1e-3, 0.015)
     assert motion.v[-1, 1] > 90.0
+
+
+@pytest.mark.parametrize("damping", [0.0, 5.0])
+@pytest.mark.parametrize("part", [0.2, 0.5, 0.9])
+def test_what_goes_through_off_the_middle_is_told(part: float, damping: float) -> None:
+    """A mass that a soft ball turns aside by less than half of what a hard one does; off it a hard one throws it unsaid."""
+    for stiffness, speed, told in ((1e3, 10.0, True), (1e4, 1.0, True), (1e6, 1.0, False)):
+        law = {"stiffness": stiffness, "damping": damping}
+        system = ball(thin("sphere", **law), at=(0.01 * part, 0.0301), speed=(0.0, -speed))
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            run(system, 1e-3 / speed, 0.05 / speed)
+        assert any("went through to the other side" in str(one.message) for one in found) == told, stiffness
+
+
+@pytest.mark.filterwarnings("error")
+def test_what_slides_off_a_soft_ball_has_not_gone_through_it() -> None:
+    """Pressed in by 5 % of its radius and more, it follows the surface until it leaves it."""
+    hill = ContactSphere("hill", at=BALL, center=(0.0, -1.0), diameter=2.0, stiffness=200.0, damping=8.5)
+    motion, _ = run(ball(hill, loads.Gravity((0.0, -9.81)), at=(0.05, 0.0), speed=(0.3, 0.0)), 1e-2, 2.0)
+    assert motion.x[-1, 1] < -2.0
+
+
+@pytest.mark.parametrize("x", [0.4, 0.499])
+def test_what_goes_through_a_box_near_its_end_is_told(x: float) -> None:
+    with pytest.warns(match="went through to the other side"):
+        run(ball(thin("box", stiffness=1e3), at=(x, 0.0301), speed=(0.0, -10.0)), 1e-4, 0.006)
+
+
+def drop(speed: float, at: float, **more: Any) -> System:
+    """A cable of 1 m with a radius of 1 mm over a round rod of 20 mm about the origin, of which it moves across or along."""
+    line = cable(
+        "b", models.segment(8, (-0.4625, at, 0.0), (0.5375, at, 0.0)), sections.Given(EA=1e5, EI=1.0, rhoA=0.2, radius=1e-3), dim=2
+    )
+    rod = ContactCylinder("rod", body="b", center=(0.0, 0.0), diameter=0.02, **more)
+    way = (0.0, -speed) if at > 0.011 else (speed, 0.0)
+    return assemble([line], loads=[rod], initial={"b": Motion(velocity=way)})
+
+
+def test_a_fast_cable_that_passes_a_rod_off_its_middle_is_told() -> None:
+    """No point of it goes through the middle, and no normal turns round within a step."""
+    with pytest.warns(match="went through to the other side"):
+        integrate(drop(20.0, 0.015, stiffness=2e4), GeneralizedAlpha(1e-4), 2.5e-3)
+
+
+@pytest.mark.filterwarnings("error", "ignore:.*overlap")
+def test_a_cable_that_is_drawn_over_a_soft_rod_stays_over_it() -> None:
+    """Its points go in on the left and come out on the right of what is pressed in by 0.4 of its radius, in a step or in ten.
+
+    No step is divided for that.
+    """
+    for step in (2e-3, 2e-4):
+        motion = integrate(drop(10.0, 0.0066, stiffness=1.0), GeneralizedAlpha(step), 1e-2)
+        assert motion.statistics.factorisations == 1
+
+
+def test_a_plate_that_falls_through_a_ball_off_its_points_is_told() -> None:
+    body = plate("b", rectangle("ancf", 2, 2), 1e-3, sections.Material(7e10, 2700.0, 0.3))
+    under = ContactSphere("ball", body="b", center=(0.27, 0.31, -0.06), diameter=0.1, stiffness=1e3)
+    system = assemble([body], loads=[under], initial={"b": Motion(velocity=(0.0, 0.0, -50.0))})
+    with pytest.warns(match="went through to the other side"):
+        integrate(system, GeneralizedAlpha(2e-4), 3e-3)
+
+
+def test_points_on_a_border_stand_once() -> None:
+    """Rows of both sides that differ by round-off, wherever they are rounded to."""
+    rows = np.random.default_rng(1).uniform(size=(4000, 2))
+    both = csr_array(np.concatenate([rows, rows * (1.0 + 1e-12)]))
+    found, shares, beside = once(both, np.ones(8000), np.arange(8000)[:, None])
+    assert found.shape[0] == 4000
+    assert_allclose(shares, 1.0 / 4000)
+    assert_allclose(beside[:, 0], np.arange(4000))
 
 
 def test_what_is_grazed_is_not_gone_through() -> None:

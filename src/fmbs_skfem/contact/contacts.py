@@ -191,6 +191,7 @@ class Contact(Touch, ABC):
             self.share(touching.mass),
             self.power(size),
             self.weights(touching.shares, len(touching.rows)),
+            touching.beside,
         )
         gaps = overlaps(term, touching.places, placed)
         between = facets(name, draft, self.body, term)

@@ -36,6 +36,7 @@ from .facet_pairs import (
     limit_of,
     measure_extents,
     opened,
+    overlapped,
     passed,
     place_of,
     point,
@@ -78,7 +79,7 @@ def meet(
     away, f, at_u, at_v, held = find(F, k, y, within, limit_of(F, k, last, way), w, W)
     if away == np.inf:
         return np.inf, f, at_u, at_v, held, False
-    beyond = passed(last, w, way)
+    beyond = passed(F, k, last, w, way)
     return gap_of(F.radius[k], held, beyond, w), f, at_u, at_v, held, beyond
 
 
@@ -207,22 +208,25 @@ def accept(table: Any, record: Any) -> int:
         find_ways(table, F, s.room[ways : ways + WAYS])
     within = measure_extents(F, y)
     for k in range(len(F.radius)):
-        seen, last, N, away = F.room + k, memory_of(s, F, k), 0.0, np.inf
+        seen, last, N, away, gap = F.room + k, memory_of(s, F, k), 0.0, np.inf, np.inf
         if s.room[seen] > way:
             s.room[seen] -= way
-        else:
+        elif not overlapped(F, k, last):
             s.room[seen] = find_flat(F, k, y, within[0], np.inf) - within[1] - F.radius[k]
         if not s.room[seen] > SOON * way:
             away, f, _, _, held = find(F, k, y, within, np.inf, w, W)
         if away < np.inf:
-            beyond = passed(last, w, way)
-            if gap_of(F.radius[k], held, beyond, w) < 0.0:
+            beyond = passed(F, k, last, w, way)
+            gap = gap_of(F.radius[k], held, beyond, w)
+            if gap < 0.0:
                 N = press_on(table, F, k, f, held, beyond, v, w, W, out)
+                # its distance grows beyond the middle: taken for far away by that, it would lose its side
+                s.room[seen] = 0.0
             for c in range(3):
                 last[5 + c] = w[NORMAL, c]
         for c in range(3):
             last[2 + c] = w[BRISTLE, c] if N > 0.0 else 0.0
-        last[0], last[1], last[DISTANCE] = max(N, 0.0), 1.0 if N <= 0.0 else last[1], away
+        last[0], last[1], last[DISTANCE] = max(N, 0.0), 1.0 if N <= 0.0 else last[1], gap + F.radius[k]
     for j in range(len(F.rows)):
         s.memory[F.memory + j] = y[j]
     return 0
@@ -237,13 +241,13 @@ def judge(table: Any, record: Any) -> int:
     read_now, within = False, (0.0, 0.0)
     for k in range(len(F.radius)):
         last, N = memory_of(s, F, k), 0.0
-        if s.room[F.room + k] > way and last[0] <= 0.0:
+        if s.room[F.room + k] > way:
             continue
         if not read_now:
             read(table, F.rows, y)
             within, read_now = measure_extents(F, y), True
         gap, f, _, _, held, beyond = meet(s, F, k, y, within, way, w, W)
-        if beyond and last[0] <= 0.0:
+        if beyond and not overlapped(F, k, last):
             s.impulse[0] = np.inf
             return 0
         if gap < 0.0:

@@ -13,7 +13,7 @@ last accepted state material points have moved by
     M0 - p0,    M0 = X0 + c1 X0,u + c2 X0,v + c3 m0 at the u, v of now with the rows of then
 
 which is turned, as the bristle b0 is, as the tangents and the normal there are. The memory holds the rows and, of a point, the last
-normal force, whether it was ever free, the bristle, n and |d|. Derivatives are those of a complex step through one correction of
+normal force, whether it was ever free, the bristle, n and g + R. Derivatives are those of a complex step through one correction of
 the closest place, exact to round-off, along d, X,u and X,v: of rank 9, on the rows of a triangle and of the point.
 
 Source: Wriggers, Computational Contact Mechanics, Springer 2006, doi 10.1007/978-3-540-32609-0, chapters 4 and 5 (closest point
@@ -37,7 +37,7 @@ from ..systems.forces.on_rows import Place
 from .facets import INSIDE, NINE, dot, extents, meet_flat, meet_triangle, trace
 from .law import BEFORE, MU, Scalar, normal_force, require_law, resist
 
-POINT = 9  #: numbers of a point in the memory: normal force, whether it was ever free, bristle, n, |d|
+POINT = 9  #: numbers of a point in the memory: normal force, whether it was ever free, bristle, n, g + R
 DISTANCE = 8  #: the last of them
 OVER = 0.7  #: cosine of the angle to the normal up to which a point is over the surface, not beside its rim
 READ = 3 * NINE + 3  #: rows that a point and a triangle have
@@ -201,14 +201,23 @@ def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
 
 
 @jit
-def passed(last: np.ndarray, w: np.ndarray, way: float) -> bool:
+def overlapped(F: Any, k: int, last: np.ndarray) -> bool:
+    """Whether a point overlapped the surface in the last accepted state.
+
+    Its normal force does not say so: it is zero where what is damped leaves faster than it is pushed.
+    """
+    return bool(last[DISTANCE] < F.radius[k])
+
+
+@jit
+def passed(F: Any, k: int, last: np.ndarray, w: np.ndarray, way: float) -> bool:
     """Whether a point is beyond the middle of the surface as seen from where it was, with distances that can have changed by `way`.
 
-    One that did not touch is only where it is over the surface and the way is as long as that through it.
+    One that did not overlap is only where it is over the surface and the way is as long as that through it.
     """
     if not last[5] * w[D, 0] + last[6] * w[D, 1] + last[7] * w[D, 2] < 0.0:
         return False
-    if last[0] > 0.0:
+    if overlapped(F, k, last):
         return True
     lay_normal(w, 1, UNIT, DUAL)
     away = np.sqrt(dot(w[D], w[D]))
@@ -234,7 +243,7 @@ def gap_of(radius: float, held: int, beyond: bool, w: np.ndarray) -> Scalar:
 @jit
 def limit_of(F: Any, k: int, last: np.ndarray, way: float) -> float:
     """Distance up to which a point may touch."""
-    if last[0] > 0.0:
+    if overlapped(F, k, last):
         return np.inf
     return max(F.radius[k], way if last[DISTANCE] <= way < np.inf else 0.0)
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import csr_array, kron, vstack
 
 from ..bodies.body import Body, own
+from ..core.notices import notify
 from ..shapes import surface
 from ..shapes.surface import Surface
 from ..systems.places import At, Draft
@@ -16,8 +17,13 @@ from .facet_forces import measures
 from .facet_pairs import FacetContacts
 from .forces import ContactForces
 from .outlines import read_shape
-from .points import ENOUGH, SIDE, gap_of_surface
+from .points import ENOUGH, LIMIT, SIDE, gap_of_surface
 from .shapes import BOX
+
+# a strip on an edge rests on two points or more: with one it tilts about it, with twice as many its sag changes by less than 1 %
+ACROSS = 2.0  #: points of an edge of a box over the narrowest part of a plate
+# sides about a corner of more than 18 degrees lie across nothing, however short they are
+STRAIGHT, FACING = 0.7, 0.95  #: least cosines of angles to the normal of a side: of the way across, of the side on the other end
 
 
 def facets(name: str, draft: Draft, body: str | None, term: ContactForces) -> list[FacetContacts]:
@@ -33,7 +39,13 @@ def facets(name: str, draft: Draft, body: str | None, term: ContactForces) -> li
     if not isinstance(part.space, Surface):
         return []
     rows, at, corners = triangles(part, part.space)
-    local = box_points(term.sizes, 2.0 * gap_of_surface(part, part.space, False)[0])
+    width = narrowest(part, part.space)
+    local, apart = box_points(term.sizes, 2.0 * gap_of_surface(part, part.space, False)[0], width / ACROSS)
+    if apart > width:
+        between = (
+            f"points {apart:.3g} m apart on the edges of the box, between which '{body}' may be, which is {width:.3g} m narrow"
+        )
+        notify(f"{name}: {between}; divide the box, or take a plane")
     points, offset = read_shape(draft, term, local)
     first = draft.probes.add(csr_array(vstack([layout.widen(part.name, rows), points])), np.append(np.zeros(rows.shape[0]), offset))
     count, share = len(local), float(term.weights.mean())
@@ -50,15 +62,45 @@ def facet_gaps(draft: Draft, term: FacetContacts) -> np.ndarray:
     return np.asarray(measures(term, y, 0.0 * y)[0, :, 0])
 
 
-def box_points(half: np.ndarray, apart: float) -> np.ndarray:
-    """Corners (t, c) of a box of half sides (c,), and points that divide its edges, no more than `apart` from one another."""
-    most = ENOUGH // 12
-    found = [np.array(list(product((-1.0, 1.0), repeat=3)))]
+def narrowest(part: Body, shape: Surface) -> float:
+    """Width of the narrowest part of a surface [m]: shortest way across it from the middle of a side of its rim to another side.
+
+    Infinite where it has no rim, or one that nothing lies across.
+    """
+    cell, side = surface.free_sides(shape).T
+    if len(cell) == 0:
+        return np.inf
+    middle = surface.VERTICES[shape.parent].mean(axis=0)
+    inner = np.tile(middle, (len(cell), 1))
+    start, end = (surface.side_points(shape.parent, side, np.full(len(cell), s)) for s in (0.0, 1.0))
+    a, b, c = (own(part, surface.sample(shape, cell, xi, 0)) @ part.reference for xi in (start, end, inner))
+    along, at, least = b - a, 0.5 * (a + b), np.inf
+    square = np.sum(along**2, axis=1)
+    inward = c - at - (np.sum((c - at) * along, axis=1) / square)[:, None] * along
+    inward /= np.linalg.norm(inward, axis=1)[:, None]
+    for p, n in zip(at, inward, strict=True):
+        u = np.clip(np.sum((p - a) * along, axis=1) / square, 0.0, 1.0)
+        ways = a + u[:, None] * along - p
+        long = np.linalg.norm(ways, axis=1)
+        across = (ways @ n > STRAIGHT * long) & (inward @ n < -FACING)
+        least = min(least, long[across].min(initial=np.inf))
+    return float(least)
+
+
+def box_points(half: np.ndarray, apart: float, narrow: float) -> tuple[np.ndarray, float]:
+    """Corners (t, c) of a box of half sides (c,), points that divide its edges, and the longest way between two of them [m].
+
+    That is no more than `apart` where ENOUGH points do, and no more than `narrow` where LIMIT do.
+    """
+    found, longest = [np.array(list(product((-1.0, 1.0), repeat=3)))], 0.0
     for c in range(3):
-        s = np.linspace(-1.0, 1.0, min(int(np.ceil(2.0 * half[c] / apart)), most) + 1)[1:-1]
+        wanted, needed = (int(np.ceil(2.0 * half[c] / way)) if way < np.inf else 1 for way in (apart, narrow))
+        parts = max(min(wanted, ENOUGH // 12), min(needed, LIMIT // 12), 1)
+        longest = max(longest, 2.0 * half[c] / parts)
+        s = np.linspace(-1.0, 1.0, parts + 1)[1:-1]
         for ends in product((-1.0, 1.0), repeat=2):
             found.append(np.insert(np.tile(ends, (len(s), 1)), c, s, axis=1))
-    return np.concatenate(found) * half
+    return np.concatenate(found) * half, longest
 
 
 def triangles(part: Body, shape: Surface) -> tuple[csr_array, np.ndarray, np.ndarray]:

@@ -109,8 +109,11 @@ def correction(w: np.ndarray, held: int) -> tuple[Scalar, Scalar]:
 
 
 @jit
-def step_within(u: float, v: float, w: np.ndarray) -> tuple[float, float, int]:
-    """The step of (u, v) that stays in the triangle, and where it is held: Newton's, or Gauss's where it is no minimum."""
+def step_within(u: float, v: float, w: np.ndarray) -> tuple[float, float, int, bool]:
+    """The step of (u, v) that stays in the triangle, where it is held, and whether the border has cut it off.
+
+    It is Newton's, or Gauss's where it is no minimum.
+    """
     one, other, uu, uv, vv = curve(w)
     if not (uu > 0.0 and uu * vv - uv * uv > 1e-12 * dot(w[1], w[1]) * dot(w[2], w[2])):
         uu, uv, vv = dot(w[1], w[1]), dot(w[1], w[2]), dot(w[2], w[2])
@@ -138,7 +141,7 @@ def step_within(u: float, v: float, w: np.ndarray) -> tuple[float, float, int]:
     for i in range(3):
         if steps[i] < 0.0 and l[i] > SIDE:
             part = min(part, -l[i] / steps[i])
-    return part * du, part * dv, held
+    return part * du, part * dv, held, part < 1.0
 
 
 @jit
@@ -154,8 +157,9 @@ def meet_triangle(
             w[6, c] = p[c] - w[0, c]
         if last:
             break
-        du, dv, held = step_within(u, v, w)
-        last = max(abs(du), abs(dv)) < NEAR
+        du, dv, held, cut = step_within(u, v, w)
+        # a step that ends at a border, however short, goes on along it
+        last = not cut and max(abs(du), abs(dv)) < NEAR
         u, v = min(max(u + du, 0.0), 1.0), min(max(v + dv, 0.0), 1.0)
         if u + v > 1.0:
             u = 1.0 - v

@@ -7,8 +7,8 @@ r"""Contact as forces on probe rows: points with a radius against a shape, with 
 
 on r: N n + T, on the axes a_j of the place that carries the point: s_j T, on o: - N n - T, on E_k: - w_k (N n + T). The law is
 that of `contact_law`; derivatives are those of a complex step, exact to round-off. The memory of a point is its last normal force,
-whether it was ever free, the bristle in the axes of the shape, and the rows that it read. Points that all changes of the motion
-together cannot have brought near are not looked at.
+whether it was ever free, the bristle in the axes of the shape, the rows that it read, and how deep it has been since it came in
+with which normal (`contact_passing`). Points that all changes of the motion together cannot have brought near are not looked at.
 """
 
 from __future__ import annotations
@@ -28,17 +28,13 @@ from ..systems.forces import on_rows as forces
 from ..systems.forces.on_rows import Force, ForceRoutines, Place
 from ..systems.forces.one_sided import ramp
 from .law import BEFORE, MU, STEP, UNKNOWN, E, K, Scalar, harden, normal_force, require_law, resist, stored
+from .passing import came_through, deepest, passed, remember_entry, turned
 from .shapes import HEIGHTS, NUMBERS, clearance
 from .slip import WORK, component, place, recall, slip, weigh
 
 # what is ten steps away cannot touch in the next, whose friction would read its rows: a rolling hoop reads 1313 rows of points in
 # 50 steps, as with 1, 5 and 20, and 6262 where all rows are kept
 DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose rows are not kept: only what touches reads them
-# (2/3)^16 = 1.5e-3 of the way: what is thinner than that is grazed; half of them leave 4 %, twice 2e-6
-THIRDS = 16  #: times that a way is cut by a third where a point may have passed a shape
-# the straight way between two places outside of a round shape cuts off a nanometre: without it such a step is divided by 64 for
-# nothing
-GRAZED = 0.999  #: cosine of the angle between normals before and behind a shape that is grazed: 1e-4 of its radius deep
 SEEN = 4  #: numbers of a point: clearance, distance from the origin of the shape, ways a unit of |dx| and of max |dx_n| at most
 
 
@@ -57,12 +53,20 @@ class ContactForces:
     share: Annotated[float, Number()]  #: change of speed that a change of force makes in a second, over the one allowed a step
     power: Annotated[np.ndarray, Reals("p")]  #: numbers in the order of POWER
     weights: Annotated[np.ndarray, Reals("t")]  #: factors of the forces of a point
+    beside: Annotated[
+        np.ndarray, Indices("t n", end="t")
+    ]  #: pairs of points on tangents of the body: one of lines, two of surfaces
 
     def __len__(self) -> int:
         return len(self.rows)
 
 
-storable(ContactForces, power=lambda _: np.ones(2), weights=lambda values: np.ones(len(values["rows"])))
+storable(
+    ContactForces,
+    power=lambda _: np.ones(2),
+    weights=lambda values: np.ones(len(values["rows"])),
+    beside=lambda values: np.zeros((len(values["rows"]), 0), np.int64),
+)
 
 
 @also.register(ContactForces)
@@ -73,6 +77,7 @@ def check_contact(term: ContactForces, name: str, sizes: Sizes) -> None:
     require(wide in (dim, dim * (1 + dim)), f"{name}.rows", "rows of a point, or of that and axes", wide)
     require(carried in (0, dim, dim * (1 + dim)), f"{name}.frame", "rows of an origin, or of that and axes", carried)
     require_law(term.law, term.power, name)
+    require(term.beside.shape[1] in (0, 2, 4), f"{name}.beside", "pairs of points, two at most", term.beside.shape)
     known = NUMBERS[dim].get(term.shape)
     require(len(term.sizes) == known, f"{name}.sizes", "a known shape with its sizes", f"{term.shape} with {len(term.sizes)}")
     enough = term.shape != HEIGHTS or min(term.heights.shape[: dim - 1]) > 1
@@ -88,6 +93,7 @@ class ContactRecord(NamedTuple):
     placed: Matrix
     frame: Integers
     rows: IntegerMatrix
+    beside: IntegerMatrix
     radius: Vector
     weights: Vector
     law: Vector
@@ -187,6 +193,13 @@ def near(table: Any, F: Any, k: int, y: np.ndarray, v: np.ndarray, w: np.ndarray
 
 
 @jit
+def memory_of(s: Any, F: Any, k: int) -> np.ndarray:
+    """The memory of a point."""
+    count = deepest(F) + 1 + F.placed.shape[1]
+    return s.memory[F.memory + k * count : F.memory + (k + 1) * count]
+
+
+@jit
 def carry(s: Any, F: Any) -> tuple[float, float, float]:
     """How a shape has moved since the room was filled: size of its axes, shift of its origin, change of its axes."""
     dim, first, wide, shift, change = F.placed.shape[1], F.room + SEEN * len(F.rows), 0.0, 0.0, 0.0
@@ -238,14 +251,13 @@ def look_around(table: Any, F: Any, k: int, y: np.ndarray, w: np.ndarray) -> Non
 def push(table: Any, record: Any) -> int:
     """g += F."""
     s, F = evaluation(table).space, opened(record)
-    many, own, dim = F.rows.shape[1] + len(F.frame), F.rows.shape[1], F.placed.shape[1]
+    many, own = F.rows.shape[1] + len(F.frame), F.rows.shape[1]
     y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many))
     # bounds first: of hundreds of points a few are near
     moved = carry(s, F)
     for k in range(len(F.rows)):
         if not is_inactive(s, F, k, moved) and near(table, F, k, y, v, w):
-            first = F.memory + k * (2 + dim + many)
-            last = s.memory[first : first + 2 + dim + many]
+            last = memory_of(s, F, k)
             recall(F, k, last, w)
             press(F, k, y, v, last, w, out)
             for j in range(many):
@@ -257,14 +269,13 @@ def push(table: Any, record: Any) -> int:
 def slopes(table: Any, record: Any) -> int:
     """H += - c (dF/dy + gh dF/dy') by complex steps along y_j + gh y_j'."""
     s, F = evaluation(table).space, opened(record)
-    many, dim, c, gh = F.rows.shape[1] + len(F.frame), F.placed.shape[1], s.c[0], s.gh[0]
+    many, c, gh = F.rows.shape[1] + len(F.frame), s.c[0], s.gh[0]
     y, v, real = np.empty(many), np.empty(many), np.empty((WORK, many))
     yc, vc, out = (np.empty(many, np.complex128), np.empty(many, np.complex128), np.empty(many, np.complex128))
     w, moved = np.empty((WORK, many), np.complex128), carry(s, F)
     for k in range(len(F.rows)):
         if not is_inactive(s, F, k, moved) and near(table, F, k, y, v, real):
-            first = F.memory + k * (2 + dim + many)
-            last = s.memory[first : first + 2 + dim + many]
+            last = memory_of(s, F, k)
             recall(F, k, last, w)
             for j in range(many):
                 yc[j], vc[j] = y[j], v[j]
@@ -285,25 +296,26 @@ def accept(table: Any, record: Any) -> int:
     many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
     y, v, out, w, moved = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many)), carry(s, F)
     for k in range(len(F.rows)):
-        first, seen, N = F.memory + k * (2 + dim + many), F.room + SEEN * k, 0.0
-        last, inactive = s.memory[first : first + 2 + dim + many], is_inactive(s, F, k, moved)
+        seen, N, deep = F.room + SEEN * k, 0.0, 0.0
+        last, inactive = memory_of(s, F, k), is_inactive(s, F, k, moved)
         # the bound shrinks by what may have come nearer: a look is needed only when it is used up
         if inactive:
             nearer, farther = approach(s, F, k, moved)
             s.room[seen] -= nearer
             s.room[seen + 1] += farther
             if s.room[seen] > DISTANT * nearer:
-                last[0], last[1], last[2 : 2 + dim] = UNKNOWN, 1.0, 0.0
+                last[0], last[1], last[2 : 2 + dim], last[deepest(F)] = UNKNOWN, 1.0, 0.0, 0.0
                 continue
             read(table, F, k, y)
         else:
             if near(table, F, k, y, v, w):
                 recall(F, k, last, w)
                 N = press(F, k, y, v, last, w, out)
+                deep = remember_entry(F, k, last, y, w)
             look_around(table, F, k, y, w)
         for i in range(dim):
             last[2 + i] = w[5, i] if N != 0.0 else 0.0
-        last[0], last[1] = max(N, 0.0), 1.0 if N <= 0.0 else last[1]
+        last[0], last[1], last[deepest(F)] = max(N, 0.0), 1.0 if N <= 0.0 else last[1], deep
         for j in range(many):
             last[2 + dim + j] = y[j]
     for j in range(len(F.frame)):
@@ -316,17 +328,17 @@ def judge(table: Any, record: Any) -> int:
     """impulse += how fast the change of normal forces since the last accepted state changes speeds, over the change allowed.
 
     What has touched from the start on never came: its vibration is no impact. What passed through the shape in between, or through
-    its middle, is infinite.
+    its middle, or came out behind it, is infinite.
     """
     s, F = evaluation(table).space, opened(record)
     many, dim = F.rows.shape[1] + len(F.frame), F.placed.shape[1]
     y, v, out, w = np.empty(many), np.empty(many), np.empty(many), np.empty((WORK, many))
     moved = carry(s, F)
     for k in range(len(F.rows)):
-        first = F.memory + k * (2 + dim + many)
-        last = s.memory[first : first + 2 + dim + many]
+        last = memory_of(s, F, k)
         touches = not is_inactive(s, F, k, moved) and near(table, F, k, y, v, w)
-        if touches and last[0] > 0.0 and turned(F, k, last[2 + dim :], y, w) < 0.0:
+        through = not touches and last[deepest(F)] > 0.0 and came_through(table, F, k, last, y, w)
+        if through or (touches and last[0] > 0.0 and turned(table, F, k, last[2 + dim :], y, w) < 0.0):
             s.impulse[0] = np.inf
         elif last[1] > 0.0 and (touches or last[0] > 0.0):
             N = 0.0
@@ -334,59 +346,9 @@ def judge(table: Any, record: Any) -> int:
                 recall(F, k, last, w)
                 N = press(F, k, y, v, last, w, out)
             s.impulse[0] += abs(N - max(last[0], 0.0)) * F.share
-        elif not touches and last[0] == 0.0 and not is_inactive(s, F, k, moved) and passed(F, k, last[2 + dim :], y, w):
+        elif not touches and last[0] == 0.0 and not is_inactive(s, F, k, moved) and passed(table, F, k, last[2 + dim :], y, w):
             s.impulse[0] = np.inf
     return 0
-
-
-@jit
-def turned(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> float:
-    """Cosine of the angle between the normals of a point with the rows y and with those of `before`, in the axes of the shape."""
-    # in the axes of the shape, so that its own motion does not count
-    place(F, k, y, w)
-    for c in range(F.placed.shape[1]):
-        w[2, c] = w[1, c]
-    place(F, k, before, w)
-    along = 0.0
-    for c in range(F.placed.shape[1]):
-        along += w[1, c] * w[2, c]
-    return along
-
-
-@jit
-def passed(F: Any, k: int, before: np.ndarray, y: np.ndarray, w: np.ndarray) -> bool:
-    """Whether a point with rows y that touches neither now nor `before` was in the shape between: gaps along lines are convex.
-
-    What is grazed alone, where normals hardly turn, does not count.
-    """
-    if turned(F, k, before, y, w) > GRAZED:
-        return False
-    low, high, between = 0.0, 1.0, np.empty(len(y))
-    far, way, dim = place(F, k, before, w), 0.0, F.placed.shape[1]
-    if far < 0.0:  # it leaves, without a force
-        return False
-    far = min(far, place(F, k, y, w))
-    for c in range(dim):
-        way += (y[c] - before[c] - (component(F, y, -1, c) - component(F, before, -1, c))) ** 2
-    # a way shorter than the gap at its ends cannot have met the shape
-    if far * far > way:
-        return False
-    # gaps along a straight line are convex for convex shapes: thirds close in on the least one
-    for _ in range(THIRDS):
-        gaps = (0.0, 0.0)
-        for part in range(2):
-            t = low + (1.0 + part) / 3.0 * (high - low)
-            for j in range(len(y)):
-                between[j] = before[j] + t * (y[j] - before[j])
-            gap = place(F, k, between, w)
-            if gap < 0.0:
-                return True
-            gaps = (gap, 0.0) if part == 0 else (gaps[0], gap)
-        if gaps[0] < gaps[1]:
-            high -= (high - low) / 3.0
-        else:
-            low += (high - low) / 3.0
-    return False
 
 
 @routine
@@ -422,9 +384,17 @@ def _(found: ContactForces, place: Place) -> Force:
     count, many = len(found), found.rows.shape[1] + len(found.frame)
     rows = np.concatenate([found.rows, np.tile(found.frame, (count, 1))], axis=1)
     pairs = np.stack([np.repeat(rows, many, axis=1), np.tile(rows, (1, many))], axis=2).reshape(-1, 2)
-    memory = np.zeros((count, 2 + found.placed.shape[1] + many))
+    memory = np.zeros((count, 3 + 2 * found.placed.shape[1] + many))
     memory[:, 0] = UNKNOWN
-    numbers = (found.placed, found.frame, found.rows, found.radius, found.weights, np.concatenate([found.law, found.power]))
+    numbers = (
+        found.placed,
+        found.frame,
+        found.rows,
+        found.beside,
+        found.radius,
+        found.weights,
+        np.concatenate([found.law, found.power]),
+    )
     arrays = [np.ascontiguousarray(part) for part in (found.sizes, found.heights, *numbers)]
     record = ContactRecord._make((found.shape, *arrays, found.share, *place))
     routines = ForceRoutines(push, slopes, accept, store, judge)

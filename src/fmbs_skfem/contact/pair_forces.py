@@ -18,6 +18,7 @@ from .curves import correction, find_chord, piece, shares, trace
 from .law import STEP, UNKNOWN, E, K, harden, stored
 from .nearness import WAYS, ahead, is_active, read
 from .pairs import (
+    DEEPEST,
     NODE,
     ROOM,
     BeamContacts,
@@ -34,6 +35,7 @@ from .pairs import (
     share_out,
     weigh,
 )
+from .passing import DEEP, GRAZED, LEAST, cosine_across, goes_through, lay_across, make_unit
 
 SAME = 1e-9  #: distance in p and q of places that are one
 
@@ -164,7 +166,7 @@ def accept(table: Any, record: Any) -> int:
         s.room[ways + 2], s.room[ways + 3] = find_ways(table, F, second, F.others)
     within = extents(F, y)
     for k in range(len(F.spans) + 1):
-        first, seen, N, met = F.memory + many + NODE * k, F.room + k, 0.0, (-1.0, -1.0)
+        first, seen, N, met, deep = F.memory + many + NODE * k, F.room + k, 0.0, (-1.0, -1.0), 0.0
         last = s.memory[first : first + NODE]
         if s.room[seen] > way:
             s.room[seen] -= way
@@ -178,7 +180,10 @@ def accept(table: Any, record: Any) -> int:
                 read_rates(table, F, pieces(F, p, q), v)
                 follow(F, v, before, p, q, w)
                 N = press(F, k, before, last, p, q, w, out)
-        last[4], last[5] = met
+                deep = max(last[DEEPEST], -gap)
+                for c in range(dim):
+                    last[DEEPEST + 1 + c] = w[6, c] if last[DEEPEST] == 0.0 else last[DEEPEST + 1 + c]
+        last[4], last[5], last[DEEPEST] = met[0], met[1], deep
         for i in range(2):
             last[2 + i] = w[12, i] if N > 0.0 else 0.0
         last[0], last[1] = max(N, 0.0), 1.0 if N <= 0.0 else last[1]
@@ -210,6 +215,9 @@ def judge(table: Any, record: Any) -> int:
                 s.impulse[0] = np.inf
                 return 0
             find(F, k, y, within, w)
+        if F.along and last[DEEPEST] > 0.0 and 0.0 <= gap < np.inf and came_through(F, k, w, last, before):
+            s.impulse[0] = np.inf
+            return 0
         if gap < 0.0:
             read_rates(table, F, pieces(F, p, q), v)
             follow(F, v, before, p, q, w)
@@ -227,14 +235,56 @@ def loose(F: Any, held: tuple[bool, bool]) -> bool:
 
 @jit
 def crossed(F: Any, k: int, w: np.ndarray, before: np.ndarray) -> bool:
-    """Whether the closest points in w[0:6] of a node are on other sides than those with the rows `before`; w[0:6] become these."""
-    dim, along, d = F.dim, 0.0, np.empty(3)
-    for c in range(dim):
-        d[c] = w[0, c] - w[3, c]
+    """Whether the closest points in w[0:6] of a node are on other sides than those with the rows `before`; w[0:6] become these.
+
+    Nodes of beams along one another go around these as well: they have crossed where the straight way between both states does.
+    """
+    dim, reach, d, tangents = F.dim, F.radii[0] + F.radii[1], np.zeros((2, 3)), np.zeros((2, 3))
+    read_normal(w, d[1], tangents, dim)
     gap, _, _, held = find(F, k, before, (extents(F, before)[0], np.inf), w)
+    if not gap < np.inf or loose(F, held):
+        return False
+    read_normal(w, d[0], tangents, dim)
+    along, squares, ways, near, square = 0.0, 0.0, 0.0, 0.0, 0.0
     for c in range(dim):
-        along += d[c] * (w[0, c] - w[3, c])
-    return along < 0.0 and gap < np.inf and not loose(F, held)
+        square += d[1, c] * d[1, c]
+        along += d[0, c] * d[1, c]
+        ways += d[0, c] * (d[0, c] - d[1, c])
+        squares += (d[0, c] - d[1, c]) ** 2
+    if not F.along:
+        return along < 0.0
+    t = min(max(ways / squares, 0.0), 1.0) if squares > 0.0 else 0.0
+    for c in range(dim):
+        near += (d[0, c] + t * (d[1, c] - d[0, c])) ** 2
+    # what grazes cuts off a nanometre: of ways from outside to outside only those count that turn the normal
+    least = GRAZED if gap >= 0.0 and square >= reach * reach else 0.0
+    if near >= reach * reach or not (make_unit(d[0], 0.0) and make_unit(d[1], 0.0)):
+        return False
+    return cosine_across(d[0], d[1], tangents, 2) < least
+
+
+@jit
+def read_normal(w: np.ndarray, d: np.ndarray, tangents: np.ndarray, dim: int) -> None:
+    """d (c,) = the way between the closest points in w[0:6], tangents (2, c) = those of both beams, B first."""
+    for c in range(dim):
+        d[c], tangents[0, c], tangents[1, c] = w[0, c] - w[3, c], w[4, c], w[1, c]
+
+
+@jit
+def came_through(F: Any, k: int, w: np.ndarray, last: np.ndarray, before: np.ndarray) -> bool:
+    """Whether a node whose closest points in w[0:6] do not touch any more has gone through the other beam since it came in."""
+    dim, reach, d, tangents = F.dim, F.radii[0] + F.radii[1], np.zeros((2, 3)), np.zeros((2, 3))
+    if last[DEEPEST] < DEEP * reach:
+        return False
+    n0, v = np.zeros(3), np.zeros(3)
+    second = 2 * dim * (len(F.spans) + 1)
+    read_normal(w, d[1], tangents, dim)
+    trace(before, 0, F.spans, last[4], 1, dim, w, 7)
+    trace(before, second, F.others, last[5], 1, dim, w, 8)
+    for c in range(dim):
+        n0[c], v[c] = last[DEEPEST + 1 + c], d[1, c] - (w[7, c] - w[8, c])
+    sided = make_unit(d[1], 0.0) and lay_across(n0, d[1], tangents, 2)
+    return sided and goes_through(n0, d[1], v, last[DEEPEST], reach, LEAST)
 
 
 @routine

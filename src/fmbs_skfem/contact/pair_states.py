@@ -10,7 +10,7 @@ from ..core.compiling.structs import Cube, Matrix, opener, routine
 from ..systems.forces.on_rows import Place
 from .curves import longest
 from .law import UNKNOWN, size
-from .pairs import ROOM, BeamContacts, PairsRecord, away, find, follow, press, record_of
+from .pairs import NODE, ROOM, BeamContacts, PairsRecord, away, find, follow, press, record_of
 
 
 @routine
@@ -18,7 +18,8 @@ def measure(table: Any, _: Any) -> int:
     """out (s, t, 3 + c) = gap, normal force, speed of sliding, normal of all nodes for samples of y and y' (s, f)."""
     S = samples_of(table)
     F, dim = S.record, S.record.dim
-    new, w, forces_there = np.array([UNKNOWN, 1.0, 0.0, 0.0, -1.0, -1.0]), np.zeros((ROOM, 3)), np.empty(8 * dim)
+    new, w, forces_there = np.zeros(NODE), np.zeros((ROOM, 3)), np.empty(8 * dim)
+    new[0], new[1], new[4], new[5] = UNKNOWN, 1.0, -1.0, -1.0
     for i in range(len(S.y)):
         far = longest(S.y[i], 2 * dim * (len(F.spans) + 1), len(F.others), dim)
         for k in range(len(F.spans) + 1):

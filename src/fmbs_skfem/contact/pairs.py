@@ -16,9 +16,10 @@ Every node of A meets B at one place, the nearest one. Where B is the same beam,
 node, so that every pair of places meets once; where that is a limit which is no end of the beam, nothing meets.
 
 The memory holds the rows, and of a node the last normal force, whether it was ever free, the bristle along n x t_B x n and n x
-t_B, and where it met. Where no node can have come near since the last accepted state, no row is read. Derivatives are those of a
-complex step through one correction of the closest points, exact to round-off. Forces depend on the rows by d, A_p and B_q alone:
-their derivatives are of rank 3 c, on the rows of two pieces.
+t_B, where it met, and, where all nodes touch, how deep it has been since it came in with which normal. Where no node can have come
+near since the last accepted state, no row is read. Derivatives are those of a complex step through one correction of the closest
+points, exact to round-off. Forces depend on the rows by d, A_p and B_q alone: their derivatives are of rank 3 c, on the rows of two
+pieces.
 
 Sources: Wriggers and Zavarise, Commun. Numer. Methods Eng. 13 (1997) 429-438,
 doi 10.1002/(SICI)1099-0887(199706)13:6<429::AID-CNM70>3.0.CO;2-X (closest points of beams); Zavarise and Wriggers, Int. J. Numer.
@@ -43,7 +44,8 @@ from ..systems.forces.on_rows import Place
 from .curves import bulge, find_chord, longest, meet_curves, piece, shares, trace
 from .law import BEFORE, MU, Scalar, normal_force, require_law, resist, size
 
-NODE = 6  #: numbers of a node in the memory: normal force, whether it was ever free, bristle, p and q
+NODE = 10  #: numbers of a node in the memory: normal force, whether it was ever free, bristle, p and q, how deep it is, n0
+DEEPEST = 6  #: how deep a node has been since it came in; behind it stands the normal there (`contact_passing`)
 ROOM = 29  #: vectors of work
 
 

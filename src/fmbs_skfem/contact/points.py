@@ -33,6 +33,7 @@ class Touching:
     radius: np.ndarray  #: (t,) [m]
     mass: float  #: of the body [kg]
     shares: np.ndarray  #: (t,) of the length or area of the body, none of places
+    beside: np.ndarray  #: (t, b) pairs of points on tangents of the body: none of places, one of lines, two of surfaces
 
 
 def find_points(
@@ -53,7 +54,7 @@ def find_points(
     layout = draft.layout
     part = layout.body(name, At(str(body)) if at is None else at)
     thin = part.space is None or (layout.dim == 2 and isinstance(part.space, Surface))
-    half, shares = (0.0 if thin else part.radius) if radius is None else radius, np.zeros(0)
+    half, shares, beside = (0.0 if thin else part.radius) if radius is None else radius, np.zeros(0), None
     changes = radius is None and part.profile is not None and part.profile.degree > 0
     tapers, along = part.profile if changes else None, np.zeros(0)
     if at is not None or part.space is None:
@@ -67,20 +68,22 @@ def find_points(
             widest, cells = gap_of_surface(part, part.space, thin)
             most = tuple(int((many / cells) ** (1.0 if thin else 0.5)) for many in (ENOUGH, LIMIT))
             parts = enough(name, count, SIDE, widest, (round_as[0] + half, round_as[1] + half), most)
-            functions, shares = once(*(edge_points if thin else surface_points)(part, part.space, parts))
+            functions, shares, beside = once(*(edge_points if thin else surface_points)(part, part.space, parts))
             read = layout.spread(part, functions)
         else:
             least = half if tapers is None else float(tapers.radius.min())
             met = min(round_as) + least  # edges come in between points of beams no deeper than what is round does
             along = line_points(name, part, count, (met, met or round_as[1]))
             read, shares = line_rows(layout, part, along, half > 0.0, rubs), line_shares(part, along)
+            beside = neighbours(np.arange(len(along)), len(along) - 1)
         found = len(shares)
     read = csr_array(read)
     rows = draft.probes.add(read) + np.arange(read.shape[0]).reshape(found, -1)
     reference = np.concatenate([one.reference.ravel() for one in layout.bodies.values()])
     radii = np.full(found, half) if tapers is None else tapers.radii(along)
     places_there = (read @ reference).reshape(found, -1)[:, : layout.dim]
-    return Touching(part.name, rows.astype(np.int64), places_there, radii, part.total_mass, shares)
+    beside = np.zeros((found, 0), np.int64) if beside is None else beside.astype(np.int64)
+    return Touching(part.name, rows.astype(np.int64), places_there, radii, part.total_mass, shares, beside)
 
 
 def line_points(name: str, part: Body, count: int | None, met: tuple[float, float]) -> np.ndarray:
@@ -149,8 +152,16 @@ def line_rows(layout: Coordinates, part: Body, xi: np.ndarray, thick: bool, rubs
     return csr_array(csr_array(vstack(read))[np.arange(np.prod(shape)).reshape(shape).swapaxes(0, 1).ravel()])
 
 
-def edge_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, np.ndarray]:
-    """Rows (x, b) of points that divide the sides on the boundary of a planar plate into `count` parts, and their lengths (x,)."""
+def neighbours(i: np.ndarray, last: np.ndarray | int) -> np.ndarray:
+    """Numbers (x, 2) before and behind those of points i (x,) on a line from 0 to `last`."""
+    return np.stack(np.broadcast_arrays(np.maximum(i - 1, 0), np.minimum(i + 1, last)), axis=-1)
+
+
+def edge_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, np.ndarray, np.ndarray]:
+    """Points that divide the sides on the boundary of a planar plate into `count` parts, for `once`.
+
+    Rows (x, b), lengths (x,), and numbers (x, 2) of points beside each on its side.
+    """
     sides, s = surface.free_sides(shape), np.linspace(0.0, 1.0, count + 1)
     cell, side = np.repeat(sides, len(s), axis=0).T
     xi = surface.side_points(shape.parent, side, np.tile(s, len(sides)))
@@ -159,30 +170,50 @@ def edge_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, np.n
     along = surface.along(shape, first, second, side)
     tangents = along[:, :1] * first + along[:, 1:] * second
     parts = np.pad(np.full(count - 1, 2.0), 1, constant_values=1.0)
-    return rows, np.tile(parts, len(sides)) * np.linalg.norm(tangents, axis=1)
+    beside = len(s) * np.arange(len(sides))[:, None, None] + neighbours(np.arange(len(s)), count)
+    return rows, np.tile(parts, len(sides)) * np.linalg.norm(tangents, axis=1), beside.reshape(-1, 2)
 
 
-def surface_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, np.ndarray]:
-    """Rows (x, b) of points that divide every cell of a surface into `count` parts a side, and their areas (x,)."""
+def surface_points(part: Body, shape: Surface, count: int) -> tuple[csr_array, np.ndarray, np.ndarray]:
+    """Points that divide every cell of a surface into `count` parts a side, for `once`.
+
+    Rows (x, b), areas (x,), and numbers (x, 4) of points beside each in its cell along two directions.
+    """
     i, j = np.indices((count + 1, count + 1)).reshape(2, -1)
     if shape.parent is surface.Parent.SQUARE:
         parts = np.where(i % count == 0, 1.0, 2.0) * np.where(j % count == 0, 1.0, 2.0)
     else:
         i, j = np.array([i, j])[:, i + j <= count]
         parts = np.array([6.0, 3.0, 1.0])[(i == 0) * 1 + (j == 0) * 1 + (i + j == count) * 1]
-    cells = np.arange(len(shape.nodes))
+    cells, number = np.arange(len(shape.nodes)), np.zeros((count + 1, count + 1), np.int64)
+    number[i, j] = np.arange(len(i))
+    last = (count - j, count - i) if shape.parent is surface.Parent.TRIANGLE else (count, count)
+    one, other = neighbours(i, last[0]), neighbours(j, last[1])
+    beside = np.column_stack([number[one, j[:, None]], number[i[:, None], other]])
+    # at two vertices of a triangle a direction has no point but that itself: the third side takes its place
+    for k, (p, q) in ((0, (1, count - 1)), (2, (count - 1, 1))):
+        alone = beside[:, k] == beside[:, k + 1]
+        beside[alone, k] = number[p, q]
     xi = np.tile(np.column_stack([i, j]) / count, (len(cells), 1))
     rows, a, b = (own(part, surface.sample(shape, np.repeat(cells, len(i)), xi, k)) for k in range(3))
     normals = np.cross(a @ part.reference, b @ part.reference)
-    return rows, np.tile(parts, len(cells)) * np.linalg.norm(normals, axis=1)
+    whole = (len(i) * cells[:, None, None] + beside).reshape(-1, 4)
+    return rows, np.tile(parts, len(cells)) * np.linalg.norm(normals, axis=1), whole
 
 
-def once(rows: csr_array, sizes: np.ndarray) -> tuple[csr_array, np.ndarray]:
-    """Rows (x, b) of points, each once, and their shares (x,) in all sizes."""
-    marks = np.round(rows @ np.random.default_rng(0).random((rows.shape[1], 2)) / SAME).astype(np.int64)
-    _, first, number = np.unique(marks, axis=0, return_index=True, return_inverse=True)
-    shares = np.bincount(number.ravel(), sizes)
-    return csr_array(rows[first]), shares / shares.sum()
+def once(rows: csr_array, sizes: np.ndarray, beside: np.ndarray) -> tuple[csr_array, np.ndarray, np.ndarray]:
+    """Rows (x, b) of points, each once, their shares (x,) in all sizes, and the numbers (x, k) of those beside."""
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    # by distance, not by rounding: cells on both sides of a border give numbers that differ by round-off
+    marks = rows @ np.random.default_rng(0).random((rows.shape[1], 2))
+    pairs = cKDTree(marks).query_pairs(SAME, output_type="ndarray")
+    alike = csr_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(marks), len(marks)))
+    number = connected_components(alike, directed=False)[1]
+    first = np.unique(number, return_index=True)[1]
+    shares = np.bincount(number, sizes)
+    return csr_array(rows[first]), shares / shares.sum(), number[beside[first]]
 
 
 def axes_of(name: str, draft: Draft, place: At) -> list[csr_array]:

@@ -19,6 +19,7 @@ MODULES = (
     "contact/pair_forces.py",
     "contact/pair_states.py",
     "contact/pairs.py",
+    "contact/passing.py",
     "contact/shapes.py",
     "contact/slip.py",
     "core/algebra/direct.py",
