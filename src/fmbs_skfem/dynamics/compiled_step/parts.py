@@ -28,10 +28,9 @@ from ...core.compiling.jit import jit
 from ...core.compiling.structs import invoke, routine
 from ...systems import kernels
 from . import rotated
-from .step import HALVED, STEPS, Levels, Method, State, opened, opened_kept, opened_state
-from .stepping import COARSE, DONE, NOT_FINITE, STOPPED, TOO_LONG, add_known
+from .step import HALVED, LEAP, LENGTH, LEVEL, NUMBERS, STEPS, TAKEN, Levels, Method, State, opened, opened_kept, opened_state
+from .stepping import COARSE, DONE, NOT_FINITE, STOPPED, TOO_LONG, TOUCHES, add_known
 
-NUMBERS, TAKEN, LEAP, LENGTH, LEVEL = range(5)  #: places in `Levels.found`
 # a rolling hoop and a gripper take as many steps at 0.2 and at 0.7
 ROOM = 0.35  #: of the error that a step may have, up to which the next one is taken in half as many parts
 FINEST = 5  #: halvings by the error of a step
@@ -67,7 +66,7 @@ def control(table: Any) -> int:
         status, levels.found[LEVEL] = COARSE, 0
         if parts == 0:
             status = invoke(S.doors.take, table, job.done[0])
-        if status != DONE:
+        if status != DONE and status != TOUCHES:
             status = take_divided(table, status, max(1, parts))
         if status != DONE:
             return status
@@ -146,8 +145,8 @@ def take_divided(table: Any, status: int, first: int) -> int:
         # every trial begins with the same state, whatever the one before has left
         copy_state(levels, True)
         job.done[1] = leapt
-        if status == STOPPED:
-            return STOPPED
+        if status in (STOPPED, TOUCHES):
+            return int(status)
         touching = touching or status == TOO_LONG
     return int(status)
 
