@@ -221,6 +221,16 @@ def test_a_damped_stop_is_met_where_it_is() -> None:
     assert np.ptp(heights) < 1e-4
 
 
+@pytest.mark.parametrize("rho_inf", [0.5, 0.8, 1.0])
+def test_a_hard_stop_wins_and_loses_nothing(rho_inf: float) -> None:
+    """1e6 N/m, half a swing of which takes about one step of 2.75 ms: accelerations begin anew behind it, whatever the method."""
+    stop = Stop("f", BALL, (0.0, 0.0), 1e6, 0.0, 0.0, (0.0, 1.0))
+    motion, found = run(ball(2, stop, loads.Gravity((0.0, -G)), at=(0.0, 0.3, 0.0)), 2.75e-3, 0.9, rho_inf)
+    # before the first bounce, behind it and behind the second one
+    assert_allclose(found["E_balance"], found["E_balance"][0], atol=5e-4 * G * 0.3)
+    assert motion.x[-1, 1] == pytest.approx(fall(1e6, 0.0, motion.times[-1]), abs=5e-4)
+
+
 def test_a_rope_that_snaps_taut_in_coarse_steps_loses_nothing() -> None:
     """A mass of 1 kg falls 1 m onto its rope of 1e4 N/m, half a swing of which takes six steps."""
     rope = Rope("rope", BALL, (0.0, 0.0), 1e4, length=1.0)

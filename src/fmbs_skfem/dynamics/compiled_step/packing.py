@@ -6,6 +6,7 @@ and rows of the trajectory, and for what events leave of a step the method of an
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -52,11 +53,11 @@ class PackedStep:
         done = self.step.job.done
         done[0] = 0
         while (status := self.call(stepping.advance)) != stepping.DONE:
-            if status == stepping.TOUCHES:
-                status = self.take_touching()
-            elif self.lengths is None:
+            if status != stepping.TOUCHES and self.lengths is None:
                 status = self.divide(status)
-                status = self.take_touching() if status == stepping.TOUCHES else status
+            # of what fails as well: an iteration finds no solution where a damped force jumps
+            if status not in (stepping.DONE, stepping.STOPPED) and self.step.method.locating:
+                status = self.take_touching()
             if status != stepping.DONE:
                 return status
             if rows[done[0]] >= 0:
@@ -77,11 +78,20 @@ class PackedStep:
         status = self.try_span(begin, span)
         return touching.take(self, begin, span) if status == stepping.TOUCHES else status
 
-    def try_span(self, begin: float, span: float) -> int:
-        """The same, or TOUCHES where something touches in it."""
+    def try_span(self, begin: float, span: float, halvings: int = 0) -> int:
+        """The same, in so many halvings or more, or TOUCHES where something touches in it."""
         self.begin, self.span, self.number, self.step.job.done[0] = begin, span, None, 0
         self.set_span(span)
-        return self.divide(stepping.DONE)
+        # halvings of a state are those of whole steps
+        parts = self.step.state.parts
+        before, shorter = int(parts[0]), max(0, math.floor(math.log2(self.step.method.h / span)))
+        parts[0] = max(before - shorter if self.step.method.local else 0, min(halvings, HALVINGS - 1))
+        status = self.divide(stepping.DONE)
+        if status != stepping.DONE:
+            parts[0] = before
+        elif parts[0] > 0:
+            parts[0] = min(parts[0] + shorter, HALVINGS - 1)
+        return status
 
     def locate(self, wanted: bool) -> None:
         """Whether steps end where something touches in them."""

@@ -287,6 +287,13 @@ def find_touch(table: Any, _: Any) -> int:
 @jit
 def change_ahead(table: Any, span: float) -> float:
     """The change by forces that have begun or ended where the accepted state is after a span [s], with the accelerations it has."""
+    look_ahead(table, span)
+    return opened(table).space.impulse[1]
+
+
+@jit
+def look_ahead(table: Any, span: float) -> None:
+    """The impulse where the accepted state is after a span [s], with the accelerations it has."""
     S = opened(table)
     s, t = S.state, S.space
     for i in range(len(s.x)):
@@ -294,7 +301,6 @@ def change_ahead(table: Any, span: float) -> float:
         t.v[i] = s.v[i] + span * s.acceleration[i]
     kernels.copy(s.memory, t.memory)
     evaluation.find_impulse(table)
-    return t.impulse[1]
 
 
 @jit
