@@ -231,6 +231,14 @@ def test_a_hard_stop_wins_and_loses_nothing(rho_inf: float) -> None:
     assert motion.x[-1, 1] == pytest.approx(fall(1e6, 0.0, motion.times[-1]), abs=5e-4)
 
 
+@pytest.mark.parametrize("late", [-1e-3, -1e-9, 0.0, 1e-16, 1e-9, 1e-3])
+def test_a_stop_is_met_at_the_end_of_a_step(late: float) -> None:
+    """Or by a part of one earlier or later; half a swing behind it the ball leaves with its speed."""
+    stop = Stop("s", BALL, (0.0, 0.0), 1e3, direction=(1.0, 0.0))
+    motion, _ = run(ball(2, stop, at=(0.5 + 0.01 * late, 0.0, 0.0), speed=(-1.0, 0.0, 0.0)), 0.01, 1.0)
+    assert motion.x[-1, 0] == pytest.approx(0.5 - 0.01 * late - np.pi / np.sqrt(1e3), abs=2e-5)
+
+
 def test_a_rope_that_snaps_taut_in_coarse_steps_loses_nothing() -> None:
     """A mass of 1 kg falls 1 m onto its rope of 1e4 N/m, half a swing of which takes six steps."""
     rope = Rope("rope", BALL, (0.0, 0.0), 1e4, length=1.0)

@@ -81,6 +81,10 @@ def take_in_pieces(packed: PackedStep, begin: float, span: float) -> int:
                 go_by_series(packed, begin + done, beyond)
                 jump(packed, begin + done + beyond)
                 done, touches = done + beyond, touches + 1
+                # as at the end of a step, where nothing is left of it
+                if (rest := span - done) <= short:
+                    go_by_series(packed, begin + done, max(rest, 0.0))
+                    return stepping.DONE
                 break
             gone = approach(packed, begin + done, way or 0.5 * (end - done), part)
             done += gone
