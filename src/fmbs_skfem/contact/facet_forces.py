@@ -9,7 +9,7 @@ import numpy as np
 from ..core.compiling.jit import jit
 from ..core.compiling.structs import Cube, Matrix, opener, routine
 from ..systems import kernels
-from ..systems.evaluation import evaluation
+from ..systems.evaluation import add_change, evaluation
 from ..systems.forces import on_rows as forces
 from ..systems.forces.low_rank import Size
 from ..systems.forces.on_rows import Force, ForceRoutines, Place
@@ -253,7 +253,7 @@ def judge(table: Any, record: Any) -> int:
         if gap < 0.0:
             N = press_on(table, F, k, f, held, beyond, v, w, W, out)
         if last[1] > 0.0:
-            s.impulse[0] += abs(N - max(last[0], 0.0)) * F.share
+            add_change(s, N, last[0], F.share)
     return 0
 
 

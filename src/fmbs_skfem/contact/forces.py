@@ -23,7 +23,7 @@ from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from ..core.storage.validation import Indices, Number, Reals, Sizes, also, require
 from ..systems import kernels
-from ..systems.evaluation import evaluation
+from ..systems.evaluation import add_change, evaluation
 from ..systems.forces import on_rows as forces
 from ..systems.forces.on_rows import Force, ForceRoutines, Place
 from ..systems.forces.one_sided import ramp
@@ -345,7 +345,7 @@ def judge(table: Any, record: Any) -> int:
             if touches:
                 recall(F, k, last, w)
                 N = press(F, k, y, v, last, w, out)
-            s.impulse[0] += abs(N - max(last[0], 0.0)) * F.share
+            add_change(s, N, last[0], F.share)
         elif not touches and last[0] == 0.0 and not is_inactive(s, F, k, moved) and passed(table, F, k, last[2 + dim :], y, w):
             s.impulse[0] = np.inf
     return 0
@@ -399,4 +399,6 @@ def _(found: ContactForces, place: Place) -> Force:
     record = ContactRecord._make((found.shape, *arrays, found.share, *place))
     routines = ForceRoutines(push, slopes, accept, store, judge)
     room, alone, skew = SEEN * count + len(found.frame), found.rows.ravel(), bool(found.law[MU] > 0.0)
-    return Force(record, routines, "contact", pairs, memory.ravel(), damped=True, skew=skew, room=room, alone=alone)
+    single = 1 if count == 1 else 0
+    more: dict[str, Any] = {"damped": True, "skew": skew, "room": room, "alone": alone, "places": single}
+    return Force(record, routines, "contact", pairs, memory.ravel(), **more)

@@ -9,7 +9,7 @@ import numpy as np
 from ..core.compiling.jit import jit
 from ..core.compiling.structs import routine
 from ..systems import kernels
-from ..systems.evaluation import evaluation
+from ..systems.evaluation import add_change, evaluation
 from ..systems.forces import on_rows as forces
 from ..systems.forces.low_rank import Size
 from ..systems.forces.on_rows import Force, ForceRoutines, Place
@@ -223,7 +223,7 @@ def judge(table: Any, record: Any) -> int:
             follow(F, v, before, p, q, w)
             N = press(F, k, before, last, p, q, w, out)
         if last[1] > 0.0:
-            s.impulse[0] += abs(N - max(last[0], 0.0)) * F.share
+            add_change(s, N, last[0], F.share)
     return 0
 
 

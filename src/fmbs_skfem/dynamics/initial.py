@@ -423,6 +423,7 @@ def first_step(model: Compiled, start: Start, method: Method, stored: int, memor
         work=np.zeros(stored),
         counters=np.zeros(4, np.int64),
         done=np.zeros(2, np.int64),
+        touch=np.zeros(2),
     )
     none = np.zeros(0, np.int64)
     space, state = compilation.space(model), first_state(model, start, method.c, memory)

@@ -19,10 +19,10 @@ from .checkpoint import Record, Resumed
 from .compiled_step import stepping
 from .compiled_step.jumps import jumps_of_loads
 from .compiled_step.large import Large
-from .compiled_step.packing import HALVINGS
 from .compiled_step.pieces import Unreached, take_piece
 from .compiled_step.single_steps import SingleSteps
 from .compiled_step.step import STEPS
+from .compiled_step.touching import HALVINGS
 from .dividing import retry_filtered
 from .histories import leading_values, signals_of_steps
 from .initial import Instant, Start, consistent_start, first_step, startable

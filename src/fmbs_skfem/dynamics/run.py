@@ -21,8 +21,9 @@ from .checkpoint import Checkpoint, Resumed, Rows, RunState
 from .compiled_step import stepping
 from .compiled_step.jumps import Jumps
 from .compiled_step.large import Large
-from .compiled_step.packing import HALVINGS, PackedStep
+from .compiled_step.packing import PackedStep
 from .compiled_step.step import Step
+from .compiled_step.touching import HALVINGS
 from .measuring import Meter, motion_of
 from .observers import Observer, Source
 from .scheme import GeneralizedAlpha, Newton, method_of

@@ -19,7 +19,7 @@ from ..systems.compiled import Compiled
 from ..systems.lengths import DIGITS
 from ..systems.system import System
 from ..systems.terms import elastic as terms
-from .compiled_step.step import Method
+from .compiled_step.step import LEAST, Method
 
 WHOLE = 1e-6  #: part of a duration by which whole steps may miss it: round-off
 # double pendulums, full and in 30 modes, in steps of 0.05 to 1 ms: two corrections leave less, so that half, twice and none of it
@@ -38,6 +38,9 @@ DYNAMIC, STATIC = 2e-12, 1e-10  #: default tolerances: errors of steps add up, t
 # the spectral radius of guess, iteration and step is 1 + 6e-6 at most with it, 1 + 1e-4 with twice and 1.02 with three times of it,
 # for rho_inf from 0 to 0.95; with four times of it single spin-ups (8 cells, 4500 to 4800 steps) err by 2e-7 to 8e-6 m for 1e-11
 SHARE = 0.0055  #: part of the error of a guess that an iteration may leave, over (1 - rho_inf)^2
+FALLING = 16.0  #: parts of a step up to which a touch is resolved the better the shorter the step is
+# each may begin by itself, in a step that ends there: many that do so in every step would cost more than they are worth
+FEW_PLACES = 16  #: places that may touch, in whose impacts errors fall with the step
 Solver: TypeAlias = Literal["own", "pardiso"]
 Start: TypeAlias = Literal["reference", "equilibrium"]  #: where a motion does so
 
@@ -147,9 +150,17 @@ def method_of(scheme: GeneralizedAlpha, newton: Newton, h: float, model: Compile
     below the tolerance. Where they cost ten, those of reduced and of large models, LAZY is faster.
     """
     method = method_for(scheme, newton, h, model.system, model.arrays.dense)
+    if touches_in_few_places(model):
+        method = method._replace(allowed=float(allowed_change(h, h)), locating=True)
     if model.pattern is None:
         return method
     return method._replace(trusting=True, slow=LAZY if newton.slow is None else newton.slow)
+
+
+def touches_in_few_places(model: Compiled) -> bool:
+    """Whether forces that begin and end are few, at single places: ropes, stops, and contacts of single points."""
+    places = [one.places for one in model.forces if one.routines.judge is not None]
+    return len(places) > 0 and all(place > 0 for place in places) and sum(places) <= FEW_PLACES
 
 
 def method_for(scheme: GeneralizedAlpha, newton: Newton, h: float, system: System, dense: bool) -> Method:
@@ -159,7 +170,8 @@ def method_for(scheme: GeneralizedAlpha, newton: Newton, h: float, system: Syste
     control = newton.tolerance * system.scale, newton.iterations, slow, round_off(system)
     left = 0.0, largest_share(scheme), DYNAMIC * system.scale
     whole = False, scheme.local_error * system.scale
-    return of_length(Method(0.0, am, af, gamma, beta, 0.0, 0.0, 0.0, *control, *left, True, True, *whole), h)
+    touching = 1.0, False
+    return of_length(Method(0.0, am, af, gamma, beta, 0.0, 0.0, 0.0, *control, *left, True, True, *whole, *touching), h)
 
 
 def largest_share(scheme: GeneralizedAlpha) -> float:
@@ -180,8 +192,20 @@ def largest_share(scheme: GeneralizedAlpha) -> float:
     return SHARE * max(0.0, 1.0 - radius) ** 2
 
 
-def of_length(method: Method, h: float) -> Method:
-    """The method with the coefficients of another step h [s]."""
+def allowed_change(h: Any, whole: float) -> Any:
+    """Change of speed by forces that begin or end in a step h [s], over the one that they allow, in a run with steps H [s].
+
+        min(1, max(1 / 2048, (H / 16 h)^4))
+
+    A vibration of frequency w on what is touched is resolved by min(r, r^(1/3) (w H / 16)^(2/3)) rad a step, r the resolution, so
+    that its error falls with H, faster than H: lengths are powers of two, and with H itself every second one could be as long as
+    the one before. What is below 1 / 2048, 0.001 rad, stands.
+    """
+    return np.clip((whole / (FALLING * h)) ** 4, LEAST, 1.0)
+
+
+def of_length(method: Method, h: Any) -> Method:
+    """The method with the coefficients of another step h [s], or of several (t,)."""
     c = h**2 * method.beta
     bh, gh = (1 - method.am) / (c * (1 - method.af)), method.gamma / (h * method.beta)
     return method._replace(h=h, bh=bh, gh=gh, c=c, sharp=SHARP * c)

@@ -25,7 +25,7 @@ from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.inputs import Input
 from ..dynamics import initial, rest, scheme
-from ..dynamics.compiled_step import jumps, packing, settling, stepping
+from ..dynamics.compiled_step import jumps, settling, stepping, touching
 from ..reduction.affine import ParametricCase
 from ..reduction.cases import Case
 from ..systems import compiled
@@ -300,7 +300,7 @@ def hooks(whole: Piece, elastic: int) -> str:
 
 def stepped() -> str:
     """The time step; a step that fails is divided as that of `dynamics` is."""
-    trials = ", ".join(f"{{{halvings}, {int(judging)}}}" for halvings, judging in packing.TRIALS[1:])
+    trials = ", ".join(f"{{{halvings}, {int(judging)}}}" for halvings, judging in touching.TRIALS[1:])
     return template("step.c").replace("PARTS_OF_TRIALS", trials)
 
 
@@ -334,7 +334,7 @@ def controls(
         "SECANTS": secants_of(system), "ITERATIONS": method.iterations, "PATIENT": stepping.PATIENT,
         "HELD": stepping.HELD if whole.holds else 0,
         "MANY": stepping.MANY,
-        "TRIALS": len(packing.TRIALS) - 1,
+        "TRIALS": len(touching.TRIALS) - 1,
         "SMOOTH": int(frame.smooth), "STEADY": int(steady), "READS_RATES": int(frame.damped),
         "HAS_DAMPING": int(as_dense(system.damping).any()), "HAS_SPRINGS": int(as_dense(system.stiffness).any()),
         "FILTERED": int(initial.is_filtered(system)), "TURNING": 0 if turn is None else len(turn.table),

@@ -122,7 +122,7 @@ def space(model: Compiled) -> Space:
         c=np.ones(1),
         gh=np.zeros(1),
         energy=np.zeros(1),
-        impulse=np.zeros(1),
+        impulse=np.zeros(2),
         f=rhs[0, :n],
         rhs=rhs,
         W=W,

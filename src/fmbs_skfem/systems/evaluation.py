@@ -116,7 +116,7 @@ class Space(NamedTuple):
     c: Vector  #: (1,) factor of forces
     gh: Vector  #: (1,) factor of damping in W
     energy: Vector  #: (1,) [J]
-    impulse: Vector  #: (1,) changes of speed by forces that begin and end, a second of a step, over those allowed [m/s2]
+    impulse: Vector  #: (2,) changes of speed by forces, a second of a step, over those allowed; of those that began or ended [m/s2]
     f: Vector  #: (n,) forces, the front of `rhs`
     rhs: Matrix  #: (1, n + m) residual
     W: Matrix
@@ -333,12 +333,22 @@ def find_impulse(table: Any) -> float:
     It is that of the state of the space, before `take_over`; 0 where no force judges.
     """
     E = evaluation(table)
-    E.space.impulse[0] = 0.0
+    kernels.clear(E.space.impulse)
     # contacts, stops and ropes alone begin and end
     if len(E.arrays.forces.judged) > 0:
         read_probes(table)
         invoke_all(E.arrays.forces.judge, E.arrays.forces.judged, table)
     return E.space.impulse[0]
+
+
+@jit
+def add_change(s: Space, force: float, last: float, share: float) -> None:
+    """impulse += the change of a force since the last accepted state, whose force was `last`; apart where it has begun or ended."""
+    change = abs(force - max(last, 0.0)) * share
+    s.impulse[0] += change
+    # both, or what is lost where forces begin is not what is won where they end: a ball between walls would gain 1e-4 at each
+    if (last > 0.0) != (force > 0.0):
+        s.impulse[1] += change
 
 
 @routine

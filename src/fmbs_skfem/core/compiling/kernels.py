@@ -45,6 +45,7 @@ MODULES = (
     "dynamics/compiled_step/single_steps.py",
     "dynamics/compiled_step/step.py",
     "dynamics/compiled_step/stepping.py",
+    "dynamics/compiled_step/touching.py",
     "dynamics/compiled_step/woodbury.py",
     "dynamics/diagnoses/replay.py",
     "dynamics/outputs.py",

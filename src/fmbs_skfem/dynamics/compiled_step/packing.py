@@ -6,6 +6,7 @@ and rows of the trajectory, and for what events leave of a step the method of an
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,15 +17,12 @@ from ...core.notices import notify
 from ...systems.compiled import Compiled
 from ...systems.system import driven_rows
 from ..histories import leading_signals
-from ..scheme import of_length
-from . import parts, stepping
+from ..scheme import allowed_change, of_length
+from . import parts, stepping, touching
 from .large import Large
-from .step import Doors, Kept, Levels, Method, Rows, State, Step
+from .step import LEAP, LENGTH, NUMBERS, TAKEN, Doors, Kept, Levels, Method, Rows, State, Step
+from .touching import HALVINGS, TRIALS
 
-HALVINGS = 6  #: a failed step is tried with h / 2, ..., h / 2^6
-#: halvings that are tried, and whether steps are judged: judged ones first, from long to short; where the shortest fails as well
-#: longer ones stand as they are, so that nothing that went through fails, and a failure shows the shortest
-TRIALS = [*((k, True) for k in range(HALVINGS)), *((k, False) for k in range(HALVINGS, -1, -1)), (HALVINGS, False)]
 BEHIND = ("factorise", "solve", "settle")  #: doors of `stepping` behind which large models keep their factors
 NONE = np.zeros(0, np.int64)
 
@@ -52,22 +50,59 @@ class PackedStep:
         if self.lengths is not None and self.span != self.step.method.h:
             self.lengths.set_span(self.step.method.h)
         self.begin, self.span, self.number = begin, self.step.method.h, round(begin / self.step.method.h)
-        status = self.call(stepping.advance)
-        if status == stepping.DONE or self.lengths is not None:
-            return status
-        status, done = self.divide(status), self.step.job.done
-        if status == stepping.DONE:
+        done = self.step.job.done
+        done[0] = 0
+        while (status := self.call(stepping.advance)) != stepping.DONE:
+            if status != stepping.TOUCHES and self.lengths is None:
+                status = self.divide(status)
+            # of what fails as well: an iteration finds no solution where a damped force jumps
+            if status not in (stepping.DONE, stepping.STOPPED) and self.step.method.locating:
+                status = self.take_touching()
+            if status != stepping.DONE:
+                return status
             if rows[done[0]] >= 0:
                 stepping.keep(self.step, rows[done[0]])
             done[0] += 1
         return status
 
+    def take_touching(self) -> int:
+        """Take the step of a call in which something touches; the status."""
+        number, begin, row, whole = self.number, self.begin, int(self.step.job.done[0]), self.span
+        status = touching.take(self, self.begin_of(row), whole)
+        self.number, self.begin, self.span, self.step.job.done[0] = number, begin, whole, row
+        self.set_span(whole)
+        return status
+
     def take_span(self, begin: float, span: float) -> int:
         """Take a span of time [s] at once, or in parts, as a piece of a step: nothing is stored; the status."""
+        status = self.try_span(begin, span)
+        return touching.take(self, begin, span) if status == stepping.TOUCHES else status
+
+    def try_span(self, begin: float, span: float, halvings: int = 0) -> int:
+        """The same, in so many halvings or more, or TOUCHES where something touches in it."""
         self.begin, self.span, self.number, self.step.job.done[0] = begin, span, None, 0
+        self.set_span(span)
+        # halvings of a state are those of whole steps
+        parts = self.step.state.parts
+        before, shorter = int(parts[0]), max(0, math.floor(math.log2(self.step.method.h / span)))
+        parts[0] = max(before - shorter if self.step.method.local else 0, min(halvings, HALVINGS - 1))
+        status = self.divide(stepping.DONE)
+        if status != stepping.DONE:
+            parts[0] = before
+        elif parts[0] > 0:
+            parts[0] = min(parts[0] + shorter, HALVINGS - 1)
+        return status
+
+    def locate(self, wanted: bool) -> None:
+        """Whether steps end where something touches in them."""
+        self.table[LOCATING] = wanted
+        if self.lengths is not None:
+            self.lengths.tables[:, LOCATING] = wanted
+
+    def set_span(self, span: float) -> None:
+        """Parts of a step of this length [s], where there are parts."""
         if self.lengths is not None:
             self.lengths.set_span(span)
-        return self.divide(stepping.DONE)
 
     def divide(self, status: int) -> int:
         """Take the step that failed with a status in parts; the status."""
@@ -87,7 +122,7 @@ class PackedStep:
         status = int(routine.call(self.address, more))
         if status != stepping.DONE:
             self.check()
-        if self.lengths is not None and self.lengths.found[parts.LEAP] >= 0:
+        if self.lengths is not None and self.lengths.found[LEAP] >= 0:
             self.warn_of_leaps(self.lengths.found)
         return status
 
@@ -108,9 +143,9 @@ class PackedStep:
         """How far the last trial of a step that failed has come [s]."""
         assert self.lengths is not None
         found, broken = self.lengths.found, self.lengths.broken
-        if broken is not None and found[parts.TAKEN] == found[parts.NUMBERS]:
+        if broken is not None and found[TAKEN] == found[NUMBERS]:
             return broken.time
-        return self.time_of(int(found[parts.TAKEN]) / 2**HALVINGS)
+        return self.time_of(int(found[TAKEN]) / 2**HALVINGS)
 
     def time_of(self, place: float) -> float:
         """Of a place in the step that was taken last, 0 to 1 [s]."""
@@ -122,8 +157,8 @@ class PackedStep:
 
     def warn_of_leaps(self, found: np.ndarray) -> None:
         """A warning where the shortest step is too long for what touches."""
-        begin, h = self.begin_of(int(found[parts.LEAP])), self.span / 2 ** int(found[parts.LENGTH])
-        found[parts.LEAP] = -1
+        begin, h = self.begin_of(int(found[LEAP])), self.span / 2 ** int(found[LENGTH])
+        found[LEAP] = -1
         where = f"what touches went through to the other side between t = {begin:.6g} and {begin + self.span:.6g} s"
         why = "it moves too fast, or is pressed in by more than half of what is thin"
         notify(f"{where}, even in steps of {h:.3g} s: {why}; take a smaller step, or more stiffness")
@@ -147,23 +182,28 @@ class Lengths:
         histories = self.door.address if count else 0
         whole.table[DIVIDE] = parts.divide.address
         put(whole.table, LEVELS, packed(Levels(*self.addresses, address_of(self.copy), histories, self.found)))
-        for table, (halvings, _) in zip(self.tables, TRIALS, strict=True):
+        for table, (halvings, judging) in zip(self.tables, TRIALS, strict=True):
             put(table, JOB, packed(Rows(self.signals[: 2**halvings], NONE)))
+            table[JUDGING], table[AGAIN] = judging, False
         self.set_span(whole.span)
 
     def set_span(self, span: float) -> None:
         """Parts of a step of this length [s]."""
-        each = [packed(of_length(self.whole.step.method, span / 2**halvings)) for halvings in range(HALVINGS + 1)]
-        for table, (halvings, judging) in zip(self.tables, TRIALS, strict=True):
-            put(table, METHOD, each[halvings])
-            table[JUDGING], table[AGAIN] = judging, False
+        # all lengths at once, and what differs alone: touches take some spans each
+        whole = self.whole.step.method
+        h = span / 2.0 ** self.addresses[1]
+        each = of_length(whole, h)
+        for name, place in OF_LENGTH:
+            self.tables[:, place] = getattr(each, name).view(np.int64)
+        if whole.locating:
+            self.tables[:, ALLOWED] = allowed_change(h, whole.h).view(np.int64)
 
     def find_signals(self, _: int, place: int) -> None:
         """Signals at the ends of all parts of a trial in a row of the job."""
         row, trial = divmod(place, len(TRIALS))
         count, begin, span = 2 ** TRIALS[trial][0], self.whole.begin_of(row), self.whole.span
         found, self.broken = leading_signals(self.system, begin + span * (np.arange(count) + 1) / count, span / count)
-        self.signals[: len(found)], self.found[parts.NUMBERS] = found, len(found)
+        self.signals[: len(found)], self.found[NUMBERS] = found, len(found)
 
 
 def put(table: np.ndarray, first: int, integers: np.ndarray) -> None:
@@ -178,4 +218,5 @@ def addresses(arrays: Sequence[np.ndarray]) -> np.ndarray:
 
 METHOD, JOB, LEVELS = (place_of(Step, name) for name in ("method", "job", "levels"))
 DIVIDE = place_of(Step, "doors") + place_of(Doors, "divide")
-JUDGING, AGAIN = (METHOD + place_of(Method, name) for name in ("judging", "again"))
+JUDGING, AGAIN, ALLOWED, LOCATING = (METHOD + place_of(Method, name) for name in ("judging", "again", "allowed", "locating"))
+OF_LENGTH = [(name, METHOD + place_of(Method, name)) for name in ("h", "bh", "gh", "c", "sharp")]  #: what differs

@@ -28,10 +28,9 @@ from ...core.compiling.jit import jit
 from ...core.compiling.structs import invoke, routine
 from ...systems import kernels
 from . import rotated
-from .step import HALVED, STEPS, Levels, Method, State, opened, opened_kept, opened_state
-from .stepping import COARSE, DONE, NOT_FINITE, STOPPED, TOO_LONG, add_known
+from .step import HALVED, LEAP, LENGTH, LEVEL, NUMBERS, STEPS, TAKEN, Levels, Method, State, opened, opened_kept, opened_state
+from .stepping import COARSE, DONE, NOT_FINITE, STOPPED, TOO_LONG, TOUCHES, add_known, look_ahead
 
-NUMBERS, TAKEN, LEAP, LENGTH, LEVEL = range(5)  #: places in `Levels.found`
 # a rolling hoop and a gripper take as many steps at 0.2 and at 0.7
 ROOM = 0.35  #: of the error that a step may have, up to which the next one is taken in half as many parts
 FINEST = 5  #: halvings by the error of a step
@@ -39,23 +38,25 @@ FINEST = 5  #: halvings by the error of a step
 
 @routine
 def divide(table: Any, status: Any) -> int:
-    """A step that failed with a status in two or more equal parts, or in one if it has not been tried (DONE); the status.
+    """A step that failed with a status in two or more equal parts, or a piece of one (DONE) in those it begins with; the status.
 
     A step whose error is controlled (COARSE) is taken in as few parts as keep it small.
     """
     S = opened(table)
     # once a division: whole steps save nothing
     copy_state(S.levels, False)
-    if status == COARSE:
-        return control(table)
+    if S.method.local > 0.0 and status in (COARSE, DONE):
+        return control(table, status == DONE)
     if status == DONE:
-        return take_divided(table, status, S.state.parts[0] if S.method.local > 0.0 else 0)
+        return take_divided(table, status, S.state.parts[0])
     return take_divided(table, status, max(1, S.state.parts[0]))
 
 
 @jit
-def control(table: Any) -> int:
+def control(table: Any, piece: bool) -> int:
     """A step in as many parts as the one before, once more in shorter ones where its error asks for a quarter of their length.
+
+    A piece of a step has the length of the first trial.
 
     Errors fall by 4 where parts are half as long. The next step has half as many parts where its error leaves ROOM for that.
     """
@@ -65,10 +66,10 @@ def control(table: Any) -> int:
     for again in range(2):
         parts = s.parts[0]
         status, levels.found[LEVEL] = COARSE, 0
-        if parts == 0:
+        if parts == 0 and not piece:
             status = invoke(S.doors.take, table, job.done[0])
-        if status != DONE:
-            status = take_divided(table, status, max(1, parts))
+        if status != DONE and status != TOUCHES:
+            status = take_divided(table, status, parts if piece else max(1, parts))
         if status != DONE:
             return status
         level, error = levels.found[LEVEL], local_error(table, levels.found[LEVEL])
@@ -100,12 +101,12 @@ def local_error(table: Any, halvings: int) -> float:
     so that waves which no step resolves count with their own size, and not with that of their accelerations.
     """
     S = opened(table)
-    s, t, before = S.state, S.space, opened_state(S.levels.before)
+    s, t, before, H = S.state, S.space, opened_state(S.levels.before), opened(S.levels.tables[0]).method.h
     for i in range(len(t.way)):
         t.way[i] = s.acceleration[i] - before.acceleration[i]
     kernels.clear(t.f)
     kernels.add_operator(S.arrays.mass, t.way, t.f)
-    factor = S.method.bh * S.method.c * S.method.h**2 / 4.0**halvings
+    factor = S.method.bh * S.method.c * H**2 / 4.0**halvings
     for i in range(len(t.f)):
         t.f[i] *= factor
     for m in range(len(s.multipliers)):
@@ -128,7 +129,12 @@ def take_divided(table: Any, status: int, first: int) -> int:
     S = opened(table)
     s, job, levels = S.state, S.job, S.levels
     touching, steps, leapt = status == TOO_LONG, job.counters[STEPS], job.done[1]
-    for trial in range(first, len(levels.tables)):
+    failed = job.counters[HALVED]
+    foreseen = parts_ahead(table, first) if S.method.allowed < 1.0 else first
+    if foreseen > first:
+        # what touches asks for shorter parts anyway: that longer ones fail says nothing
+        touching, status = True, TOO_LONG
+    for trial in range(foreseen, len(levels.tables)):
         # what touches divides steps by plan, and so do errors: only failures of the iteration speak against a motion
         job.counters[HALVED] += status != TOO_LONG and status != DONE and status != COARSE
         forget = may_touch(table) and status != COARSE
@@ -146,10 +152,26 @@ def take_divided(table: Any, status: int, first: int) -> int:
         # every trial begins with the same state, whatever the one before has left
         copy_state(levels, True)
         job.done[1] = leapt
-        if status == STOPPED:
-            return STOPPED
+        if status in (STOPPED, TOUCHES):
+            # pieces between touches are judged by themselves
+            job.counters[HALVED] = failed if status == TOUCHES else job.counters[HALVED]
+            return int(status)
         touching = touching or status == TOO_LONG
     return int(status)
+
+
+@jit
+def parts_ahead(table: Any, first: int) -> int:
+    """The first judged trial, from `first` on, whose parts are not too long for what touches, with the accelerations of now."""
+    S = opened(table)
+    tables, trial = S.levels.tables, first
+    while opened(tables[trial + 1]).method.judging:
+        method = opened(tables[trial]).method
+        look_ahead(table, method.h)
+        if method.h * S.space.impulse[0] <= method.allowed * S.state.speed[0]:
+            break
+        trial += 1
+    return trial
 
 
 @routine

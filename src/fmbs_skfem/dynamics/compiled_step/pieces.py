@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...systems import compiled as compilation
 from ..dividing import restart, retry_filtered
 from ..histories import leading_signals
 from . import stepping
+from .touching import TINY, go_by_series
 
 if TYPE_CHECKING:
     from ..run import OpenRun
 
-TINY = 0.01  #: of a step, below which a piece of it is taken by the Taylor series
 EXACT = 1e-12  #: of a step, to which places in it are found
 UNSTORED = np.array([-1])  #: rows of a step whose state is not stored
 
@@ -66,17 +65,8 @@ def go_on(run: OpenRun, begin: float, span: float) -> None:
             raise Unreached(status)
         restart(state, run.step.work)
         return
-    if span <= 0.0:
-        return
-    way = span * state.v + 0.5 * span**2 * state.acceleration
-    state.x[:] += way
-    state.v[:] += span * state.acceleration
-    back = np.argsort(run.model.order)
-    state.memory[:] = compilation.accepted(run.model, state.x[back], state.v[back], state.memory.copy(), begin + span)
-    push, gradients = compilation.working(run.model, state.x[back], state.v[back], begin + span, state.memory)
-    state.work[0] += 0.5 * (state.push + push) @ way
-    state.push[:], state.gradients[:] = push, gradients
-    restart(state, run.step.work)
+    if span > 0.0:
+        go_by_series(run.packed, begin, span)
 
 
 def last_place(broken: Callable[[float], bool], place: float, end: float) -> tuple[float, float]:

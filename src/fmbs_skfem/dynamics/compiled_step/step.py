@@ -31,6 +31,8 @@ class Method(NamedTuple):
     again: bool  #: whether a step that failed is tried once more, from a straight way
     trusting: bool  #: whether a contraction of steps before may be relied on
     local: float  #: error of a step from which it is taken in parts [m], 0 for equal steps
+    allowed: float  #: change of speed by forces that begin or end in a step, over the one that they allow
+    locating: bool  #: whether a step that is refused since a force begins in it says so, to end where that does
 
 
 # arrays in place, so that addresses of a packed step stay valid from step to step
@@ -141,6 +143,7 @@ class StepJob(NamedTuple):
     work: Vector  #: (s,) [J]
     counters: Integers
     done: Integers  #: (2,) steps that were taken; those so far in which something passed through what it touches
+    touch: Vector  #: (2,) for how long to go on without forces that have not begun; and where the first one has [s]
 
 
 # addresses, so that a trial of another length changes no number and packs nothing
@@ -189,6 +192,8 @@ class Rows(NamedTuple):
 
 
 # places in an array and no fields: compiled steps add to them, Python reads them while a run is watched
+NUMBERS, TAKEN, LEAP, LENGTH, LEVEL = range(5)  #: places in `Levels.found`
+LEAST = 1.0 / 2048.0  #: of the change of speed that forces which begin and end allow a step: it may be anywhere in it
 STEPS, ITERATIONS, FACTORISATIONS, HALVED = range(4)  #: counters of a job
 
 opened = opener(Step)

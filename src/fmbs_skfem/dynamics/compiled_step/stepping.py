@@ -44,9 +44,9 @@ from ...bodies.vectors import AXIAL
 from ...core.compiling.jit import jit, summing
 from ...core.compiling.structs import invoke, routine
 from ...systems import evaluation, kernels, work
-from .step import FACTORISATIONS, ITERATIONS, STEPS, Method, State, Step, StepJob, opened
+from .step import FACTORISATIONS, ITERATIONS, LEAST, STEPS, Method, State, Step, StepJob, opened
 
-DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG, COARSE = range(8)
+DONE, NOT_CONVERGED, DIVERGED, NOT_FINITE, SINGULAR, STOPPED, TOO_LONG, COARSE, TOUCHES = range(9)
 # spin-up in 8 cells, 20 s in 800 steps: none is divided, nor at twice of it; of 30 runs in 120 to 300 steps 2 fail, at twice 4
 NEAR = 0.05  #: part of the way of a step by which constant q'' may miss its end where the step is taken after a second trial
 # the same in 300 to 810 steps: none of 34 fails; where parts were tried twice as well none did at half of it, 1 of 20 at twice
@@ -80,6 +80,8 @@ FAITHFUL = 6.0  #: times `slow` where factors rotate: they contract slower and s
 # held for four corrections, 393 and 3 throughout; two bodies that lock on impact in 100: 1367, 721, 2603
 HELD = 4  #: corrections of a step whose tangents take the stresses of the accepted state
 LAGGING = 0.1  #: of the tolerance, with factors that rotate
+SLIGHT = 1e-6  #: of the change by forces that begin and end on a way, below which it is at none of them
+BISECTIONS = 40  #: of a step, to where something touches in it
 
 
 @jit
@@ -235,25 +237,70 @@ def add_work(table: Any, begun: float, signals: np.ndarray) -> None:
 
 
 @jit
-def too_long(table: Any) -> bool:
-    """Whether forces that begin or end would change speeds too much, beside the largest so far, in the step that has converged.
+def judge_changes(table: Any) -> int:
+    """TOO_LONG where forces that begin or end would change speeds too much, beside the largest so far, in the step that converged.
 
-    Steps that are not divided any further are taken, and those counted in which something passed through what it touches.
+    TOUCHES where one begins from nothing, or ends, and its place in the step counts: a step ends there. Others that are not divided
+    any further are taken, and those counted in which something passed through what it touches.
     """
     S = opened(table)
     if len(S.arrays.forces.judged) == 0:
-        return False
+        return DONE
     # beside the largest speed so far: what comes to rest would divide its steps for touches that change nothing
     square = 0.0
     for i in range(len(S.state.v)):
         square += S.arrays.norm[i] * S.state.v[i] * S.state.v[i]
     S.state.speed[0] = max(S.state.speed[0], np.sqrt(square))
     impulse = evaluation.find_impulse(table)
+    # in trials that are not judged as well: what is left of a touch in the shortest parts has one sign at all impacts
+    if S.method.locating and impulse < np.inf and S.method.h * S.space.impulse[1] > LEAST * S.state.speed[0]:
+        return TOUCHES
     # an infinite impulse stands for something that has passed through what it touches
     if not S.method.judging:
         S.job.done[1] += impulse == np.inf
-        return False
-    return S.method.h * impulse > S.state.speed[0]
+        return DONE
+    return TOO_LONG if S.method.h * impulse > S.method.allowed * S.state.speed[0] else DONE
+
+
+@routine
+def find_touch(table: Any, _: Any) -> int:
+    """Where a force begins or ends first on x + t v + t^2 q'' / 2, of t up to touch[0] [s]: DONE, t before it in touch[0], behind
+    it in touch[1].
+
+    TOO_LONG where none does. What changes by less than SLIGHT of all that begins and ends up to the end of the way does not count.
+    """
+    S = opened(table)
+    touch, low, high = S.job.touch, 0.0, S.job.touch[0]
+    most = change_ahead(table, high)
+    if not 0.0 < most < np.inf:
+        return TOO_LONG
+    for _k in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if change_ahead(table, middle) > SLIGHT * most:
+            high = middle
+        else:
+            low = middle
+    touch[0], touch[1] = low, high
+    return DONE
+
+
+@jit
+def change_ahead(table: Any, span: float) -> float:
+    """The change by forces that have begun or ended where the accepted state is after a span [s], with the accelerations it has."""
+    look_ahead(table, span)
+    return opened(table).space.impulse[1]
+
+
+@jit
+def look_ahead(table: Any, span: float) -> None:
+    """The impulse where the accepted state is after a span [s], with the accelerations it has."""
+    S = opened(table)
+    s, t = S.state, S.space
+    for i in range(len(s.x)):
+        t.x[i] = s.x[i] + span * (s.v[i] + 0.5 * span * s.acceleration[i])
+        t.v[i] = s.v[i] + span * s.acceleration[i]
+    kernels.copy(s.memory, t.memory)
+    evaluation.find_impulse(table)
 
 
 @jit
@@ -561,8 +608,8 @@ def take(table: Any, row: Any) -> int:
     # of smooth forces alone: where forces jump constant q'' is no better guess
     if status != DONE and status != STOPPED and S.method.again and S.arrays.forces.smooth:
         status = try_straight(table)
-    if status == DONE and too_long(table):
-        status = TOO_LONG
+    if status == DONE:
+        status = judge_changes(table)
     if status != DONE:
         # shorter steps begin with factors of their own, of exact tangents
         S.work.kind[:] = 0
@@ -580,18 +627,19 @@ def take(table: Any, row: Any) -> int:
 def advance(table: Any, _: Any) -> int:
     """Take the steps of the job, one that fails or is too coarse in parts; the status, and the number of steps done in the job.
 
-    On failure the state stays at the last good step, and the space keeps the trial state.
+    On failure the state stays at the last good step, and the space keeps the trial state. Those that the job has done already are
+    left out.
     """
     S = opened(table)
     job = S.job
-    for k in range(len(job.signals)):
+    for k in range(job.done[0], len(job.signals)):
         job.done[0] = k
         if S.method.local > 0.0:
             status = invoke(S.doors.divide, table, COARSE)
         else:
             # what begins in parts touches still, and is not tried whole
             status = invoke(S.doors.take, table, k) if S.state.parts[0] == 0 else TOO_LONG
-            if status != DONE and S.doors.divide != 0:
+            if status != DONE and status != TOUCHES and S.doors.divide != 0:
                 status = invoke(S.doors.divide, table, status)
         if status != DONE:
             return status

@@ -9,8 +9,9 @@ from ...core.errors import Reason
 from ...core.storage.records import dataclass
 from ...systems import evaluation
 from ..compiled_step import parts, stepping
-from ..compiled_step.packing import HALVINGS, METHOD, TRIALS
-from ..compiled_step.step import Method
+from ..compiled_step.packing import METHOD
+from ..compiled_step.step import NUMBERS, Method
+from ..compiled_step.touching import HALVINGS, TRIALS
 from ..dividing import put
 from ..integration import REASONS
 from ..run import OpenRun
@@ -52,7 +53,7 @@ def attempt(run: OpenRun, halvings: int) -> Attempt:
     method, held = unpacked(Method, address_of(table[METHOD:])), [*run.step.work, *run.step.rotations, space.W]
     before = [part.copy() for part in (*run.step.state, run.step.job.counters)]
     whole.call(parts.begin, trial)
-    status, taken, count = stepping.DONE, -1, int(whole.lengths.found[parts.NUMBERS])
+    status, taken, count = stepping.DONE, -1, int(whole.lengths.found[NUMBERS])
     while status == stepping.DONE and taken + 1 < count:
         kept, taken = [part.copy() for part in held], taken + 1
         status = stepping.take(table, taken)

@@ -29,7 +29,7 @@ from ...systems import compiled
 from ...systems.compiled import Compiled, compile_system, signal_table
 from ...systems.system import System
 from ...systems.terms import elastic as terms
-from ..compiled_step.packing import HALVINGS
+from ..compiled_step.touching import HALVINGS
 from ..histories import signal_names
 from ..integration import FailedStep
 from ..names import owners

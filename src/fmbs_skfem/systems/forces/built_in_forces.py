@@ -29,7 +29,7 @@ from ...core.compiling.angles import continued
 from ...core.compiling.jit import inlined, jit
 from ...core.compiling.structs import Routine, routine
 from ..connections.gears import inverse
-from ..evaluation import Space, evaluation
+from ..evaluation import Space, add_change, evaluation
 from ..kernels import dot, factor
 from .force_laws import IMPACT, ForceLaw, ForceRecord, opened
 from .one_sided import closing, keeps, kept, lift, ramp, touch
@@ -266,7 +266,7 @@ def impacts(at: Any, rows: int, numbers: int) -> tuple[Routine, Routine]:
         for k in range(len(F.rows)):
             first = F.memory + IMPACT * k
             if s.memory[first + 1] > 0.0:
-                s.impulse[0] += abs(abs(at(s, F, k, room)[0]) - s.memory[first]) * F.numbers[k, numbers - 1]
+                add_change(s, abs(at(s, F, k, room)[0]), s.memory[first], F.numbers[k, numbers - 1])
         return 0
 
     return remember, judge

@@ -115,6 +115,7 @@ def _(found: LawForces, place: Place) -> Force:
         law.damped,
         smooth=law.smooth,
         reacts=law.reacts,
+        places=count if law.judge else 0,
     )
 
 

@@ -77,6 +77,7 @@ class Force(Piece):
     cost: Cost | None = None  #: of a function of Python
     smooth: bool = False  #: whether its derivatives jump nowhere
     reacts: bool = False  #: whether it depends on the multipliers of joints, as friction in them
+    places: int = 0  #: where it begins and ends, each place by itself; 0 for lines and faces, and bodies of many points
 
 
 @singledispatch
