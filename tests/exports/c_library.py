@@ -23,6 +23,7 @@ void set_parameter(NAME_memory *m, int k, double value) { m->parameters[k] = val
 void set_fixed(NAME_memory *m, int many) { m->fixed = many; }
 double time_of(const NAME_memory *m) { return m->time; }
 double left_of(const NAME_memory *m) { return m->left; }
+int enough_of(const NAME_memory *m) { return m->enough; }
 int divided_of(const NAME_memory *m) { return (int)m->divided; }
 """
 

@@ -225,6 +225,7 @@ const char *NAME_message(NAME_status status)
         "the matrix of a step is singular: the state is that of the last good one",
         "there is no such input",
         "a parameter is outside of the range that the model was trained for",
-        "an input that drives a joint has no derivatives"};
+        "an input that drives a joint has no derivatives",
+        "the corrections of a step are too few, or do not shrink: the state is that of the last good one, see `enough`"};
     return texts[status];
 }
