@@ -348,6 +348,23 @@ def test_a_fixed_number_of_corrections_is_bounded(plant: System, tmp_path: Path)
     assert run.step(model.step) == 0
 
 
+def test_time_is_a_number_of_steps(small: System, tmp_path: Path) -> None:
+    """After a thousand million of them as well, and from a step that is none of the model on."""
+    model = c_files.write(case_of(small), "clock", "a model")
+    run = CRun(model, tmp_path)
+    run.run(3)
+    assert run.time == 3 * model.step
+    run.library.set_steps(run.memory, ctypes.c_longlong(10**9))
+    for k in range(1, 4):
+        assert run.step(model.step) == 0
+        assert run.time == (10**9 + k) * model.step
+    assert run.step(1.5 * model.step) == 0
+    begin = run.time
+    for k in range(1, 4):
+        assert run.step(model.step) == 0
+        assert run.time == begin + k * model.step
+
+
 def test_what_a_few_corrections_leave_does_not_grow(plant: System, tmp_path: Path) -> None:
     """Under torques that jump every 5 ms, of a body that turns fast: what is left is none of the motion."""
     model = c_files.write(case_of(plant), "jumps", "a plant")

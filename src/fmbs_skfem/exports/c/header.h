@@ -51,6 +51,8 @@ typedef struct {
     double inputs[I_];     /* and before a step */
     int fixed;             /* corrections of every step; 0: as many as the tolerance asks for */
     double time;           /* [s] */
+    double since;          /* the time is this plus `whole` steps of the model: sums of steps drift by their round-off [s] */
+    long long whole;
     long long steps, corrections, factorisations, divided;
     double left; /* size of the last of `fixed` corrections [m] */
     int enough;  /* where these are too few: how many would do; 0: shorter steps alone */

@@ -127,7 +127,8 @@ NAME_status NAME_start(NAME_memory *m)
         EACH (i, BLOCK[b + 1] - BLOCK[b])
             m->largest_mass = most(m->largest_mass, MASS[BLOCK_AT[b] + i * (BLOCK[b + 1] - BLOCK[b] + 1)]);
     set_step(m, NAME_STEP);
-    m->time = m->given_end = 0.0;
+    m->time = m->since = m->given_end = 0.0;
+    m->whole = 0;
     m->given_span = NAME_STEP;
     EACH (row, 4)
         EACH (i, DRIVEN)

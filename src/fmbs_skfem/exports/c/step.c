@@ -841,15 +841,17 @@ static void change_step(NAME_memory *m, double h)
     set_step(m, h);
 }
 
-/* So many equal parts of a span. */
-static NAME_status take_parts(NAME_memory *m, double span, double parts)
+/* So many equal parts of a span; where they are whole steps of the model these are counted. */
+static NAME_status take_parts(NAME_memory *m, double span, double parts, int whole)
 {
     const double begin = m->time;
     for (double k = 1.0; k <= parts; k += 1.0) {
-        enum outcome found = take_step(m, begin + span * (k / parts), 1);
+        const double end = whole ? m->since + (double)(m->whole + 1) * NAME_STEP : begin + span * (k / parts);
+        enum outcome found = take_step(m, end, 1);
         if (found != DONE && m->fixed == 0)
-            found = divide(m, begin + span * (k / parts));
+            found = divide(m, end);
         m->steps += found == DONE;
+        m->whole += found == DONE && whole;
         if (found == NOT_A_NUMBER)
             return NAME_NOT_FINITE;
         if (found == SINGULAR)
@@ -874,7 +876,8 @@ NAME_status NAME_step(NAME_memory *m, double span)
     /* whole steps of the model where they fit, else as many equal ones as are not longer */
     if (parts < 1.0 || size_of(span - parts * NAME_STEP) > 1e-9 * span)
         parts = -math_floor(-span / NAME_STEP);
-    const double h = size_of(span - parts * NAME_STEP) <= 1e-9 * span ? NAME_STEP : span / parts;
+    const int whole = size_of(span - parts * NAME_STEP) <= 1e-9 * span;
+    const double h = whole ? NAME_STEP : span / parts;
     if (size_of(h - m->h) > 1e-12 * m->h)
         change_step(m, h);
     /* inputs that a step has not been taken with are as if they had not been given: the caller may try it again */
@@ -885,7 +888,13 @@ NAME_status NAME_step(NAME_memory *m, double span)
             given[row][i] = m->given[row][i];
     if (DRIVEN > 0)
         take_inputs(m, span);
-    const NAME_status found = take_parts(m, span, parts);
+    if (!whole) {
+        m->since = m->time;
+        m->whole = 0;
+    }
+    const NAME_status found = take_parts(m, span, parts, whole);
+    if (!whole)
+        m->since = m->time;
     if (found != NAME_OK && m->time <= begin) {
         m->given_end = given_end;
         m->given_span = given_span;
