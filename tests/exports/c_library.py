@@ -21,8 +21,10 @@ unsigned long memory_size(void) { return sizeof(NAME_memory); }
 void set_input(NAME_memory *m, int k, double value) { m->inputs[k] = value; }
 void set_parameter(NAME_memory *m, int k, double value) { m->parameters[k] = value; }
 void set_fixed(NAME_memory *m, int many) { m->fixed = many; }
+void set_steps(NAME_memory *m, long long whole) { m->whole = whole; }
 double time_of(const NAME_memory *m) { return m->time; }
 double left_of(const NAME_memory *m) { return m->left; }
+int enough_of(const NAME_memory *m) { return m->enough; }
 int divided_of(const NAME_memory *m) { return (int)m->divided; }
 """
 

@@ -330,6 +330,56 @@ def test_a_fixed_number_of_corrections_goes_the_same_way(small: System, tmp_path
     assert run.library.left_of(run.memory) < 1e-12
 
 
+def test_a_fixed_number_of_corrections_is_bounded(plant: System, tmp_path: Path) -> None:
+    """A push that three corrections cannot follow is a status, with how many can, and the state stays."""
+    model = c_files.write(case_of(plant), "bounded", "a plant")
+    run = CRun(model, tmp_path)
+    run.run(20)
+    run.library.set_fixed(run.memory, 3)
+    run.set("input", 0, 5.0)
+    time, before = run.time, run.outputs
+    status = run.step(model.step)
+    assert b"too few" in run.message(status)
+    assert run.time == time
+    np.testing.assert_array_equal(run.outputs, before)
+    enough = run.library.enough_of(run.memory)
+    assert 3 < enough < 30
+    run.library.set_fixed(run.memory, enough)
+    assert run.step(model.step) == 0
+
+
+def test_time_is_a_number_of_steps(small: System, tmp_path: Path) -> None:
+    """After a thousand million of them as well, and from a step that is none of the model on."""
+    model = c_files.write(case_of(small), "clock", "a model")
+    run = CRun(model, tmp_path)
+    run.run(3)
+    assert run.time == 3 * model.step
+    run.library.set_steps(run.memory, ctypes.c_longlong(10**9))
+    for k in range(1, 4):
+        assert run.step(model.step) == 0
+        assert run.time == (10**9 + k) * model.step
+    assert run.step(1.5 * model.step) == 0
+    begin = run.time
+    for k in range(1, 4):
+        assert run.step(model.step) == 0
+        assert run.time == begin + k * model.step
+
+
+def test_what_a_few_corrections_leave_does_not_grow(plant: System, tmp_path: Path) -> None:
+    """Under torques that jump every 5 ms, of a body that turns fast: what is left is none of the motion."""
+    model = c_files.write(case_of(plant), "jumps", "a plant")
+    few, exact = CRun(model, tmp_path), CRun(model, tmp_path)
+    assert few.call("start") == exact.call("start") == 0
+    few.library.set_fixed(few.memory, 3)
+    torques = np.random.default_rng(3).uniform(-1.0, 1.0, 40)
+    for torque in 0.03 * torques:
+        for run in (few, exact):
+            run.set("input", 0, torque)
+            for _ in range(5):
+                assert run.step(model.step) == 0
+        np.testing.assert_allclose(few.outputs[:2], exact.outputs[:2], atol=1e-4)
+
+
 def family(values: Mapping[str, float]) -> Case:
     """The beams of the pendulum in few modes, over Young's modulus and gravity."""
     made = FIXED["system"]

@@ -12,7 +12,7 @@
 #define NONE (-1)
 #define EACH(i, n) for (int i = 0; i < (n); i++)
 
-enum outcome { DONE, NOT_CONVERGED, DIVERGED, NOT_A_NUMBER, SINGULAR };
+enum outcome { DONE, NOT_CONVERGED, DIVERGED, NOT_A_NUMBER, SINGULAR, TOO_FEW };
 
 /* W += P^T H P of one pair of rows, where both are in the same block. */
 static void add_pair(NAME_memory *m, int row, int column, double value)

@@ -24,6 +24,7 @@ TABLE_OF_GIVEN
 typedef struct {
     NAME_memory model;
     double start; /* time of the master at the start of the motion [s] */
+    double next;  /* and where it is to go on, by its own sums [s] */
     int mode;
     int stale;   /* values were set since the model was started */
     int told;    /* whether the message about steps was sent */
@@ -253,6 +254,7 @@ static int exit_initialisation(instance *one)
             return status;
     }
     one->now.mode = STEPPING;
+    one->now.next = one->now.start;
     return OK;
 }
 
@@ -380,14 +382,21 @@ static void tell_steps(instance *one, double span)
     tell(one, OK, CATEGORIES[3], text.text);
 }
 
-/* Go on by a span [s]; where a step fails the state is that of the last good one. */
+static int is_near(double time, double other)
+{
+    const double off = time - other, least = 1e-3 * NAME_STEP + 1e-15 * (time < 0.0 ? -time : time);
+    return off <= least && -off <= least;
+}
+
+/* Go on by a span [s]; where a step fails the state is that of the last good one. Masters that add up steps are off by their round-off
+ * after millions of them: they go on where they have been before, or at the time of the model, which counts its steps. */
 static int step(instance *one, double from, double span)
 {
-    const double here = now(one), off = from - here;
+    const double here = now(one), next = from + span;
     NAME_status found;
     if (one->now.mode != STEPPING)
         return refuse_mode(one, "DoStep");
-    if (!(off <= 1e-3 * NAME_STEP && -off <= 1e-3 * NAME_STEP)) {
+    if (!is_near(from, here) && !is_near(from, one->now.next)) {
         message text = {"", 0};
         add(&text, "the communication point ");
         add_number(&text, from);
@@ -407,6 +416,7 @@ static int step(instance *one, double from, double span)
     tell_steps(one, span);
     one->read = 0;
     found = NAME_step(&one->now.model, span);
+    one->now.next = found == NAME_OK ? next : now(one);
     return found == NAME_OK ? OK : complain(one, DISCARD, NAME_message(found));
 }
 

@@ -35,7 +35,8 @@ typedef enum {
     NAME_SINGULAR,
     NAME_NO_SUCH_INPUT,
     NAME_PARAMETER_OUTSIDE,
-    NAME_NO_DERIVATIVE
+    NAME_NO_DERIVATIVE,
+    NAME_TOO_FEW_CORRECTIONS
 } NAME_status;
 
 /* An accepted state: unknowns, rates, algorithmic accelerations, accelerations, c times multipliers, earlier ones. */
@@ -50,8 +51,11 @@ typedef struct {
     double inputs[I_];     /* and before a step */
     int fixed;             /* corrections of every step; 0: as many as the tolerance asks for */
     double time;           /* [s] */
+    double since;          /* the time is this plus `whole` steps of the model: sums of steps drift by their round-off [s] */
+    long long whole;
     long long steps, corrections, factorisations, divided;
     double left; /* size of the last of `fixed` corrections [m] */
+    int enough;  /* where these are too few: how many would do; 0: shorter steps alone */
     /* inputs that drive joints: values at the ends of the last four spans, and the cubic through them with its derivatives */
     double given[4][D_], smooth[4][D_], given_end, given_span;
     NAME_state now, before; /* before: that of the begin of a step that is divided */

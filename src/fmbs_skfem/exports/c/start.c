@@ -127,7 +127,8 @@ NAME_status NAME_start(NAME_memory *m)
         EACH (i, BLOCK[b + 1] - BLOCK[b])
             m->largest_mass = most(m->largest_mass, MASS[BLOCK_AT[b] + i * (BLOCK[b + 1] - BLOCK[b] + 1)]);
     set_step(m, NAME_STEP);
-    m->time = m->given_end = 0.0;
+    m->time = m->since = m->given_end = 0.0;
+    m->whole = 0;
     m->given_span = NAME_STEP;
     EACH (row, 4)
         EACH (i, DRIVEN)
@@ -225,6 +226,7 @@ const char *NAME_message(NAME_status status)
         "the matrix of a step is singular: the state is that of the last good one",
         "there is no such input",
         "a parameter is outside of the range that the model was trained for",
-        "an input that drives a joint has no derivatives"};
+        "an input that drives a joint has no derivatives",
+        "the corrections of a step are too few, or do not shrink: the state is that of the last good one, see `enough`"};
     return texts[status];
 }

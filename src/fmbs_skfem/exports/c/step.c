@@ -418,25 +418,49 @@ static enum outcome iterate(NAME_memory *m, int growing)
     return NOT_CONVERGED;
 }
 
-/* The same number of operations in every step: new factors, then `many` corrections. */
+/* How many corrections leave less than the tolerance, where the last of `many` left `norm` and each is `rate` of the one before; 0
+ * where they do not shrink. */
+static int count_corrections(int many, double norm, double rate)
+{
+    if (!(rate < SHRINKS))
+        return 0;
+    for (; norm > TOLERANCE; norm *= rate)
+        many++;
+    return many;
+}
+
+/* The same number of operations in every step: new factors, then `many` corrections. Tangents are those of the guess: turned ones
+ * contract by 0.8 beside fast motions, and what three corrections leave then grows from step to step until it is the motion. */
 static enum outcome iterate_fixed(NAME_memory *m, int many)
 {
-    double norm = 0.0;
+    double norm = 0.0, last = 0.0, way = 0.0;
     EACH (iteration, many) {
         find_residual(m);
         if (iteration == 0) {
+            m->turning = 0;
             assemble(m, 0);
             if (factorise(m))
                 return SINGULAR;
         }
         solve(m);
+        last = norm;
         norm = correction_size(m);
         apply(m);
         m->corrections++;
     }
+    EACH (i, UNKNOWNS) {
+        const double d = m->trial_x[i] - m->now.x[i];
+        way += NORM[i] * d * d;
+    }
     m->left = norm;
     m->factored = 1;
-    return is_finite(norm) ? DONE : NOT_A_NUMBER;
+    if (!is_finite(norm) || !is_finite(way))
+        return NOT_A_NUMBER;
+    if (norm > TOLERANCE && (norm > UNCERTAIN * math_sqrt(way) || (many > 1 && norm > SHRINKS * last))) {
+        m->enough = many > 1 ? count_corrections(many, norm, norm / last) : 0;
+        return TOO_FEW;
+    }
+    return DONE;
 }
 
 /* Put q'' and multipliers of a step that is done before the earlier ones, and choose the predictor that came closest. */
@@ -817,6 +841,29 @@ static void change_step(NAME_memory *m, double h)
     set_step(m, h);
 }
 
+/* So many equal parts of a span; where they are whole steps of the model these are counted. */
+static NAME_status take_parts(NAME_memory *m, double span, double parts, int whole)
+{
+    const double begin = m->time;
+    for (double k = 1.0; k <= parts; k += 1.0) {
+        const double end = whole ? m->since + (double)(m->whole + 1) * NAME_STEP : begin + span * (k / parts);
+        enum outcome found = take_step(m, end, 1);
+        if (found != DONE && m->fixed == 0)
+            found = divide(m, end);
+        m->steps += found == DONE;
+        m->whole += found == DONE && whole;
+        if (found == NOT_A_NUMBER)
+            return NAME_NOT_FINITE;
+        if (found == SINGULAR)
+            return NAME_SINGULAR;
+        if (found == TOO_FEW)
+            return NAME_TOO_FEW_CORRECTIONS;
+        if (found != DONE)
+            return NAME_NOT_CONVERGED;
+    }
+    return NAME_OK;
+}
+
 NAME_status NAME_step(NAME_memory *m, double span)
 {
     const double begin = m->time;
@@ -829,22 +876,31 @@ NAME_status NAME_step(NAME_memory *m, double span)
     /* whole steps of the model where they fit, else as many equal ones as are not longer */
     if (parts < 1.0 || size_of(span - parts * NAME_STEP) > 1e-9 * span)
         parts = -math_floor(-span / NAME_STEP);
-    const double h = size_of(span - parts * NAME_STEP) <= 1e-9 * span ? NAME_STEP : span / parts;
+    const int whole = size_of(span - parts * NAME_STEP) <= 1e-9 * span;
+    const double h = whole ? NAME_STEP : span / parts;
     if (size_of(h - m->h) > 1e-12 * m->h)
         change_step(m, h);
+    /* inputs that a step has not been taken with are as if they had not been given: the caller may try it again */
+    const double given_end = m->given_end, given_span = m->given_span;
+    double given[4][ROOM(DRIVEN)];
+    EACH (row, 4)
+        EACH (i, DRIVEN)
+            given[row][i] = m->given[row][i];
     if (DRIVEN > 0)
         take_inputs(m, span);
-    for (double k = 1.0; k <= parts; k += 1.0) {
-        enum outcome found = take_step(m, begin + span * (k / parts), 1);
-        if (found != DONE && m->fixed == 0)
-            found = divide(m, begin + span * (k / parts));
-        m->steps += found == DONE;
-        if (found == NOT_A_NUMBER)
-            return NAME_NOT_FINITE;
-        if (found == SINGULAR)
-            return NAME_SINGULAR;
-        if (found != DONE)
-            return NAME_NOT_CONVERGED;
+    if (!whole) {
+        m->since = m->time;
+        m->whole = 0;
     }
-    return NAME_OK;
+    const NAME_status found = take_parts(m, span, parts, whole);
+    if (!whole)
+        m->since = m->time;
+    if (found != NAME_OK && m->time <= begin) {
+        m->given_end = given_end;
+        m->given_span = given_span;
+        EACH (row, 4)
+            EACH (i, DRIVEN)
+                m->given[row][i] = given[row][i];
+    }
+    return found;
 }
