@@ -390,6 +390,13 @@ def test_sources_alone_build_and_load(archive: Path, tmp_path: Path) -> None:
         assert getattr(ctypes.CDLL(str(library)), name)
 
 
+def test_descriptions_have_no_control_characters(model: ParametricCase) -> None:
+    """A title of a file of somebody else is text of XML as well."""
+    found = fmu.write(c_files.write(model, "arm", "an arm"), 3, "an \x01 arm\x1b", "with \x00 and <tags> & \ufffe")
+    root = ElementTree.fromstring(found.files["modelDescription.xml"])
+    assert root.get("description") == r"an \x01 arm\x1b. with \x00 and <tags> & \ufffe"
+
+
 def test_names_that_are_taken_stay_distinct(plant: System) -> None:
     outputs = {"time": next(iter(plant.outputs.values()))}
     model = c_files.write(Case(replace(plant, outputs=outputs), STEP, 0.3), "m", "m")
