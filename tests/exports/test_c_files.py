@@ -348,6 +348,21 @@ def test_a_fixed_number_of_corrections_is_bounded(plant: System, tmp_path: Path)
     assert run.step(model.step) == 0
 
 
+def test_inputs_beyond_their_range_are_a_status_once(tmp_path: Path) -> None:
+    """Before the step, which the next call takes."""
+    torque = Input("torque", "N m", 0.0, range=(-1.0, 1.0))
+    model = c_files.write(case_of(arm(loads.Moment("motor", At("beam", "left"), 1.0, history=torque))), "beyond", "a plant")
+    run = CRun(model, tmp_path)
+    assert run.call("start") == 0
+    statuses = []
+    for value in (1.0, 1.001, 1.001, 0.5, -1.2):
+        run.set("input", 0, value)
+        statuses.append(run.step(model.step))
+    assert b"outside of the range" in run.message(statuses[1])
+    assert np.flatnonzero(statuses).tolist() == [1]
+    assert run.time == 4 * model.step
+
+
 def test_time_is_a_number_of_steps(small: System, tmp_path: Path) -> None:
     """After a thousand million of them as well, and from a step that is none of the model on."""
     model = c_files.write(case_of(small), "clock", "a model")

@@ -441,6 +441,8 @@ def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Tur
         array("PROBE_FIRST", np.concatenate([[0], np.cumsum(ends - begins)]), "int"), array("PROBE_BEGIN", begins, "int"),
         table("TERM", np.stack([own.row, own.signal, own.i, own.j], axis=1)), numbers.table_of(given),
         array("INPUT_START", np.array([one.start for one in inputs.values()])),
+        array("INPUT_LEAST", np.array([(one.range or (-HUGE, HUGE))[0] for one in inputs.values()])),
+        array("INPUT_MOST", np.array([(one.range or (-HUGE, HUGE))[1] for one in inputs.values()])),
         array("DRIVES", np.array([name in driving_inputs(frame.case.system) for name in inputs], int), "int"),
     ]  # fmt: skip
     rows, at, places, beta = np.zeros((0, 3), int), np.zeros(0), np.zeros(0), np.zeros(0)

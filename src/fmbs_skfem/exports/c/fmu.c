@@ -416,6 +416,8 @@ static int step(instance *one, double from, double span)
     tell_steps(one, span);
     one->read = 0;
     found = NAME_step(&one->now.model, span);
+    if (found == NAME_INPUT_OUTSIDE) /* was told as it was set */
+        found = NAME_step(&one->now.model, span);
     one->now.next = found == NAME_OK ? next : now(one);
     return found == NAME_OK ? OK : complain(one, DISCARD, NAME_message(found));
 }
