@@ -258,7 +258,7 @@ def test_states_are_saved_and_serialised(archive: Path, tmp_path: Path, instance
     other = Instance(archive, tmp_path / "other")
     other.unit.setFMUState(read(other.unit)(held))
     np.testing.assert_array_equal(other.run([h] * 20, torque), first)
-    for damaged in (held[:-1], b"x" + held[1:]):
+    for damaged in (held[:-1], b"x" + held[1:], held[:200] + bytes([held[200] ^ 1]) + held[201:]):
         refused(ERROR, read(other.unit), damaged)
     other.unit.freeInstance()
 
