@@ -380,3 +380,11 @@ def test_round_off_is_not_beyond_the_ends_of_a_curve() -> None:
     assert [curves.beyond(x, straight) for x in (-6e-17, 0.02, 0.05 + 1e-17, 0.06, -1e-3)] == pytest.approx(
         [0.0, 0.0, 0.0, 0.01, 1e-3]
     )
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_values_whose_slopes_are_no_numbers_are_refused(smooth: bool) -> None:
+    with pytest.raises(InputError, match="points between which slopes are finite"):
+        Table("goal", "N", (0.0, 0.1), (1e308, -1e308), smooth)
+    with pytest.raises(InputError, match="points between which slopes are finite"):
+        Table("goal", "N", (0.0, 1e-200, 2e-200), (0.0, 1e150, 0.0), smooth)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -137,7 +138,7 @@ def test_wrong_plants_are_refused() -> None:
         Plant(eliminate(fed()), GeneralizedAlpha(H), ["tip"], lambda outputs, inputs: 0.0, 1.0)
     with pytest.raises(InputError, match=r"run.outputs: expected one of the outputs"):
         Plant(system(), GeneralizedAlpha(H), ["tip"], lambda outputs, inputs: 0.0, 1.0)
-    with pytest.raises(InputError, match=r"Plant: every: expected 1 step or more, got 0"):
+    with pytest.raises(InputError, match=r"Plant: every: expected a whole number of steps, 1 or more, got 0"):
         Plant(system(), GeneralizedAlpha(H), ["cart"], lambda outputs, inputs: 0.0, 1.0, 0)
 
 
@@ -183,3 +184,26 @@ def test_boxes_without_gymnasium() -> None:
     assert not own.contains([4.0, 0.0])
     assert not own.contains([0.0])
     assert OwnBox(-np.inf, np.inf, (3,)).sample().shape == (3,)
+
+
+@pytest.mark.parametrize(
+    "given", [{"duration": np.nan}, {"duration": np.inf}, {"duration": 0.0}, {"every": 0}, {"every": 1.5}, {"reward": None}]
+)
+def test_plants_without_an_end_or_a_reward_are_refused(given: dict[str, Any]) -> None:
+    options = {"duration": 0.2, "every": 5, "reward": lambda outputs, inputs: 0.0} | given
+    with pytest.raises(InputError, match=f"Plant: {next(iter(given))}"):
+        Plant(system(), GeneralizedAlpha(H), ["cart"], options["reward"], options["duration"], options["every"])
+
+
+def test_steps_and_actions_that_are_none_are_refused() -> None:
+    one, run = plant(), start(system(), GeneralizedAlpha(H))
+    for action in ([1.0], [1.0, np.nan], 1.0):
+        with pytest.raises(InputError, match=r"Plant.step: expected an action of 2 numbers, u, w"):
+            one.step(np.array(action))
+    for count in (-1, 0, 1.5, None):
+        with pytest.raises(InputError, match=r"run.step: count: expected a whole number of steps"):
+            run.step({}, count)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=r"run.step: inputs: expected numbers by the names of inputs"):
+        run.step(5.0)  # type: ignore[arg-type]
+    run.step({}, np.int64(2))
+    assert run.time == 2 * H

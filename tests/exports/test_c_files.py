@@ -348,6 +348,21 @@ def test_a_fixed_number_of_corrections_is_bounded(plant: System, tmp_path: Path)
     assert run.step(model.step) == 0
 
 
+def test_inputs_beyond_their_range_are_a_status_once(tmp_path: Path) -> None:
+    """Before the step, which the next call takes."""
+    torque = Input("torque", "N m", 0.0, range=(-1.0, 1.0))
+    model = c_files.write(case_of(arm(loads.Moment("motor", At("beam", "left"), 1.0, history=torque))), "beyond", "a plant")
+    run = CRun(model, tmp_path)
+    assert run.call("start") == 0
+    statuses = []
+    for value in (1.0, 1.001, 1.001, 0.5, -1.2):
+        run.set("input", 0, value)
+        statuses.append(run.step(model.step))
+    assert b"outside of the range" in run.message(statuses[1])
+    assert np.flatnonzero(statuses).tolist() == [1]
+    assert run.time == 4 * model.step
+
+
 def test_time_is_a_number_of_steps(small: System, tmp_path: Path) -> None:
     """After a thousand million of them as well, and from a step that is none of the model on."""
     model = c_files.write(case_of(small), "clock", "a model")
@@ -528,3 +543,23 @@ def test_names_that_are_alike_in_c_stay_distinct(plant: System, tmp_path: Path) 
     words = [line.split()[1:3] for line in model.header.splitlines() if line.startswith("#define alike_OUTPUT_")]
     assert words == [["alike_OUTPUT_A_B", "0"], ["alike_OUTPUT_A_B_2", "1"], ["alike_OUTPUT_A_B_3", "2"], ["alike_OUTPUT_C", "3"]]
     CRun(model, tmp_path).run(1)
+
+
+@pytest.mark.parametrize("name", ["set", "take", "stddef", "math", "elastic"])
+def test_names_that_collide_are_prefixed(name: str, small: System, tmp_path: Path) -> None:
+    """Words of the file begin with them, or they are those of headers: the file compiles and moves as with any name."""
+    model = c_files.write(case_of(small), name, "a model")
+    assert model.name == f"model_{name}"
+    run = CRun(model, tmp_path, ("-std=c99", "-O0"))
+    assert run.call("start") == 0
+
+
+def test_texts_end_no_comment(plant: System, tmp_path: Path) -> None:
+    """Names and units of files are texts of somebody else: none of them is code."""
+    hostile = "m */ int evil(void) { return 1; } /*\n#error evil\x01"
+    torque = Input("torque", hostile, 0.0)
+    system = arm(loads.Moment("motor", At("beam", "left"), 1.0, history=torque))
+    model = c_files.write(case_of(system), "bad", hostile, hostile)
+    run = CRun(model, tmp_path)
+    assert not hasattr(run.library, "evil")
+    assert "\x01" not in model.header + model.source

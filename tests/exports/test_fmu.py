@@ -258,7 +258,7 @@ def test_states_are_saved_and_serialised(archive: Path, tmp_path: Path, instance
     other = Instance(archive, tmp_path / "other")
     other.unit.setFMUState(read(other.unit)(held))
     np.testing.assert_array_equal(other.run([h] * 20, torque), first)
-    for damaged in (held[:-1], b"x" + held[1:]):
+    for damaged in (held[:-1], b"x" + held[1:], held[:200] + bytes([held[200] ^ 1]) + held[201:]):
         refused(ERROR, read(other.unit), damaged)
     other.unit.freeInstance()
 
@@ -388,6 +388,13 @@ def test_sources_alone_build_and_load(archive: Path, tmp_path: Path) -> None:
         library = folder / f"{name}.so"
         subprocess.run([COMPILER, *strict, *flags, *listed, "-o", str(library)], cwd=folder, check=True)
         assert getattr(ctypes.CDLL(str(library)), name)
+
+
+def test_descriptions_have_no_control_characters(model: ParametricCase) -> None:
+    """A title of a file of somebody else is text of XML as well."""
+    found = fmu.write(c_files.write(model, "arm", "an arm"), 3, "an \x01 arm\x1b", "with \x00 and <tags> & \ufffe")
+    root = ElementTree.fromstring(found.files["modelDescription.xml"])
+    assert root.get("description") == r"an \x01 arm\x1b. with \x00 and <tags> & \ufffe"
 
 
 def test_names_that_are_taken_stay_distinct(plant: System) -> None:

@@ -165,3 +165,10 @@ def test_json_is_read_as_it_is(value: object) -> None:
     import json
 
     assert yamlfile.plain(yamlfile.parse(json.dumps(value), "f")) == value
+
+
+@pytest.mark.parametrize("text", ['name: "a\\x01b"', '"a\\x1b": 1', 'names: [x, "a\\x9f"]', '"\\uFFFE": 1'])
+def test_control_characters_are_refused(text: str) -> None:
+    """No name, unit or title with them can be written into XML, C or a page."""
+    with pytest.raises(InputError, match=r"f:2: expected text without control characters"):
+        yamlfile.parse(f"schema: 1\n{text}\n", "f")

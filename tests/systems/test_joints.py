@@ -16,10 +16,11 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import outputs, solve_statics
 from fmbs_skfem.systems import At, System, assemble, check_joint, compile_system, compiled, eliminate, fields
 from fmbs_skfem.systems.connections import joints
-from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.measures import probes, stresses
 from fmbs_skfem.systems.places import Draft
 
+from .. import models
 from ..models import segment
 from .parts import A0, A1, B0, B1, BOB, C0, C1, beams, displaced, every_joint, swing
 
@@ -203,3 +204,13 @@ def test_rods_of_other_stiffness_share_no_slope(between: bool, force: float) -> 
     found = outputs(solve_statics(eliminate(system), 1))
     assert 1e5 * (found["slope"][-1] - 1.0) == pytest.approx(force, rel=1e-4)
     assert found["N_N"][-1] == pytest.approx(1.0, rel=1e-8)
+
+
+@pytest.mark.parametrize("to", ["right", 1.0])
+def test_a_place_is_not_joined_to_itself(to: str | float) -> None:
+    """However it is called; both ends of a line that is closed are two places at one point."""
+    beam = cable("beam", segment(4), models.SECTION, models.MATERIAL, dim=2)
+    with pytest.raises(InputError, match=r"expected another place, got 'beam.* itself"):
+        assemble([beam], [joints.Pin("j", At("beam", "right"), At("beam", to))])
+    with pytest.raises(InputError, match=r"expected another place, got 'beam.* itself"):
+        assemble([beam], [], [springs.SpringDamper("s", At("beam", "right"), At("beam", to), stiffness=1.0)])

@@ -342,6 +342,12 @@ def test_a_saved_model_runs_in_its_page_as_in_python(chromium: Browser, tmp_path
     tab.run(f"(({{ live }}) => {{ live.reset(); {go_on} }})(fmbs.state)")
     assert tab.run("fmbs.state.live.time") == at
     assert tab.run("[...fmbs.state.model.step(0)]") == first
+    told = "fmbs.state.live.stopped.hidden ? '' : fmbs.state.live.stopped.textContent"
+    assert tab.run(told) == ""
+    tab.run("(fmbs.state.model.status = 3, fmbs.state.live.advance(0.01))")  # as the step of the model has it
+    assert "stands still" in tab.run(told)
+    tab.run("fmbs.state.live.reset()")
+    assert tab.run(told) == ""
     assert tab.wrong == []
 
 

@@ -21,7 +21,7 @@ from ..core.errors import InputError, SolverError, listed, say
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..systems.signals import inputs_of
 from ..systems.system import System
-from .live import start
+from .live import is_count, start
 
 if TYPE_CHECKING:
     from .spaces import NEXT_STEP, Box, Env, VectorEnv
@@ -68,8 +68,12 @@ class Plant(Env):
             raise InputError(
                 say("Plant", "inputs that have ranges, as actions", got, "write `inputs: {u: {range: [-5 N m, 5 N m]}}`")
             )
-        if every < 1:
-            raise InputError(say("Plant: every", "1 step or more", every))
+        if not is_count(every):
+            raise InputError(say("Plant: every", "a whole number of steps, 1 or more", every))
+        if not 0.0 < duration < np.inf:
+            raise InputError(say("Plant: duration", "a positive time with an end [s]", duration))
+        if not (callable(reward) and callable(ends)):
+            raise InputError(say("Plant: reward and ends", "functions of outputs", f"{reward!r} and {ends!r}"))
         self.names, self.observed = tuple(ranges), tuple(observed)
         self.reward, self.ends, self.duration, self.every = reward, ends, duration, every
         self.run = start(system, scheme, newton)
@@ -92,7 +96,10 @@ class Plant(Env):
 
     def step(self, action: np.ndarray | Sequence[float]) -> Answer:
         """The plant after an action (j,), which is cut to its range [SI]."""
-        given = dict(zip(self.names, np.clip(np.asarray(action, float), self.low, self.high).tolist(), strict=True))
+        values = np.asarray(action, float)
+        if values.shape != self.low.shape or np.isnan(values).any():
+            raise InputError(say("Plant.step", f"an action of {len(self.low)} numbers, {', '.join(self.names)}", action))
+        given = dict(zip(self.names, np.clip(values, self.low, self.high).tolist(), strict=True))
         try:
             self.run.step(given, self.every)
         except SolverError as error:

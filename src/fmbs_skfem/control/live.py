@@ -62,6 +62,11 @@ def start(
     return run
 
 
+def is_count(value: object) -> bool:
+    """Whether a value is a whole number, 1 or more."""
+    return isinstance(value, int | np.integer) and bool(value > 0)
+
+
 def require_accuracy(accuracy: Mapping[str, float] | float, system: System) -> None:
     """InputError for errors that outputs cannot have."""
     where, expected = "start: accuracy", "errors of outputs, parts of their ranges between 0 and 1"
@@ -120,6 +125,10 @@ class LiveRun:
         """
         if self.run.ended:
             raise InputError(say("run.step", "a run that goes on", f"one that an event has stopped at t = {self.time:g} s"))
+        if not is_count(count):
+            raise InputError(say("run.step: count", "a whole number of steps, 1 or more", count))
+        if not isinstance(inputs or {}, Mapping):
+            raise InputError(say("run.step: inputs", "numbers by the names of inputs", repr(inputs)))
         self.feed.next = inputs or {}
         end = self.run.done + count
         while self.run.done < end and not self.run.ended:

@@ -21,6 +21,7 @@ from ..systems.system import System
 from ..systems.terms import elastic as terms
 from .compiled_step.step import LEAST, Method
 
+LEAST_STEP = 1e-100  #: [s], whose square is a number
 WHOLE = 1e-6  #: part of a duration by which whole steps may miss it: round-off
 # double pendulums, full and in 30 modes, in steps of 0.05 to 1 ms: two corrections leave less, so that half, twice and none of it
 # take the same
@@ -66,8 +67,8 @@ class GeneralizedAlpha:
         storable(cls)
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.step) and self.step > 0):
-            raise InputError(say("analysis.step", "a positive time [s]", self.step))
+        if not LEAST_STEP <= self.step <= 1.0 / LEAST_STEP:
+            raise InputError(say("analysis.step", f"a positive time [s], {LEAST_STEP:g} at least", self.step))
         if not 0 <= self.rho_inf <= 1:
             raise InputError(say("analysis.rho_inf", "a number between 0 and 1", self.rho_inf))
         if not 0 <= self.local_error < 1:

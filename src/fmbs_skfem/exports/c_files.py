@@ -38,9 +38,86 @@ from . import forces, numbers, outputs, signals, terms
 from .numbers import Numbers
 from .outputs import Column
 from .pieces import Array, Piece, joined
-from .text import array, maths, number, replaced, template
+from .text import array, comment, maths, number, replaced, template
 
 HUGE = 1e300
+BESIDE = ("fmi2.c", "fmi3.c", "fmu.c", "windows.c")  #: files that a model may have beside its own
+#: of C and of POSIX, which a header of the same name would hide
+HEADERS = frozenset(
+    [
+        "aio",
+        "assert",
+        "complex",
+        "cpio",
+        "ctype",
+        "dirent",
+        "dlfcn",
+        "errno",
+        "fcntl",
+        "fenv",
+        "float",
+        "fmtmsg",
+        "fnmatch",
+        "ftw",
+        "glob",
+        "grp",
+        "iconv",
+        "inttypes",
+        "iso646",
+        "langinfo",
+        "libgen",
+        "limits",
+        "locale",
+        "malloc",
+        "math",
+        "memory",
+        "monetary",
+        "mqueue",
+        "ndbm",
+        "netdb",
+        "nl_types",
+        "poll",
+        "pthread",
+        "pwd",
+        "regex",
+        "sched",
+        "search",
+        "semaphore",
+        "setjmp",
+        "signal",
+        "spawn",
+        "stdalign",
+        "stdarg",
+        "stdatomic",
+        "stdbool",
+        "stddef",
+        "stdint",
+        "stdio",
+        "stdlib",
+        "stdnoreturn",
+        "string",
+        "strings",
+        "stropts",
+        "syslog",
+        "tar",
+        "termios",
+        "tgmath",
+        "threads",
+        "time",
+        "trace",
+        "uchar",
+        "ulimit",
+        "unistd",
+        "utime",
+        "utmpx",
+        "values",
+        "varargs",
+        "wchar",
+        "wctype",
+        "windows",
+        "wordexp",
+    ]
+)
 # a planar arm of two links under random torques, 3 corrections a step: 0.5 and 0.03 at most, where its tip is off by 2 mm, else
 # 3e-3 and 0.1 mm; what does not shrink is on its way to numbers that are none
 SHRINKS = 0.9  #: size of the last of a given number of corrections over that of the one before, above which they do not shrink
@@ -68,6 +145,14 @@ def identifier(name: str) -> str:
     """A name that C knows: letters, digits and _."""
     found = re.sub(r"\W", "_", name, flags=re.ASCII).strip("_") or "model"
     return f"model_{found}" if found[0].isdigit() else found
+
+
+def model_name(name: str, texts: Iterable[str]) -> str:
+    """A name for a model and its files: one with which words of their texts begin, or that of a header, is prefixed."""
+    found = identifier(name)
+    code = (re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) for text in (*texts, *map(template, BESIDE)))
+    own = found in HEADERS or any(re.search(rf"\b{found}_", text) for text in code)
+    return f"model_{found}" if own else found
 
 
 def distinct(names: Iterable[str]) -> list[str]:
@@ -169,7 +254,6 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     contact, and joints by a law.
     """
     given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
-    name = identifier(name)
     check(given.case, title)
     case, memory = at_start(given, title)
     given = replace(given, case=case)
@@ -190,14 +274,15 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     text = "\n".join([template("begin.c"), *parts, template("ports.c"), reading, stepped(), energies(whole)])
     text = "\n".join([text, setting, template("start.c")])
     fixed = "\n".join([controls(frame, whole, columns, inputs, given, turn), tables_of(frame, inputs, given, turn), constants])
-    head = f'/* {clean(title)}: the equations of NAME.h. */\n#include "NAME.h"\n'
-    source = replaced("\n".join([head, fixed, maths(text), text]), {"NAME": name})
+    head = f'/* {comment(title)}: the equations of NAME.h. */\n#include "NAME.h"\n'
+    source = "\n".join([head, fixed, maths(text), text])
     header = header_of(frame, whole, columns, inputs, given, turn, {"TITLE": title, "DESCRIPTION": description, "NUMBERS": fields})
     ports = {key: (one.unit, one.start) for key, one in inputs.items()}
+    name = model_name(name, (source, header))
     return CModel(
         name,
         replaced(header, {"NAME": name}),
-        re.sub(r"\n{3,}", "\n\n", source),
+        re.sub(r"\n{3,}", "\n\n", replaced(source, {"NAME": name})),
         case.scheme.step,
         case.duration,
         numbers.parameters_of(given),
@@ -271,11 +356,6 @@ def start_velocities(frame: Frame) -> Array:
     if np.abs(gap).max(initial=0.0) <= initial.ROUND_OFF * initial.speed_of(system.v0):
         return Array(system.v0, ("system", "v0"))
     return Array(initial.admissible(system, frame.case.scheme)[1])
-
-
-def clean(text: str) -> str:
-    """A text that ends no comment."""
-    return text.replace("*/", "* /").replace("/*", "/ *").replace("\n", "\n * ")
 
 
 def hooks(whole: Piece, elastic: int) -> str:
@@ -361,6 +441,8 @@ def tables_of(frame: Frame, inputs: Mapping[str, Any], given: Numbers, turn: Tur
         array("PROBE_FIRST", np.concatenate([[0], np.cumsum(ends - begins)]), "int"), array("PROBE_BEGIN", begins, "int"),
         table("TERM", np.stack([own.row, own.signal, own.i, own.j], axis=1)), numbers.table_of(given),
         array("INPUT_START", np.array([one.start for one in inputs.values()])),
+        array("INPUT_LEAST", np.array([(one.range or (-HUGE, HUGE))[0] for one in inputs.values()])),
+        array("INPUT_MOST", np.array([(one.range or (-HUGE, HUGE))[1] for one in inputs.values()])),
         array("DRIVES", np.array([name in driving_inputs(frame.case.system) for name in inputs], int), "int"),
     ]  # fmt: skip
     rows, at, places, beta = np.zeros((0, 3), int), np.zeros(0), np.zeros(0), np.zeros(0)
@@ -412,12 +494,12 @@ def header_of(
     told["INPUT"] = [(key, f"[{one.unit or '-'}]{spanned(one)}") for key, one in inputs.items()]
     told["OUTPUT"] = [(one.name, f"[{one.unit or '-'}]") for one in columns]
     ports = [
-        f"#define NAME_{kind}_{word} {k} /* {about} */"
+        f"#define NAME_{kind}_{word} {k} /* {comment(about)} */"
         for kind, found in told.items()
         for k, (word, (_, about)) in enumerate(zip(distinct(key for key, _ in found), found, strict=True))
     ]
     text = re.sub(r"\[([A-Z]+_)\]", lambda one: f"[{max(1, lengths[one.group(1)])}]", template("header.h"))
-    words: dict[str, Any] = {key: clean(value) for key, value in texts.items()} | {
+    words: dict[str, Any] = {key: comment(value) for key, value in texts.items()} | {
         "VERSION": __version__, "PORTS": "\n".join(ports) + "\n", "N_PARAMETERS": len(parameters), "N_INPUTS": len(inputs),
         "N_OUTPUTS": len(columns), " STEP ": f" {number(frame.case.scheme.step)} ",
     }  # fmt: skip

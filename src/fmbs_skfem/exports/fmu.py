@@ -20,6 +20,7 @@ from xml.etree import ElementTree as xml
 from .. import __version__
 from ..core.storage.records import dataclass
 from ..core.values.display import SI, DisplayUnits
+from ..core.values.problems import printable
 from ..core.values.units import measure
 from .binaries import Binary
 from .c_files import CModel
@@ -122,6 +123,10 @@ def quoted(text: str) -> str:
 
 
 def text_of(root: xml.Element) -> str:
+    """A file of elements, in which texts from elsewhere stand without control characters: XML has no place for them."""
+    for element in root.iter():
+        for key, value in element.attrib.items():
+            element.set(key, printable(value))
     xml.indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{xml.tostring(root, encoding="unicode")}\n'
 

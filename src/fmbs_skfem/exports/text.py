@@ -12,6 +12,7 @@ import numpy as np
 from sympy.printing.c import C99CodePrinter
 
 from ..core.compiling.symbols import Expression, shared
+from ..core.values import problems
 
 WIDTH = 130  #: of a line
 INDENT = "    "
@@ -103,6 +104,12 @@ def block(lines: Iterable[str], depth: int = 1) -> str:
             line, WIDTH, initial_indent=indent, subsequent_indent=indent + INDENT, break_long_words=False, break_on_hyphens=False
         )
     return "\n".join(found)
+
+
+def comment(text: str) -> str:
+    """Any text inside of a comment, which it neither ends nor begins: on lines of its own, without control characters."""
+    lines = [problems.printable(line) for line in text.splitlines()]
+    return "\n * ".join(lines).replace("*/", "* /").replace("/*", "/ *")
 
 
 def template(name: str) -> str:

@@ -18,7 +18,11 @@ static NAME_memory m;
 static double outs[NAME_OUTPUTS > 0 ? NAME_OUTPUTS : 1];
 void init(void) { NAME_init(&m); }
 int start(void) { return NAME_start(&m); }
-int step(double span) { return NAME_step(&m, span); }
+int step(double span)
+{
+    const NAME_status found = NAME_step(&m, span);
+    return found == NAME_INPUT_OUTSIDE ? NAME_step(&m, span) : found; /* pages show ranges beside their inputs */
+}
 double *inputs(void) { return m.inputs; }
 double *parameters(void) { return m.parameters; }
 double *unknowns(void) { return m.now.x; }

@@ -36,6 +36,8 @@ Oddity: TypeAlias = tuple[Keys, str]  #: path of keys, and what is odd about wha
 Scalar: TypeAlias = str | int | float | bool | None
 _LONG = re.compile(rf"(?:^|\r)([^\r\n]{{{WIDTH + 1},}})", re.MULTILINE)
 _DEEP = re.compile(rf"(?:[\[{{][ \t]{{0,3}}){{{LEVELS + 1}}}")  #: brackets that the parser would look through again and again
+#: what XML 1.0 has no place for, and DEL to 9f
+_CONTROL = re.compile(r"[^\t\n\r\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _PARTS = re.compile(r"expected (.+), but (?:found|got) (.+)", re.DOTALL)  #: what the parser says
 _INTEGER = re.compile(r"[-+]?\d{1,300}", re.ASCII)
 _FLOAT = re.compile(r"[-+]?(\.\d+|\d+(\.\d*)?)([eE][-+]?\d+)?", re.ASCII)
@@ -220,12 +222,19 @@ class _Builder:
     def _build(self, event: Any, level: int) -> Node:
         line = event.start_mark.line + 1
         if isinstance(event, ScalarEvent):
-            return Node(scalar(event.value) if event.style is None else event.value, line)
+            return Node(scalar(event.value) if event.style is None else self._text(event), line)
         if isinstance(event, ListStartEvent):
             return self._list(line, level)
         if isinstance(event, MappingStartEvent):
             return self._mapping(line, level)
         raise _refuse(self.name, event, "a value", type(event).__name__)
+
+    def _text(self, event: Any) -> str:
+        """A text without control characters, which no name, unit or title of what is written from it can hold."""
+        text = str(event.value)
+        if found := _CONTROL.search(text):
+            raise _refuse(self.name, event, "text without control characters", repr(found.group()), "delete it")
+        return text
 
     def _list(self, line: int, level: int) -> Node:
         items: list[Node] = []
@@ -242,7 +251,7 @@ class _Builder:
         while not isinstance(event := next(self.events), MappingEndEvent):
             if not isinstance(event, ScalarEvent) or event.anchor is not None or event.tag is not None:
                 raise _refuse(self.name, event, "a key that is plain text", "something else")
-            key, key_line = str(event.value), event.start_mark.line + 1
+            key, key_line = self._text(event), event.start_mark.line + 1
             if key in entries:
                 raise _refuse(
                     self.name, event, f"the key '{key}' once", f"twice, in lines {entries[key].line} and {key_line}", "delete one"

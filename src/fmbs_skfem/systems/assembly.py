@@ -63,6 +63,7 @@ SAMPLES = 201  #: points of a centre line in pictures and position errors
 LIGHT = 1e-9  #: part of the metric of unknowns without mass in the kinetic energy of changes of initial velocities
 KEPT = "kept linear rows"  #: under which a system remembers them
 MOVED = 1e-6  #: gap of a linear constraint at the start, over the size of the mechanism, that is named
+SAME_PLACE = 1e-12  #: differences of functions at two places of a body that are one
 SNAP = 1e-12  #: distance from a break, over the length of a line, that is round-off
 
 
@@ -188,9 +189,21 @@ def unknowns_of(joints: Sequence[Joint], layout: Coordinates) -> list[Body]:
 def constrain(draft: Draft, joints: Sequence[Joint]) -> None:
     """Add the rows of all joints to a draft, and those that keep frames of bodies orthonormal."""
     for joint in joints:
+        require_two_places("joint", joint, draft)
         joint.constrain(draft)
     for part in draft.layout.bodies.values():
         orthonormal(part, draft)
+
+
+def require_two_places(kind: str, one: Joint | Load, draft: Draft) -> None:
+    """InputError for a joint or a load between a place and itself, however that is called: `right`, or an arc length."""
+    at, to = getattr(one, "at", None), getattr(one, "to", None)
+    if not (isinstance(at, At) and isinstance(to, At) and at.body == to.body):
+        return
+    where = f"{kind} '{one.name}'"
+    apart = at != to and abs(draft.layout.read(where, at) - draft.layout.read(where, to)).max() > SAME_PLACE
+    if not apart:
+        raise InputError(say(f"{where}: to", "another place", f"'{to}', which is '{at}' itself", "take a place of another body"))
 
 
 def read_by(additions: Iterable[Addition], draft: Draft) -> tuple[readings.WantedReadings, list[tuple[Addition, list[int]]]]:
@@ -209,6 +222,7 @@ def push(draft: Draft, loads: Iterable[Load]) -> None:
     """Add the forces of all loads to a draft."""
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, draft.layout.dim)
+        require_two_places("load", load, draft)
         first = draft.probes.count
         load.push(draft)
         draft.pushed[load.name] = range(first, draft.probes.count)

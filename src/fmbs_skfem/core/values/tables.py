@@ -79,6 +79,11 @@ class Table(Source):
             if b <= a:
                 got = f"{b:g} {self.of} as point {k + 2} behind {a:g} {self.of}"
                 raise InputError(say(f"table '{self.name}'", "growing times or places", got))
+        with np.errstate(all="ignore"):
+            bends = np.diff(np.diff(points[1]) / np.diff(points[0])) / np.diff(points[0])[1:]
+            steep = not np.isfinite([*np.diff(points[1]) / np.diff(points[0]), *bends]).all()
+        if steep:
+            raise InputError(say(f"table '{self.name}'", "points between which slopes are finite", "values too large for that"))
 
     @property
     def call(self) -> str:

@@ -20,6 +20,7 @@
 extern "C" {
 #endif
 
+#define NAME_INTERFACE 2 /* version of this header: new fields and statuses */
 #define NAME_STEP STEP /* of the model [s] */
 #define NAME_PARAMETERS N_PARAMETERS
 #define NAME_INPUTS N_INPUTS
@@ -36,7 +37,8 @@ typedef enum {
     NAME_NO_SUCH_INPUT,
     NAME_PARAMETER_OUTSIDE,
     NAME_NO_DERIVATIVE,
-    NAME_TOO_FEW_CORRECTIONS
+    NAME_TOO_FEW_CORRECTIONS,
+    NAME_INPUT_OUTSIDE
 } NAME_status;
 
 /* An accepted state: unknowns, rates, algorithmic accelerations, accelerations, c times multipliers, earlier ones. */
@@ -49,6 +51,7 @@ typedef struct {
 typedef struct {
     double parameters[P_]; /* given by the caller before the start */
     double inputs[I_];     /* and before a step */
+    int outside[I_];       /* whether an input was beyond the range of the training, of which the first step says so */
     int fixed;             /* corrections of every step; 0: as many as the tolerance asks for */
     double time;           /* [s] */
     double since;          /* the time is this plus `whole` steps of the model: sums of steps drift by their round-off [s] */

@@ -129,6 +129,8 @@ NAME_status NAME_start(NAME_memory *m)
     set_step(m, NAME_STEP);
     m->time = m->since = m->given_end = 0.0;
     m->whole = 0;
+    EACH (k, INPUTS)
+        m->outside[k] = 0;
     m->given_span = NAME_STEP;
     EACH (row, 4)
         EACH (i, DRIVEN)
@@ -227,6 +229,7 @@ const char *NAME_message(NAME_status status)
         "there is no such input",
         "a parameter is outside of the range that the model was trained for",
         "an input that drives a joint has no derivatives",
-        "the corrections of a step are too few, or do not shrink: the state is that of the last good one, see `enough`"};
+        "the corrections of a step are too few, or do not shrink: the state is that of the last good one, see `enough`",
+        "an input is outside of the range that the model was trained for: errors are not known; the next call takes the step"};
     return texts[status];
 }

@@ -868,11 +868,19 @@ NAME_status NAME_step(NAME_memory *m, double span)
 {
     const double begin = m->time;
     double parts = math_floor(span / NAME_STEP + 0.5);
+    int told = 0;
     EACH (k, INPUTS)
         if (!is_finite(m->inputs[k]))
             return NAME_INPUT_NOT_FINITE;
     if (!(span > 0.0) || !is_finite(span))
         return NAME_SPAN_NOT_POSITIVE;
+    EACH (k, INPUTS) {
+        const int beyond = m->inputs[k] < INPUT_LEAST[k] || m->inputs[k] > INPUT_MOST[k];
+        told |= beyond && !m->outside[k];
+        m->outside[k] |= beyond;
+    }
+    if (told)
+        return NAME_INPUT_OUTSIDE;
     /* whole steps of the model where they fit, else as many equal ones as are not longer */
     if (parts < 1.0 || size_of(span - parts * NAME_STEP) > 1e-9 * span)
         parts = -math_floor(-span / NAME_STEP);

@@ -9,6 +9,7 @@
  *     reset()                   back to the state at the start, bit for bit
  *     step(n)                   n steps, 0 for none; returns the unknowns x (n,) of the reduced model as an array of numbers
  *     columns, outputs()        names of its outputs and their values now, where it has some: the plots draw them
+ *     status                    not 0 where a step has failed: it stands still, and the page says so
  *
  * The page knows how bodies and joints follow from the unknowns: `live` of the first film that has one holds for every body a
  * matrix (12 + modes, 1 + unknowns), whose first column is that of x = 0, and for every joint one (3, 1 + unknowns). Loads are shown
@@ -36,6 +37,7 @@ class Live {
     for (const kind of ["parameters", "inputs"]) for (const one of model[kind] || []) this.slider(place, kind, one);
     const again = element(place, "button", {}, "start again");
     again.addEventListener("click", () => this.reset());
+    this.stopped = element(place, "p", { role: "alert", hidden: "" });
     model.set(this.values.parameters, this.values.inputs);
     this.reset();
   }
@@ -59,7 +61,13 @@ class Live {
     this.time = this.model.time ?? 0;
     this.plots.forget();
     this.put(this.model.step(0));
+    this.tellStopped();
     this.changed();
+  }
+
+  tellStopped() {
+    this.stopped.hidden = !this.model.status;
+    this.stopped.textContent = `A step at t = ${short(this.time)} s failed, and the model stands still: start again, with smaller inputs.`;
   }
 
   /** Go on by a time [s], in whole steps of the model. */
@@ -68,6 +76,7 @@ class Live {
     const x = this.model.step(count);
     this.time = this.model.time ?? this.time + count * this.model.stepSize;
     this.put(x);
+    if (this.model.status) this.tellStopped();
   }
 
   /** Back to the motion that was recorded. */
