@@ -290,7 +290,7 @@ def test_a_step_that_leaps_in_all_lengths_is_explained() -> None:
     line = body.cable("beam", models.segment(5), models.SECTION, models.MATERIAL, dim=2)
     system = eliminate(assemble([line], [held], [loads.Gravity((0.0, -9.81)), shape]))
     with pytest.warns(Notice), pytest.raises(FailedStep) as caught:
-        integrate(system, STEP, 0.05)
+        integrate(system, STEP, 0.2)  # when it goes through is a matter of round-off: up to 0.08 s
     found = diagnosis.explain(caught.value)
     assert len(found.attempts) == HALVINGS + 1
     assert found.attempts[-1].outcome is not None

@@ -33,7 +33,7 @@ bodies:
   plate: {type: TYPE, mesh: FILE, thickness: 10 mm, RIMSmaterial: {young_modulus: 210 GPa, density: 7850, poisson_ratio: 0.3}}
 joints: JOINTS
 loads: {p: {type: surface_load, body: plate, force: FORCE}}
-analysis: {type: static, load_steps: 1}
+analysis: {type: static, load_steps: 1, tolerance: 1e-13}
 outputs: {u: {type: position, at: plate.middle}, r: {type: reaction, joint: hold}}
 """
 LOAD = 100.0  #: [Pa], under which the hinged plate deflects by 2e-3 of its thickness
@@ -124,12 +124,12 @@ def solved(
 
 
 def frequency(text: str, folder: Path) -> float:
-    modes = text.replace("{type: static, load_steps: 1}", MODES)
+    modes = text.replace("{type: static, load_steps: 1, tolerance: 1e-13}", MODES)
     return float(scenes.loads(modes, folder).run().frequencies[0])
 
 
-#: what the numbers of a file may say, and by how much deflection, frequency and reactions change: nodes moved by d over sides of a
-#: quarter turn these by 8 d, and bend a plate of 1/100 of its size by 100 d
+#: what the numbers of a file may say, and by how much deflection and frequency change: nodes moved by d over sides of a quarter
+#: turn these by 8 d, and bend a plate of 1/100 of its size by 100 d
 DOORS = {
     "8 digits": ({"file": "plate.msh", "digits": 8}, 2e-6),
     "5 digits": ({"file": "plate.msh", "digits": 5}, 2e-3),
@@ -141,6 +141,10 @@ DOORS = {
 }
 
 
+#: of that, change of reactions: both together turn membrane forces, whose moment about the normal changes by 730 d (7 digits)
+TURNED = 4.0
+
+
 def compare(folder: Path, support: str, axis: str, triangles: bool, doors: list[str]) -> None:
     """The plate with all digits beside others; the exact deflection to what four cells a side can (clamped: 17 % less)."""
     w, f, forces = solved(folder, support, axis, triangles, "plate.msh")
@@ -150,7 +154,7 @@ def compare(folder: Path, support: str, axis: str, triangles: bool, doors: list[
         options, change = DOORS[door]
         other = solved(folder, support, axis, triangles, **options)
         assert other[:2] == pytest.approx((w, f), rel=change), door
-        assert np.abs(other[2][1] - forces[1]).max() < change, door
+        assert np.abs(other[2][1] - forces[1]).max() < TURNED * change, door
         assert np.abs(other[2][0]).max() < 1e-6, door  # of the load, without it
 
 

@@ -480,11 +480,12 @@ def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     if len(rows) == 0:
         return replace(system, full=system)
     found = echelon.solve(A, a, tolerance, redundancy.scale_of(system))
-    remembered(system, KEPT, lambda: np.setdiff1d(np.arange(len(rows)), found.left))
     dropped = [system.constraints.names[rows[k]] for k in found.left]
     redundancy.refuse_gaps(dropped, found.gap, tolerance * system.scale)
+    left = redundancy.keep_held(system.constraints, rows, A, found.left)
+    remembered(system, KEPT, lambda: np.setdiff1d(np.arange(len(rows)), left))
     if dropped:
-        redundancy.notify_left_out(system.constraints, rows[found.left])
+        redundancy.notify_left_out(system.constraints, rows[left])
     kept = others(system.size, found.dependent)
     if not len(kept):
         return without_motion(system, rows, found, A @ system.x0 + a)
@@ -511,7 +512,8 @@ def kept_rows(system: System) -> np.ndarray:
 
     def find() -> np.ndarray:
         rows, A, a = linear_part(system)
-        return np.setdiff1d(np.arange(len(rows)), echelon.solve(A, a, units=redundancy.scale_of(system)).left)
+        left = echelon.solve(A, a, units=redundancy.scale_of(system)).left
+        return np.setdiff1d(np.arange(len(rows)), redundancy.keep_held(system.constraints, rows, A, left))
 
     return remembered(system, KEPT, find)
 

@@ -26,7 +26,7 @@ from ...core.storage.records import dataclass
 from ...dynamics.outputs import body_coordinates
 from ...dynamics.trajectory import Trajectory
 from ...systems.affine import Matrix
-from ...systems.system import System, change_coordinates, is_linear, keep_constraints, linear_part
+from ...systems.system import System, change_coordinates, is_linear, keep_constraints, linear_part, loose_rows
 from ..plan import ModeCounts, modes_of
 from . import invariant as vectors
 from . import kept_rows, pivots, pod
@@ -191,7 +191,7 @@ def reduce_system(
     V, mean, spans = block_basis(system, components, found)
     check_interfaces(system, components, found, classes)
     opened = opened_rows(system, V, classes.inside)
-    kept = np.sort(np.concatenate([classes.linking, classes.others, opened]))
+    kept = np.sort(np.concatenate([classes.linking, moving_rows(system, V, classes.others), opened]))
     reduced = replace(change_coordinates(keep_constraints(system, kept), V, mean), components=spans, full=None)
     reduced = vectors.with_shape_points(system, reduced, [(rows_of(system, one), found[k]) for k, one in components.items()])
     reduced = replace(reduced, mass=clean_diagonal(reduced.mass), damping=clean_diagonal(reduced.damping))
@@ -220,6 +220,19 @@ def opened_rows(system: System, V: np.ndarray, inside: np.ndarray) -> np.ndarray
     A = A[np.flatnonzero(np.isin(numbers, inside))]
     least = OPENED * np.abs(V).max(initial=0.0) * abs(A).max(axis=1).toarray().ravel()
     return np.asarray(np.sort(inside)[np.abs(A @ V).max(axis=1, initial=0.0) > least])
+
+
+def moving_rows(system: System, V: np.ndarray, some: np.ndarray) -> np.ndarray:
+    """Those of constraint rows `some` (k,) that read anything which modes V (q, r) move.
+
+    Of others, as of a drive that has not moved, round-off is left: as an equation it would hold some combination of all modes,
+    another one on every processor. Rows that events release or lock always stay.
+    """
+    own, P = system.constraints, csr_array(system.probes.matrix)
+    least = OPENED * np.abs(V).max(initial=0.0) * abs(P).max(axis=1).toarray().ravel()
+    moves = np.append(np.abs(P @ V).max(axis=1, initial=0.0) > least, False)  # -1 reads nothing
+    read = own.row[moves[own.i] | moves[own.j]]
+    return some[np.isin(some, read) | ~np.isin(some, own.row) | loose_rows(own)[some]]
 
 
 def clean_diagonal(A: Matrix) -> Matrix:

@@ -269,9 +269,29 @@ def redundant_linear_rows(system: System) -> np.ndarray:
     if not len(mine) or apart(A[mine]):
         return none
     found = echelon.solve(csr_array(A[mine]), a[mine], units=scale_of(system))
-    dropped = rows[mine[found.left]]
-    refuse_gaps([system.constraints.names[k] for k in dropped], found.gap, ranks.EXACT * system.scale)
-    return dropped
+    refuse_gaps([system.constraints.names[k] for k in rows[mine[found.left]]], found.gap, ranks.EXACT * system.scale)
+    return rows[mine[keep_held(system.constraints, rows[mine], A[mine], found.left)]]
+
+
+def keep_held(constraints: Constraints, rows: np.ndarray, A: Array, left: np.ndarray) -> np.ndarray:
+    """Which of `rows` (m,), A (m, n), to leave out where `left` (i,) may be: of two that are alike those of held edges stay.
+
+    Which of them elimination takes is a matter of round-off, and so of the processor; what holds an edge once more is named.
+    """
+    held = np.array([constraints.names[k][0] in constraints.edges for k in rows])
+    mine, others = np.flatnonzero(held[left]), np.setdiff1d(np.flatnonzero(~held), left)
+    if not len(mine) or not len(others):
+        return left
+    A = csr_array(A)
+    length = np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
+    unit = csr_array(A.multiply(1.0 / np.maximum(length, np.finfo(float).tiny)[:, None]))
+    alike = abs(unit[left[mine]] @ unit[others].T).toarray() > 1.0 - ranks.EXACT
+    found, free = left.copy(), np.ones(len(others), bool)
+    for k, row in zip(mine, alike, strict=True):
+        same = np.flatnonzero(row & free)
+        if len(same):
+            found[k], free[same[0]] = others[same[0]], False
+    return found
 
 
 def apart(A: Array) -> bool:
