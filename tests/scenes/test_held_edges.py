@@ -33,7 +33,7 @@ bodies:
   plate: {type: TYPE, mesh: FILE, thickness: 10 mm, RIMSmaterial: {young_modulus: 210 GPa, density: 7850, poisson_ratio: 0.3}}
 joints: JOINTS
 loads: {p: {type: surface_load, body: plate, force: FORCE}}
-analysis: {type: static, load_steps: 1, tolerance: 1e-13}
+analysis: {type: static, load_steps: 1}
 outputs: {u: {type: position, at: plate.middle}, r: {type: reaction, joint: hold}}
 """
 LOAD = 100.0  #: [Pa], under which the hinged plate deflects by 2e-3 of its thickness
@@ -120,11 +120,13 @@ def solved(
     lowered = sum(float(found[f"u_{c}"][0] - found[f"u_{c}"][-1]) * normal[k] for k, c in enumerate("xyz"))
     held = [f"r_{c}" for c in (*"xyz", "mx", "my", "mz")] if support != "rim" else sorted(name for name in found if name[0] == "r")
     forces = np.array([[float(found[name][k]) for name in held] for k in (0, -1)])
+    if support == "quarter":  # its planes hold the same in its own plane: how both share that hangs on membrane forces
+        forces[:, 3:] -= np.outer(forces[:, 3:] @ normal, normal)
     return lowered / LOAD, frequency(text, folder), forces / LOAD
 
 
 def frequency(text: str, folder: Path) -> float:
-    modes = text.replace("{type: static, load_steps: 1, tolerance: 1e-13}", MODES)
+    modes = text.replace("{type: static, load_steps: 1}", MODES)
     return float(scenes.loads(modes, folder).run().frequencies[0])
 
 
@@ -141,10 +143,6 @@ DOORS = {
 }
 
 
-#: of that, change of reactions: both together turn membrane forces, whose moment about the normal changes by 730 d (7 digits)
-TURNED = 4.0
-
-
 def compare(folder: Path, support: str, axis: str, triangles: bool, doors: list[str]) -> None:
     """The plate with all digits beside others; the exact deflection to what four cells a side can (clamped: 17 % less)."""
     w, f, forces = solved(folder, support, axis, triangles, "plate.msh")
@@ -154,7 +152,7 @@ def compare(folder: Path, support: str, axis: str, triangles: bool, doors: list[
         options, change = DOORS[door]
         other = solved(folder, support, axis, triangles, **options)
         assert other[:2] == pytest.approx((w, f), rel=change), door
-        assert np.abs(other[2][1] - forces[1]).max() < TURNED * change, door
+        assert np.abs(other[2][1] - forces[1]).max() < change, door
         assert np.abs(other[2][0]).max() < 1e-6, door  # of the load, without it
 
 
@@ -184,6 +182,7 @@ def test_digits_do_not_clamp(support: str, axis: str, triangles: bool, door: str
 
 @pytest.mark.parametrize("triangles", [False, True])
 def test_all_supports_directions_and_files(triangles: bool, tmp_path: Path) -> None:
-    for support in SUPPORTS:
+    """Of one joint: how two of them share what both hold is another question."""
+    for support in ("hinged", "clamped", "cantilever", "rim"):
         for axis in "xyz":
             compare(tmp_path, support, axis, triangles, list(DOORS))
