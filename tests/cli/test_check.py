@@ -496,6 +496,17 @@ def test_the_page_of_the_schema_is_the_one_in_the_documentation() -> None:
     assert f"| `section` | {' or '.join(f'[{one}](#{one})' for one in sections)} | |" in page
 
 
+def test_a_plate_with_a_rim_is_one_piece(tmp_path: Path) -> None:
+    """The axis of a rim across the plate has no mass, and is no piece."""
+    shutil.copy(ROOT / "meshes" / "plate_crank_coarse.msh", tmp_path)
+    (tmp_path / "crank.yaml").write_text(
+        "schema: 1\ndimension: 3\nbodies:\n  c: {type: plate, mesh: plate_crank_coarse.msh, thickness: 5 mm, rims: {hole: {edges: A}},\n"
+        "    material: {young_modulus: 70 GPa, density: 2700, poisson_ratio: 0.3}}\njoints: {j: {type: clamp, at: c.hole}}\n"
+        "analysis: {type: static}\n"
+    )
+    assert [one["pieces"] for one in fmbs("check", tmp_path / "crank.yaml", "--json").json["bodies"]] == [1]
+
+
 def test_check_says_where_bodies_are(tmp_path: Path) -> None:
     """Two squares of one shell that stand apart, in millimetres, and a mass point."""
     square = {"degree": [1, 1], "knots": [[0, 0, 1, 1], [0, 0, 1, 1]]}

@@ -189,5 +189,5 @@ DisplayUnits = Annotated[
     tuple[str, ...], Takes(read_display_units, NAMES | {"description": "units of results, such as [mm, MPa, rpm]"})
 ]
 Instant = Annotated[float, quantity("s", ">= 0")]
-MeshFile = Annotated[str, "a mesh file (.msh, .vtu), its path from the folder of the scene"]
+MeshFile = Annotated[str, "a mesh file (.msh, .vtu, .inp, .med, .vtk), its path from the folder of the scene"]
 NewtonTolerance = Annotated[float, quantity("", "> 0", "< 0.01")]

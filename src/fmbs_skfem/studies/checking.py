@@ -232,17 +232,20 @@ def describe_body(figure: Facts, part: Body, counted: Mechanism) -> dict[str, An
 def geometry(figure: Facts, part: Body) -> dict[str, Any]:
     """Where a body is in the reference: the box around its points [m], its length [m] or area [m2], pieces and named places [m].
 
-    Functions that share no mass belong to different pieces.
+    Functions that share no mass belong to different pieces; those without any, as axes of rims across a plate, to none.
     """
     points = bodies.positions(part)
     names = [*part.frames, *(name for name in part.places if name not in part.frames)]
     places = {name: (bodies.probe(part, bodies.locate(part, name)) @ part.reference)[0].tolist() for name in names}
     whole = part.space is None or part.shapes is not None
+    heavy = np.flatnonzero(part.mass.diagonal() > 0.0)
     return {
         "box": [points.min(axis=0).tolist(), points.max(axis=0).tolist()],
         "length": figure.length,
         "area": figure.area,
-        "pieces": 1 if whole else int(csgraph.connected_components(part.mass, directed=False, return_labels=False)),
+        "pieces": 1
+        if whole
+        else int(csgraph.connected_components(part.mass[heavy][:, heavy], directed=False, return_labels=False)),
         "places": places,
     }
 

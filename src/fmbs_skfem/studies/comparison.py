@@ -66,6 +66,7 @@ class ComparisonPictures:
         return [self.still, self.moving, self.error, *([f"{SERIES}.pvd"] if self.series else [])]
 
 
+PICTURES = (".png", ".gif")
 DEMO_SHOWN = ComparisonPictures("full.png", "motion.gif", "reduced.png", frames=41, rate=14.0, series=True)
 
 
@@ -111,7 +112,7 @@ def gist(found: ComparisonResult) -> list[Any]:
         rows.append((f"error of the step, {times['step']:g} s", "", "", "", f"{times['position']:.1e}"))
     moved = f"A flexible double pendulum swings for {study.full.times[-1]:g} s: {len(study.records)} models of it."
     table = ReportTable(moved, ("", "unknowns", "CPU [s]", "times as fast", "error [m]"), rows, names=True)
-    places = found.files
+    places = [place for place in found.files if place.suffix in PICTURES]
     shown = f"Pictures: {places[0].parent}." if places else "No pictures."
     return [table, f"{shown} All tables: fmbs demo --tables. Scenes: fmbs demo --copy.", *cheapest_words(report)]
 
