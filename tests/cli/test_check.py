@@ -500,7 +500,8 @@ def test_a_plate_with_a_rim_is_one_piece(tmp_path: Path) -> None:
     """The axis of a rim across the plate has no mass, and is no piece."""
     shutil.copy(ROOT / "meshes" / "plate_crank_coarse.msh", tmp_path)
     (tmp_path / "crank.yaml").write_text(
-        "schema: 1\ndimension: 3\nbodies:\n  c: {type: plate, mesh: plate_crank_coarse.msh, thickness: 5 mm, rims: {hole: {edges: A}},\n"
+        "schema: 1\ndimension: 3\nbodies:\n"
+        "  c: {type: plate, mesh: plate_crank_coarse.msh, thickness: 5 mm, rims: {hole: {edges: A}},\n"
         "    material: {young_modulus: 70 GPa, density: 2700, poisson_ratio: 0.3}}\njoints: {j: {type: clamp, at: c.hole}}\n"
         "analysis: {type: static}\n"
     )
