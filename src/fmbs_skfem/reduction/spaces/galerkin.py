@@ -26,6 +26,7 @@ from ...core.storage.records import dataclass
 from ...dynamics.outputs import body_coordinates
 from ...dynamics.trajectory import Trajectory
 from ...systems.affine import Matrix
+from ...systems.connections.redundancy import scale_of
 from ...systems.system import System, change_coordinates, is_linear, keep_constraints, linear_part, loose_rows
 from ..plan import ModeCounts, modes_of
 from . import invariant as vectors
@@ -229,7 +230,8 @@ def moving_rows(system: System, V: np.ndarray, some: np.ndarray) -> np.ndarray:
     another one on every processor. Rows that events release or lock always stay.
     """
     own, P = system.constraints, csr_array(system.probes.matrix)
-    least = OPENED * np.abs(V).max(initial=0.0) * abs(P).max(axis=1).toarray().ravel()
+    unit = scale_of(system)
+    least = OPENED * np.abs(V / unit[:, None]).max(initial=0.0) * abs(P.multiply(unit)).max(axis=1).toarray().ravel()
     moves = np.append(np.abs(P @ V).max(axis=1, initial=0.0) > least, False)  # -1 reads nothing
     read = own.row[moves[own.i] | moves[own.j]]
     return some[np.isin(some, read) | ~np.isin(some, own.row) | loose_rows(own)[some]]
