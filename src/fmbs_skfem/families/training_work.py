@@ -257,7 +257,8 @@ def extend(work: TrainingState, point: int) -> None:
     work.models, work.indicators, work.motions, work.stale = [*work.models[:number], model], {}, {}, False
     work.pairs = [*work.pairs, *before, *recalibrate(work)]
     if work.must_pay:
-        worth.require_fast(work.fast, work.runs[0], model.cases(work.runs[0].values))
+        first, motion = work.runs[0], work.motions.get(work.points[0])
+        worth.require_fast(work.fast, first, model.cases(first.values), run_s=motion.statistics.cpu_s if motion else math.inf)
     notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
     store.keep_model(work.folder, number + 1, model, notes)
     store.keep_indicators(work.folder, number + 1, work.indicators)

@@ -68,13 +68,18 @@ def require_gain(full_s: float, run_s: float, least: float = FAST) -> None:
         raise DoesNotPay(gain if full_s < FAST * run_s else f"{gain}, and slower with more full runs", full_s, run_s)
 
 
-def require_fast(task: TrainingTask, run: FullRun, reduced: Case, least: float = FAST) -> tuple[float, float]:
+def require_fast(
+    task: TrainingTask, run: FullRun, reduced: Case, least: float = FAST, run_s: float = math.inf
+) -> tuple[float, float]:
     """Seconds of the full model at a run of it, in its own tolerance, and of the reduced case there.
 
     DoesNotPay where the gain is below `least`. The fastest of some runs of either count, until it is not: what else a computer does
     makes runs slower by halves, and the first one of a process loads what the others find. A reduced run that fails takes no time.
+    One that took `run_s` is not repeated where that is SURELY fast.
     """
-    case, full_s, run_s = task.family(run.values), run.cpu_s, math.inf
+    if run.cpu_s >= SURELY * run_s:
+        return run.cpu_s, run_s
+    case, full_s = task.family(run.values), run.cpu_s
     full = replace(case, system=task.form(case.system)) if full_s <= PATIENCE else None
     for _ in range(REPEAT):
         try:

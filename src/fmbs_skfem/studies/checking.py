@@ -237,15 +237,15 @@ def geometry(figure: Facts, part: Body) -> dict[str, Any]:
     points = bodies.positions(part)
     names = [*part.frames, *(name for name in part.places if name not in part.frames)]
     places = {name: (bodies.probe(part, bodies.locate(part, name)) @ part.reference)[0].tolist() for name in names}
-    whole = part.space is None or part.shapes is not None
-    heavy = np.flatnonzero(part.mass.diagonal() > 0.0)
+    pieces = 1
+    if part.space is not None and part.shapes is None:
+        heavy = np.flatnonzero(part.mass.diagonal() > 0.0)
+        pieces = int(csgraph.connected_components(part.mass[heavy][:, heavy], directed=False, return_labels=False))
     return {
         "box": [points.min(axis=0).tolist(), points.max(axis=0).tolist()],
         "length": figure.length,
         "area": figure.area,
-        "pieces": 1
-        if whole
-        else int(csgraph.connected_components(part.mass[heavy][:, heavy], directed=False, return_labels=False)),
+        "pieces": pieces,
         "places": places,
     }
 

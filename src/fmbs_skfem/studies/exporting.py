@@ -22,7 +22,7 @@ from ..exports import binaries, c_files, fmu, part_ports
 from ..exports.binaries import Built
 from ..exports.c_files import CModel
 from ..exports.fmu import FMU
-from ..families import parametric_model, prediction
+from ..families import parametric_model
 from ..parts import files as part_files
 from ..reduction import files
 from ..reduction.affine import ParametricCase
@@ -58,26 +58,22 @@ def written(job: Job, name: str, step: float | None = None, gravity: str = "") -
     notes: Mapping[str, Any]
     if models.parametric(job.path) and not job.changes:
         rom = parametric_model.load(job.path)
-        case, notes, facts = rom.model, rom.notes, {"predicted_error": rom.notes["training"]["predicted_error"]}
+        case, notes = rom.model, rom.notes
+        facts = models.training_facts(rom) | {"predicted_error": models.largest_error(notes), "beyond_training": ()}
     else:
         case, notes, facts = (models.at_values if models.parametric(job.path) else models.alone)(job, None)
-    text = errors_of(notes, facts)
+    text = error_text(notes, facts)
+    for doubt in models.say_doubts(facts.get("doubts", ())):
+        notify(doubt)
     title = models.title(job.path, notes)
     return Written(c_files.write(case, name or job.path.stem, title, text), title, text, DisplayUnits.of(notes))
 
 
-def errors_of(notes: Mapping[str, Any], facts: Mapping[str, Any]) -> str:
+def error_text(notes: Mapping[str, Any], facts: Mapping[str, Any]) -> str:
     """What a model errs by: outputs in its training, or of a family what is predicted in its ranges, and what speaks against it."""
     known = [f"{column} {error:.2g}" for column, error in files.read_errors(notes).items()]
     lines = [f"Errors in its training, over the ranges of the outputs: {', '.join(known)}."] if known else []
-    predicted = facts.get("predicted_error")
-    if predicted and predicted["error"] is not None:
-        error = f"{predicted['error']:.2g}, with its band up to {predicted['high']:.2g}"
-        lines.append(f"Predicted within the ranges of parameters and inputs, {notes[prediction.KEY]['measure']}: {error}.")
-    if doubts := notes.get(prediction.DOUBTS):
-        lines.append(f"No promise: {'; '.join(doubts)}.")
-        notify(f"the model promises no error: {'; '.join(doubts)}")
-    return " ".join(lines)
+    return " ".join([*lines, *models.remarks(facts)])
 
 
 def written_part(job: Job, name: str, step: float | None, gravity: str) -> Written:

@@ -107,10 +107,22 @@ def at_values(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], di
         "outside": list(boxes.outside(known, point)),
         "beyond_training": beyond,
         "predicted_error": None if beyond else predict_error(rom, point),
-        "doubts": list(rom.notes.get(prediction.DOUBTS, ())),
-        "measure": str(rom.notes.get(prediction.KEY, {}).get("measure", "relative error (48)")) + signalled(rom),
+        **training_facts(rom),
     }
     return case, rom.notes, facts
+
+
+def training_facts(rom: ParametricModel) -> dict[str, Any]:
+    """What the training of a model says of the error that is predicted: what speaks against it, and its measure."""
+    measure = str(rom.notes.get(prediction.KEY, {}).get("measure", "relative error (48)"))
+    return {"doubts": list(rom.notes.get(prediction.DOUBTS, ())), "measure": measure + signalled(rom)}
+
+
+def largest_error(notes: Mapping[str, Any]) -> dict[str, float] | None:
+    """The largest error that a training has predicted for its ranges, with its band; None where that is not known."""
+    found = notes.get("training", {}).get("predicted_error") or {}
+    known = all(isinstance(found.get(end), float) and math.isfinite(found[end]) for end in ("error", "low", "high"))
+    return found if known else None
 
 
 def alone(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:

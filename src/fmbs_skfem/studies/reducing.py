@@ -122,8 +122,8 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
         where = "under signals that it was not trained on" if excited else "over its own training"
         notify(f"the reduced model errs by {size} {where}: take a smaller eps or eta, or more modes")
     wrong = output_errors.compare(full, motion)
-    relative, units = ({name: getattr(one, part) for name, one in wrong.items()} for part in ("relative", "unit"))
-    output_errors.warn_of_wrong(relative, units)
+    relative = {name: one.relative for name, one in wrong.items()}
+    output_errors.warn_of_wrong(relative, {name: one.unit for name, one in wrong.items()})
     judged = goal.accuracy.parts(wrong) if goal else {}
     if goal and judged:
         warn_of_share(goal, judged)

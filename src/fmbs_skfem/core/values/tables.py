@@ -80,9 +80,10 @@ class Table(Source):
                 got = f"{b:g} {self.of} as point {k + 2} behind {a:g} {self.of}"
                 raise InputError(say(f"table '{self.name}'", "growing times or places", got))
         with np.errstate(all="ignore"):
-            bends = np.diff(np.diff(points[1]) / np.diff(points[0])) / np.diff(points[0])[1:]
-            steep = not np.isfinite([*np.diff(points[1]) / np.diff(points[0]), *bends]).all()
-        if steep:
+            lengths, rises = np.diff(points)
+            slopes = rises / lengths
+            bends = np.diff(slopes) / lengths[1:]
+        if not (np.isfinite(slopes).all() and np.isfinite(bends).all()):
             raise InputError(say(f"table '{self.name}'", "points between which slopes are finite", "values too large for that"))
 
     @property

@@ -92,13 +92,12 @@ def mass_of(system: System, rows: np.ndarray) -> csr_array | None:
 def director_masses(system: System) -> np.ndarray:
     """What directors of full beams weigh, a diagonal (q,): m L^2 / n of a beam of mass m, size L, n functions; else 0 [kg m2]."""
     found, dim = np.zeros((len(system.unit), system.dim)), system.dim
-    mass, places = csr_array(system.mass)[::dim, ::dim], system.x0.reshape(-1, dim)
-    for elastic in system.elastic:
-        if elastic.gather.law.fields > 1:
-            mine = np.asarray(terms.functions_read(elastic.gather, len(found)).sum(axis=0)) > 0.0
-            centre = mine & (system.unit != 0.0)
-            size = lengths.spread(places[centre])
-            found[mine & ~centre] = float(centre @ (mass @ centre)) * size**2 / max(1, int(centre.sum()))
+    for elastic in [one for one in system.elastic if one.gather.law.fields > 1]:
+        mass, places = csr_array(system.mass)[::dim, ::dim], system.x0.reshape(-1, dim)
+        mine = np.asarray(terms.functions_read(elastic.gather, len(found)).sum(axis=0)) > 0.0
+        centre = mine & (system.unit != 0.0)
+        size = lengths.spread(places[centre])
+        found[mine & ~centre] = float(centre @ (mass @ centre)) * size**2 / max(1, int(centre.sum()))
     return found.ravel()
 
 

@@ -218,9 +218,7 @@ def opened_rows(system: System, V: np.ndarray, inside: np.ndarray) -> np.ndarray
     if not len(inside):
         return inside
     numbers, A, _ = linear_part(system)
-    A = A[np.flatnonzero(np.isin(numbers, inside))]
-    least = OPENED * np.abs(V).max(initial=0.0) * abs(A).max(axis=1).toarray().ravel()
-    return np.asarray(np.sort(inside)[np.abs(A @ V).max(axis=1, initial=0.0) > least])
+    return np.asarray(np.sort(inside)[are_moved(system, V, A[np.flatnonzero(np.isin(numbers, inside))])])
 
 
 def moving_rows(system: System, V: np.ndarray, some: np.ndarray) -> np.ndarray:
@@ -229,12 +227,17 @@ def moving_rows(system: System, V: np.ndarray, some: np.ndarray) -> np.ndarray:
     Of others, as of a drive that has not moved, round-off is left: as an equation it would hold some combination of all modes,
     another one on every processor. Rows that events release or lock always stay.
     """
-    own, P = system.constraints, csr_array(system.probes.matrix)
-    unit = scale_of(system)
-    least = OPENED * np.abs(V / unit[:, None]).max(initial=0.0) * abs(P.multiply(unit)).max(axis=1).toarray().ravel()
-    moves = np.append(np.abs(P @ V).max(axis=1, initial=0.0) > least, False)  # -1 reads nothing
+    own = system.constraints
+    moves = np.append(are_moved(system, V, csr_array(system.probes.matrix)), False)  # -1 reads nothing
     read = own.row[moves[own.i] | moves[own.j]]
     return some[np.isin(some, read) | ~np.isin(some, own.row) | loose_rows(own)[some]]
+
+
+def are_moved(system: System, V: np.ndarray, A: csr_array) -> np.ndarray:
+    """Whether modes V (q, r) change the values of rows A (m, q) by more than round-off, (m,); unknowns count in their units."""
+    unit = scale_of(system)
+    least = OPENED * np.abs(V / unit[:, None]).max(initial=0.0) * abs(A.multiply(unit)).max(axis=1).toarray().ravel()
+    return np.asarray(np.abs(A @ V).max(axis=1, initial=0.0) > least)
 
 
 def clean_diagonal(A: Matrix) -> Matrix:

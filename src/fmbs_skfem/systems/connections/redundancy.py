@@ -278,6 +278,8 @@ def keep_held(constraints: Constraints, rows: np.ndarray, A: Array, left: np.nda
 
     Which of them elimination takes is a matter of round-off, and so of the processor; what holds an edge once more is named.
     """
+    if not len(left) or not constraints.edges:
+        return left
     held = np.array([constraints.names[k][0] in constraints.edges for k in rows])
     mine, others = np.flatnonzero(held[left]), np.setdiff1d(np.flatnonzero(~held), left)
     if not len(mine) or not len(others):
