@@ -2,7 +2,6 @@
 
 import errno
 import inspect
-import json
 import re
 import subprocess
 import sys
@@ -24,8 +23,35 @@ from fmbs_skfem.studies.options import OutputOptions
 
 from .. import pages
 from .calls import EXAMPLES, ROOT, fmbs
-from .test_guard import SWING
 from .test_train import kept
+
+SWING = """\
+schema: 1
+name: swing
+dimension: 2
+parameters: {g: 9.81 m/s^2}
+bodies:
+  upper: &arm
+    type: cable
+    mesh: beam_10.msh
+    line: beam
+    cells: 12
+    section: {shape: circular, diameter: 10 mm}
+    material: {young_modulus: 0.1 GPa, density: 1800 kg/m^3}
+  lower: {<<: *arm, origin: [1, 0]}
+joints:
+  hinge: {type: pin, at: upper.left, to: ground}
+  elbow: {type: pin, at: upper.right, to: lower.left}
+loads:
+  weight: {type: gravity, acceleration: [0, -g]}
+analysis: {type: dynamic, duration: 0.8 s, step: 1 ms}
+outputs:
+  tip: {type: position, at: lower.right}
+  hinge: {type: reaction, joint: hinge}
+  held: {type: position, at: upper.left}
+  turn: {type: angle, at: {body: upper, s: 0.5}}
+reduction: {snapshots: 4 ms, tolerance: 1e-11, hyper_reduction: {tolerance: 1e-3, sample: points}}
+"""
 
 HEAVY = ("importlib.abc", "numba", "pyvista", "vtkmodules", "matplotlib", "scipy", "numpy", "sklearn", "distributed", "rich")
 
@@ -48,7 +74,7 @@ def test_a_check_of_a_scene_imports_only_what_it_uses() -> None:
     """The parts of scipy that are slow to import, and what compiles, reads other mesh formats or draws."""
     scipy = ("scipy.optimize", "scipy.interpolate", "scipy.spatial", "scipy.special")
     own = ("results", "families", "verification", "dynamics.many", "dynamics.equilibria.arclength", "dynamics.near_state.buckling")
-    own += ("dynamics.diagnoses.diagnosis", "reduction.files", "reduction.guarded", "reduction.spaces.ffrf")
+    own += ("dynamics.diagnoses.diagnosis", "reduction.files", "reduction.spaces.ffrf")
     numpy = ("numpy.f2py", "numpy.testing")
     unused = (*scipy, *(f"fmbs_skfem.{name}" for name in own), *numpy, "rich", "matplotlib", "meshio", "skfem", "sympy", "numba")
     code = (
@@ -80,15 +106,10 @@ def test_what_is_compiled_runs_without_numba(tmp_path: Path) -> None:
     assert first == second
 
 
-def test_reductions_and_guarded_runs_do_without_numba(tmp_path: Path) -> None:
-    """Hyper-reductions, laws and states that are put from Python, too; another load and an accuracy ask for both models."""
+def test_reductions_do_without_numba(tmp_path: Path) -> None:
+    """Hyper-reductions and laws as well."""
     scene = kept(tmp_path / "swing.yaml", SWING)
     without_numba(tmp_path, "reduce", str(scene), "--force")
-    (tmp_path / "guarded").mkdir()
-    more = ("--set", "g=14.7", "--accuracy", "tip=2e-4,held=1e-3", "--no-plots", "--force")
-    without_numba(tmp_path / "guarded", "rom", "run", str(tmp_path / "second" / "swing.h5"), "--guard", str(scene), *more)
-    report = json.loads((tmp_path / "guarded" / "second" / "report.json").read_text())
-    assert {one["model"] for one in report["guarded"]["windows"]} == {"reduced", "full"}
 
 
 def test_the_module_is_the_command() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -238,29 +236,7 @@ def test_bad_factors_are_refused() -> None:
         pod.truncation(np.zeros(3), 1e-3)
 
 
-def test_a_basis_takes_what_it_lacks_of_more_states() -> None:
-    """Its own modes stay, those that are added are orthonormal to them in the metric, and leave eps of the square of the states."""
-    rng = np.random.default_rng(3)
-    W = csr_array(diags_array(rng.uniform(0.5, 2.0, 30)))
-    known = pod.basis(decaying(0, 30, 12), 1e-6, mean=np.zeros(30), metric=W)
-    known = replace(known, against=1)
-    more = decaying(1, 30, 15)
-    for eps in (1e-4, 1e-8):
-        found = pod.extended(known, more, eps, W)
-        U, count = found.modes, known.modes.shape[1] - 1
-        np.testing.assert_allclose(U.T @ (W @ U), np.eye(U.shape[1]), atol=1e-12)
-        np.testing.assert_array_equal(U[:, :count], known.modes[:, :count])
-        np.testing.assert_array_equal(U[:, -1], known.modes[:, -1])
-        left = more - U @ (U.T @ (W @ more))
-        part = float(np.sum(left * (W @ left)) / np.sum(more * (W @ more)))
-        assert part <= eps
-        fewer = np.delete(U, -2, axis=1)
-        left = more - fewer @ (fewer.T @ (W @ more))
-        assert float(np.sum(left * (W @ left)) / np.sum(more * (W @ more))) > eps
-    assert pod.extended(known, known.modes @ rng.normal(size=(known.modes.shape[1], 5)), 1e-12, W).modes.shape == known.modes.shape
-
-
-@pytest.mark.parametrize("how", ["basis", "update", "of_vectors", "extended"])
+@pytest.mark.parametrize("how", ["basis", "update", "of_vectors"])
 def test_eps_holds_in_a_second_metric(how: str) -> None:
     """Of coordinates that hardly count in the first metric no more is left out than eps of them, with the same modes ahead."""
     n, eps = 20, 1e-6
@@ -273,10 +249,7 @@ def test_eps_holds_in_a_second_metric(how: str) -> None:
             return pod.basis(x, eps, mean=none, second=also).modes
         if how == "update":
             return pod.update([(x, np.ones(30))], none, eps, second=also).modes
-        if how == "of_vectors":
-            return pod.of_vectors(x, np.eye(2 * n)[:, :1], eps, second=also).modes
-        first = pod.basis(x[:, :1], modes=1, mean=none)
-        return pod.extended(first, x, eps, csr_array(np.eye(2 * n)), also).modes
+        return pod.of_vectors(x, np.eye(2 * n)[:, :1], eps, second=also).modes
 
     few, many = found(None), found(second)
     left = [(x - U @ (U.T @ x))[n:] for U in (few, many)]

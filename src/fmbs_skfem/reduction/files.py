@@ -24,7 +24,7 @@ from ..core.values.problems import shown
 from ..dynamics.scheme import GeneralizedAlpha, Newton, Start
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
-from . import cases, earlier, guarded, validation  # noqa: F401  (rules and types of what is read)
+from . import cases, earlier, validation  # noqa: F401  (rules and types of what is read)
 from .accuracy import output_errors
 from .cases import Case
 

@@ -51,27 +51,15 @@ def run_model(
     units: Units = False,
     picture: Picture = False,
     html: Html = False,
-    guard: Annotated[
-        str | Path | None,
-        Option("Scene whose full model takes over where the reduced one leaves what it was trained for.", "SCENE"),
-    ] = None,
     **shared: Unpack[Shared],
 ) -> "Run":
     """Run a saved reduced model at values of its parameters, and predict its error there.
 
     Neither meshes nor the full model are needed. `out` gets outputs.csv (time in column t), report.json and outputs.png.
-
-    With `guard` a model of `fmbs reduce` runs the scene given there, whose loads and parameters may be others than those of the
-    training, as far as its indicator allows it; elsewhere the full model goes on and its states are taken into the basis. Outputs
-    keep the accuracy asked for, or that of the training; tables show which model ran when, and what was added.
     """
     from . import models
-    from .running import guarding
 
     with jobs.begin(path, duration=duration, plots=plots, units=units, **shared) as job:
-        if guard is not None:
-            guarding.refuse(step, picture, html)
-            return guarding.run(job, Path(guard))
         models.require_own_accuracy(job)
         return models.run_saved(job, step, picture, html)
 

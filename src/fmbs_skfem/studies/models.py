@@ -21,7 +21,7 @@ from ..core.values.display import DisplayUnits
 from ..core.values.problems import Problem
 from ..core.values.units import add_unit
 from ..families import parametric_model, prediction
-from ..reduction import cases, files, guarded
+from ..reduction import cases, files
 from ..reduction import parameters as boxes
 from ..results.rendering import painter
 from . import job as jobs
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 INFO = "info.json"
 #: notes of a model at one set of parameters that are not listed as they are
-OWN = "training", "provenance", "scheme", "newton", "choice", guarded.NOTE, display.KEY
+OWN = "training", "provenance", "scheme", "newton", "choice", display.KEY
 SHORT = 12  #: entries of a list that a table shows
 SCENES = ".yaml", ".yml"  #: endings of what is no model
 RANGES = "error of the outputs over their ranges"  #: a measure of a training
@@ -81,7 +81,7 @@ def task(job: Job, step: float | None = None) -> solving.RunTask:
 def require_own_accuracy(job: Job) -> None:
     """InputError where a saved model is asked for an accuracy of its own."""
     if job.accuracy is not None:
-        remedy = "a reduced model has the accuracy of its training; with --guard SCENE the full model keeps another one"
+        remedy = "a reduced model has the accuracy of its training; fmbs run asks the full model for another one"
         raise InputError(say("--accuracy", "a scene", f"{job.path}", remedy))
 
 

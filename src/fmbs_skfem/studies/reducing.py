@@ -17,7 +17,7 @@ from ..core.errors import FmbsError
 from ..core.notices import Notice, notify
 from ..core.storage.records import dataclass
 from ..families import comparators
-from ..reduction import cases, files, full_runs, guarded, reduced_models, training_signals
+from ..reduction import cases, files, full_runs, reduced_models, training_signals
 from ..reduction.accuracy import costs, error_budget, output_errors
 from ..reduction.accuracy.costs import Payoff
 from ..reduction.accuracy.runs import PATIENCE, kept_steps, run_fastest
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from ..reduction.accuracy.output_errors import OutputError
     from ..reduction.cases import Case
     from ..reduction.full_runs import FullRun, TrainingTask
-    from ..reduction.guarded import Known
     from ..reduction.plan import Plan
     from ..scenes import Scene
     from ..systems import System
@@ -54,7 +53,6 @@ class ReductionResult(Result):
     reduced: Trajectory
     case: Case  #: of the reduced motion
     payoff: Payoff
-    known: Known  #: of the training, for guarded runs
 
 
 def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Goal | None = None) -> ReductionResult:
@@ -80,7 +78,7 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Go
     if path is not None:
         training, plain = dict(scene.parameters), reports.plain(report)
         kept, how = reports.provenance_to_keep(origin, scene), {"scheme": found.case.scheme, "newton": found.case.newton}
-        notes = {"training": training, "report": plain, "provenance": kept, "choice": scene.choice, guarded.NOTE: found.known}
+        notes = {"training": training, "report": plain, "provenance": kept, "choice": scene.choice}
         files.save(found.system, path, scene=report["scene"], **notes, **how, **scene.display.note)
         view.append(f"written: {path}")
     more = {"file": path, "provenance": origin, "notices": job.notices}
@@ -113,9 +111,8 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
     training_s = clock.process_time() - begun + (0.0 if excited else full.statistics.cpu_s)
     case = excited.checked(model.cases({})) if excited else model.cases({})
     job.progress("reduced model")
-    motion = cases.run(case, kept)
-    growth, again_s = guarded.growth(case, motion.x, motion.v[0], kept)  # the second run, which is timed, serves guarded runs
-    payoff = Payoff(timed.statistics.cpu_s, training_s, float(np.fmin(motion.statistics.cpu_s, again_s)))
+    motion = run_fastest(case, kept, REPEAT)
+    payoff = Payoff(timed.statistics.cpu_s, training_s, motion.statistics.cpu_s)
     errors = reduction.compare(full, motion)
     if errors.maximum > ROUGH:
         size = f"{errors.maximum:.1%} of the largest displacement"
@@ -155,10 +152,9 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
         "start": own.scheme.start,
         "duration": own.duration,
     }
-    known = guarded.know(task, model, motion, float(errors.distance.max()), growth, own)
     about = f"{report['scene']}: {model.system.size} coordinates for {raw.size}, largest relative error {errors.maximum:.1e}"
     found: dict[str, Any] = {"system": model.system, "full": full, "reduced": motion, "case": case, "payoff": payoff}
-    return ReductionResult(about=about, report=report, known=known, **found)
+    return ReductionResult(about=about, report=report, **found)
 
 
 def plan_for(goal: Goal, task: TrainingTask, runs: Sequence[FullRun], full: Trajectory | None, kept: np.ndarray) -> Plan:

@@ -13,13 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import field, fields, replace
-from functools import partial
 from threading import RLock
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
-from scipy.sparse.linalg import splu, spsolve
+from scipy.sparse.linalg import spsolve
 
 from ..bodies.laws import Law
 from ..core.algebra.linalg import as_csr, is_sparse, is_zero
@@ -453,14 +452,6 @@ def project(V: Matrix, x: np.ndarray) -> np.ndarray:
     if not isinstance(V, np.ndarray):
         return np.asarray(spsolve((V.T @ V).tocsc(), V.T @ x)).reshape(V.shape[1], *x.shape[1:])
     return np.linalg.lstsq(V, x, rcond=None)[0]
-
-
-def projector(V: Matrix) -> Callable[[np.ndarray], np.ndarray]:
-    """`project` of many x, with one factorisation."""
-    if isinstance(V, np.ndarray) or chosen(V) is not None:
-        return partial(project, V)
-    across, solve = as_csr(V.T), splu((V.T @ V).tocsc()).solve
-    return lambda x: np.asarray(solve(across @ x))
 
 
 def moved_springs(system: System, V: Matrix, d: np.ndarray, pull: np.ndarray) -> np.ndarray:

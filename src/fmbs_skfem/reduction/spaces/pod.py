@@ -18,7 +18,6 @@ doi 10.1016/j.cma.2019.112690.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -107,22 +106,6 @@ def update(
     weighted = np.hstack(columns)
     centre, W = _state(mean, "mean", weighted.shape[0]), _metric(metric, weighted.shape[0])
     return _decompose(W, weighted, centre, EPS * _size(W, weighted), tolerance, modes, keep, second)
-
-
-def extended(basis: Basis, deviations: Array, tolerance: float, metric: csr_array, second: csr_array | None = None) -> Basis:
-    """The basis with modes for what it lacks of more deviations (n,s) from its mean; those that it has stay as they are.
-
-    U' = [U, V] with the left singular vectors V of X - U U^T W X, in the metric W (n,n), as many as leave eps = `tolerance` of the
-    square of X, also in a `second` metric. That is (50) for a basis whose own factors are not to be truncated any further. Modes
-    `against` joints stay the last.
-    """
-    count = basis.modes.shape[1] - basis.against
-    u, s = left_singular(metric, outside(metric, deviations, basis.modes))
-    found = [(s, _size(metric, deviations))]
-    found += [] if second is None else [(s * _lengths(second, u), _size(second, deviations))]
-    new = u[:, : max(_tail_count(part, tolerance, np.array([size])) if size > 0.0 else 0 for part, size in found)]
-    modes = np.hstack([basis.modes[:, :count], new, basis.modes[:, count:]])
-    return replace(basis, modes=np.ascontiguousarray(modes))
 
 
 def of_vectors(
