@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, replace
 from pathlib import Path
 
 import h5py
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.storage import container
-from fmbs_skfem.core.values.tables import Table
 
 SECRET = np.arange(4.0)
 
@@ -74,12 +72,3 @@ def test_what_is_in_the_file_is_read(tmp_path: Path) -> None:
         np.testing.assert_array_equal(container.array(file, "checked"), SECRET)
         with pytest.raises(ValueError, match="not there"):
             container.array(file, "b")
-
-
-@pytest.mark.parametrize("missing", [("hold",), ("of",), ("of", "hold")])
-def test_fields_that_came_one_after_another_are_made_each_where_it_lacks(missing: tuple[str, ...]) -> None:
-    """What a file has is taken."""
-    whole = Table("f(t)", "N", (0.0, 1.0, 3.0), (0.0, 2.0, 2.0), False, "deg", True)
-    usual = {"of": "s", "hold": False}
-    values = {part.name: getattr(whole, part.name) for part in fields(Table) if part.name not in missing}
-    assert container.struct("Table", values, "here") == replace(whole, **{name: usual[name] for name in missing})

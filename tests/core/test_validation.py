@@ -15,7 +15,7 @@ from fmbs_skfem.core.storage import container, validation
 from fmbs_skfem.core.storage.container import FileKind, storable
 from fmbs_skfem.core.storage.validation import Attributes, Indices, Inside, Number, Range, Reals
 
-KIND = FileKind("a test", "a truss", 1, "make it again")
+KIND = FileKind("a test", "a truss", "make it again")
 
 
 @storable

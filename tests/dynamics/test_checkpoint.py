@@ -11,7 +11,7 @@ import pytest
 
 from fmbs_skfem.core import machine_memory
 from fmbs_skfem.core.errors import CorruptFile, SolverError
-from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
 from fmbs_skfem.systems import At, System, eliminate
 from fmbs_skfem.systems.forces import loads
@@ -80,18 +80,6 @@ def test_a_split_run_has_the_bits_of_an_unbroken_one(name: str) -> None:
     second = stopped(system, 60, every=3, resume=first)
     assert first.checkpoint.done < second.checkpoint.done
     assert_same(integrate(system, SCHEME, STEPS * SCHEME.step, every=3, resume=second), whole)
-
-
-def test_a_checkpoint_that_knows_no_work_is_taken_up() -> None:
-    """As those of earlier versions: the motion goes on in the same bits, and its work is that of the stored states."""
-    system = models.spin_up(4)
-    whole, part = integrate(system, SCHEME, STEPS * SCHEME.step), stopped(system, 60)
-    bare = {k: v for k, v in part.checkpoint.arrays.items() if k not in ("state work", "state push", "state way", "state signals")}
-    rows = replace(part.rows, work=np.full_like(part.rows.work, np.nan))
-    again = integrate(system, SCHEME, STEPS * SCHEME.step, resume=Resumed(replace(part.checkpoint, arrays=bare), rows))
-    assert again.work is None
-    assert_same(replace(again, work=whole.work), whole)
-    np.testing.assert_allclose(energies(again), energies(whole), atol=1e-3 * energies(whole)[:, 0].max())
 
 
 @pytest.mark.parametrize("form", [eliminate, lambda system: system], ids=["eliminated", "multipliers"])

@@ -15,10 +15,9 @@ from scipy.integrate import quad
 from fmbs_skfem.bodies import cable, sections
 from fmbs_skfem.bodies.body import point_mass
 from fmbs_skfem.bodies.rigid import rigid
-from fmbs_skfem.control.events import Event, Latch, gap_of
+from fmbs_skfem.control.events import Event, Latch
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice, Remark
-from fmbs_skfem.core.storage import container
 from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_errors, integrate, outputs, start
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows
@@ -297,23 +296,6 @@ def test_a_gap_is_told_and_warned_of_where_a_latch_keeps_it(apart: float, warned
     assert gap.angle is None
     assert gap.distance == (pytest.approx(apart, abs=1e-9) if word == "latch" else None)
     assert any("keeps them so" in str(one.message) for one in told) == (warned and word == "latch")
-
-
-def test_files_of_earlier_versions_know_neither_gaps_nor_what_happens_once() -> None:
-    system = assemble(
-        [rigid(name, M, J, (0.0, 0.0), dim=2) for name in "ab"],
-        [Latch("latch", At("a", "frame"), At("b", "frame"))],
-        outputs={"a": probes.Position(At("a", "frame"))},
-        events={"grab": event("a.x - 1", lock=("latch",), once=True)},
-    )
-    arrays: list[np.ndarray] = []
-    lock, trigger = (container.encode(one, arrays, "") for one in (system.locks[0], system.triggers[0]))
-    y = system.probes(system.x0)
-    assert gap_of(container.decode(lock, arrays, ""), y) == (0.0, 0.0)
-    assert container.decode(trigger, arrays, "").once
-    del lock["fields"]["gap"], trigger["fields"]["once"]
-    assert gap_of(container.decode(lock, arrays, ""), y) == (None, None)
-    assert not container.decode(trigger, arrays, "").once
 
 
 def test_resumed_runs_have_the_same_bits() -> None:

@@ -163,8 +163,12 @@ def test_foreign_and_newer_files_are_named(saved: Path, tmp_path: Path) -> None:
         file["x"] = np.zeros(3)
     with pytest.raises(CorruptFile, match="'fmbs_skfem reduced model' in its first line"):
         files.load(foreign)
-    saved.write_bytes(saved.read_bytes().replace(b"version 2\n", b"version 3\n", 1))
-    with pytest.raises(CorruptFile, match="expected version 2 of the format, got version 3; it was written by a newer release"):
+    whole = saved.read_bytes()
+    saved.write_bytes(whole.replace(b"version 4\n", b"version 3\n", 1))
+    with pytest.raises(CorruptFile, match=r"got version 3; it was written before release 0\.2\.0: train and save the model anew"):
+        files.load(saved)
+    saved.write_bytes(whole.replace(b"version 4\n", b"version 5\n", 1))
+    with pytest.raises(CorruptFile, match="expected version 4 of the format, got version 5; it was written by a newer release"):
         files.load(saved)
 
 

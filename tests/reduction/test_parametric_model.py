@@ -155,8 +155,8 @@ def test_kinds_of_files_are_told_apart(rom: ParametricModel, saved: Path, tmp_pa
         parametric_model.load(plain)
     with pytest.raises(CorruptFile, match="'fmbs_skfem reduced model' in its first line, got 'fmbs_skfem parametric model'"):
         files.load(saved)
-    saved.write_bytes(saved.read_bytes().replace(b"version 2\n", b"version 3\n", 1))
-    with pytest.raises(CorruptFile, match="expected version 2 of the format, got version 3"):
+    saved.write_bytes(saved.read_bytes().replace(b"version 4\n", b"version 5\n", 1))
+    with pytest.raises(CorruptFile, match="expected version 4 of the format, got version 5"):
         parametric_model.load(saved)
     with pytest.raises(InputError, match="a file of a reduced model, got no file"):
         parametric_model.load(tmp_path / "absent.rom")

@@ -318,11 +318,3 @@ def test_energy_and_angular_momentum_drift_as_those_of_the_full_body() -> None:
         full, part = found[2e-3][0][k], found[2e-3][1][k]
         assert part == pytest.approx(full, rel=0.2)
         assert part / found[1e-3][1][k] == pytest.approx(4.0, abs=0.8)
-
-
-def test_a_file_of_the_first_parts_is_read() -> None:
-    """Before points knew their positions."""
-    found = part_files.load(Path(__file__).parent / "data" / "arm_1.part.h5").body
-    assert found.shapes is not None
-    assert found.shapes.positions.size == 0
-    assert_allclose(found.reference[:2, 0], [0.0, 1.0], atol=1e-12)

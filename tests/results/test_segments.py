@@ -234,10 +234,10 @@ def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
 def test_a_history_of_another_version_is_refused(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = written / "history" / "manifest.json"
     data = path.read_bytes()
-    monkeypatch.setattr(segments, "KIND", replace(segments.KIND, version=2))
+    monkeypatch.setattr(segments, "KIND", replace(segments.KIND, version=5))
     segments.write_manifest(path.parent, segments.manifest(written))
     monkeypatch.undo()
-    with pytest.raises(CorruptFile, match=r"expected version 1 of the format, got version 2; it was written by a newer release"):
+    with pytest.raises(CorruptFile, match=r"expected version 4 of the format, got version 5; it was written by a newer release"):
         segments.manifest(written)
     path.write_bytes(data)
 
@@ -274,12 +274,3 @@ def test_the_lock_of_a_killed_run_is_taken_over_with_a_notice(tmp_path: Path) ->
 def test_a_folder_without_a_history(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"a folder with history/manifest\.json, got none"):
         segments.read(tmp_path)
-
-
-def test_a_history_of_an_earlier_release() -> None:
-    found = segments.read(Path(__file__).parent / "data" / "run_version_1")
-    assert (found.checkpoint.done, found.checkpoint.kept) == (32, 33)
-    assert found.checkpoint.facts["step"] == "0.001"
-    np.testing.assert_allclose(found.rows.x[-1, :4], [1 / 9, 3.56575825e-07, 2 / 9, 1.09430583e-07], rtol=1e-8)
-    np.testing.assert_array_equal(found.rows.times, 1e-3 * np.arange(33))
-    np.testing.assert_array_equal(found.checkpoint.arrays["state x"], found.rows.x[-1])

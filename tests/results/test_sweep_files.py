@@ -84,28 +84,6 @@ def test_any_damage_is_found(tmp_path: Path) -> None:
             sweep_files.read(path)
 
 
-@pytest.mark.parametrize("number", [0, 1])
-def test_records_of_version_1(number: int, tmp_path: Path) -> None:
-    """Plain HDF5, of a member that ran and of one that failed; what is cut off or no number is found."""
-    path = tmp_path / "record.h5"
-    data = (DATA / f"record_{number}_version_1.h5").read_bytes()
-    path.write_bytes(data)
-    assert same(sweep_files.read(path), record(number))
-    for wrong in (data[: len(data) // 2], data.replace(b'"cpu_s": ', b'"cpu_q": '), data.replace(b'"status": "', b'"status": "x')):
-        path.write_bytes(wrong)
-        with pytest.raises(CorruptFile):
-            sweep_files.read(path)
-
-
-def test_a_record_of_version_2(tmp_path: Path) -> None:
-    """Without extremes apart from its histories, which stand for them."""
-    (place := tmp_path / "record.h5").write_bytes((DATA / "record_0_version_2.h5").read_bytes())
-    found = sweep_files.read(place)
-    assert same(found, record(0))
-    table = sweep_files.collect((E, D, N), POINTS, {0: found})
-    assert sweep_files.extremes(table, "C_z")["min"][0] == history(0).min()
-
-
 def test_extremes_between_instants_count(tmp_path: Path) -> None:
     """Those of a member that has some; what it says of another output, or smaller ones than the history's, change nothing."""
     known = record(0)

@@ -114,6 +114,7 @@ def check_cells(cells: Cells, name: str, sizes: Sizes) -> None:
     require(cells.dim == wanted, f"{name}.dim", f"{wanted} components", cells.dim)
 
 
+@storable
 @dataclass(frozen=True)
 class ShapePoints:
     """A law at points of a reduced body, u[(k, c), p] = sum_b table[k, p, b] z[b, c]: shape functions over all of it.
@@ -138,17 +139,6 @@ class ShapePoints:
     checked: bool = True  #: whether what it takes part in is held against the shapes that it lacks
 
 
-storable(
-    ShapePoints,
-    matrix=lambda values: None,
-    offset=lambda values: np.zeros(0),
-    positions=lambda values: np.zeros((0, 0)),
-    missing=lambda values: None,
-    strain_errors=lambda values: np.zeros(0),
-    checked=lambda values: True,
-)
-
-
 @also.register(ShapePoints)
 def check_points(points: ShapePoints, name: str, sizes: Sizes) -> None:
     """The matrix of points that have one gives all coordinates of the body from the unknowns; positions are those of all points."""
@@ -161,6 +151,7 @@ def check_points(points: ShapePoints, name: str, sizes: Sizes) -> None:
         require(points.offset.shape == wanted[:1], f"{name}.offset", f"an array {wanted[:1]}", points.offset.shape)
 
 
+@storable
 @dataclass(frozen=True)
 class Body:
     """A part with linear interpolation r = N(xi) q and constant mass.
@@ -203,9 +194,6 @@ class Body:
     def shape_reference(self) -> np.ndarray:
         """Coordinates of the functions of its space in the reference (n, c) [m]."""
         return self.reference if self.spread is None else np.asarray(self.spread @ self.reference)
-
-
-storable(Body, values=lambda values: {}, arcs=lambda values: None, directors=lambda values: None, profile=lambda values: None)
 
 
 def cable(

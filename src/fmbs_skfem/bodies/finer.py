@@ -24,10 +24,7 @@ def knows_more(part: Body) -> bool:
 
 
 def knows_shapes(points: ShapePoints) -> bool:
-    """Whether points of a reduced body know shapes beside its own, as functions over its space.
-
-    Files of earlier releases hold the strains of such shapes alone, and no functions: False.
-    """
+    """Whether points of a reduced body know shapes beside its own, as functions over its space."""
     return points.missing is not None and points.missing.over_space.size > 0
 
 

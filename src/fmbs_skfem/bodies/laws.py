@@ -125,7 +125,7 @@ STRAINS = ("gamma1", "gamma2", "gamma3", "kappa1", "kappa2", "kappa3")  #: of a 
 STIFFNESS = tuple(f"C{i + 1}{j + 1}" for i in range(6) for j in range(i, 6))
 BEAM = (*STIFFNESS, "E", *STRAINS, *(f"E{k + 1}" for k in range(6)), "weight")
 Law.BEAM = Law("BEAM", 8, BEAM, (3,), compiled(".strain_law", "beam_"), holds=True, fields=4)
-#: numbers of laws in outputs, and in earlier files of reduced models
+#: numbers of laws in outputs and files
 NUMBERS = {
     0: Law.QUADRATIC,
     2: Law.MATERIAL,

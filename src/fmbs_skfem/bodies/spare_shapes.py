@@ -18,10 +18,11 @@ from ..core.storage.validation import Indices, Number, Reals
 
 
 def nothing() -> np.ndarray:
-    """What files of earlier releases hold of shapes over the space."""
+    """No shapes."""
     return np.zeros((0, 0))
 
 
+@storable
 @dataclass(frozen=True)
 class MissingShapes:
     """The functions F = [S, T] (f) of a part, S (b) its shape functions, at all quadrature points (g) of its body.
@@ -42,12 +43,3 @@ class MissingShapes:
     over_space: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (w, t) T as of `body.over_space`
     inertia: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (t, t) T^T M T over the mass of the body
     axes: Annotated[np.ndarray, Reals("* *")] = field(default_factory=nothing)  #: (i, t) T of the functions that frames count
-
-
-storable(
-    MissingShapes,
-    unbent=lambda values: np.zeros(0, dtype=np.int64),
-    over_space=lambda values: nothing(),
-    inertia=lambda values: nothing(),
-    axes=lambda values: nothing(),
-)

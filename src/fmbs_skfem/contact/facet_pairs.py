@@ -45,6 +45,7 @@ ROOM = 27  #: vectors of work
 D, NORMAL, SPEED, PULL, RATES, BEFORE_NOW, UNIT, BRISTLE, POINT_RATE, POINT_BEFORE, DUAL = 6, 7, 8, 9, 10, 13, 16, 17, 18, 19, 20
 
 
+@storable
 @dataclass(frozen=True)
 class FacetContacts:
     """Contact of t points with a surface of h triangles between i vertices."""
@@ -60,9 +61,6 @@ class FacetContacts:
 
     def __len__(self) -> int:
         return len(self.radius)
-
-
-storable(FacetContacts)
 
 
 @also.register(FacetContacts)

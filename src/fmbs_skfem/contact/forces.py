@@ -38,6 +38,7 @@ DISTANT = 10.0  #: steps like the last one that a point is away, at least, whose
 SEEN = 4  #: numbers of a point: clearance, distance from the origin of the shape, ways a unit of |dx| and of max |dx_n| at most
 
 
+@storable
 @dataclass(frozen=True)
 class ContactForces:
     """Contact of t points with one shape."""
@@ -59,14 +60,6 @@ class ContactForces:
 
     def __len__(self) -> int:
         return len(self.rows)
-
-
-storable(
-    ContactForces,
-    power=lambda _: np.ones(2),
-    weights=lambda values: np.ones(len(values["rows"])),
-    beside=lambda values: np.zeros((len(values["rows"]), 0), np.int64),
-)
 
 
 @also.register(ContactForces)

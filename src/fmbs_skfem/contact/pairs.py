@@ -49,6 +49,7 @@ DEEPEST = 6  #: how deep a node has been since it came in; behind it stands the 
 ROOM = 29  #: vectors of work
 
 
+@storable
 @dataclass(frozen=True)
 class BeamContacts:
     """Contact of two center lines, a and b pieces long."""
@@ -73,15 +74,6 @@ class BeamContacts:
 def whole_line(count: int, last: int) -> np.ndarray:
     """Limits (t, 2) of so many nodes that meet all of another beam."""
     return np.tile([0.0, float(last)], (count, 1))
-
-
-storable(
-    BeamContacts,
-    power=lambda _: np.ones(2),
-    itself=lambda _: 0,
-    limits=lambda values: whole_line(len(values["spans"]) + 1, len(values["others"])),
-    weights=lambda values: np.ones(len(values["spans"]) + 1),
-)
 
 
 @also.register(BeamContacts)

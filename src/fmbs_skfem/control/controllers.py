@@ -28,7 +28,7 @@ from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from ..core.values import quantities, units
 from ..core.values.fields import ANY, Context, Takes, array_schema
-from ..core.values.inputs import Input, no_range
+from ..core.values.inputs import Input
 from ..core.values.problems import Problem, shown
 from ..core.values.responses import OfState, of_state
 from ..core.values.units import Quantity
@@ -332,6 +332,7 @@ class Table(Controller):
         return TableLaw(x, u)
 
 
+@storable
 @dataclass(frozen=True)
 class ProgramLaw:
     """A function of Python, which files cannot hold."""
@@ -362,9 +363,7 @@ class Program(Controller, word=None):
         return ProgramLaw(self.function)
 
 
-storable(ProgramLaw)
-
-
+@storable
 @dataclass(frozen=True)
 class Controlled(Input):
     """An input that a controller sets.
@@ -375,9 +374,6 @@ class Controlled(Input):
     sample: float = 0.0  #: [s]
     law: Any = None
     reads: tuple[int, ...] = ()  #: numbers of the values that it reads, see `readings`
-
-
-storable(Controlled, range=no_range)
 
 
 @adds("controllers")

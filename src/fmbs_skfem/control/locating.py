@@ -54,9 +54,8 @@ NONE = np.zeros(0, np.int64)  #: no events
 STILL = 1e-6  #: of a value in its step, below which it is zero where it has just crossed zero
 MANY = 100  #: events in one step
 FAR = 0.02  #: distance of places that a latch locks, over the size of the mechanism, which is not meant to stay
-#: in checkpoints, which those of earlier versions lack: distances and angles, what rests at zero, values of the last two steps
+#: in checkpoints: distances and angles, what rests at zero, values of the last two steps
 GAPS, RESTS, TRAIL = "event gaps", "events at rest", "event values"
-NOT_KNOWN = np.nan, np.nan
 
 
 class Watch(Observer):
@@ -373,13 +372,13 @@ class Watch(Observer):
         self.crossings.sides, self.closed, run.step.space.off[:] = (
             checkpoints.fitting(arrays, name, array).copy() for name, array in list(self.arrays(run).items())[:3]
         )
-        self.crossings.rests = arrays.get(RESTS, self.crossings.rests).copy()
-        self.trail = (*arrays.get(TRAIL, self.trail),)
-        gaps = iter(arrays.get(GAPS, ()))
+        self.crossings.rests = arrays[RESTS].copy()
+        self.trail = (*arrays[TRAIL],)
+        gaps = iter(arrays[GAPS])
         self.happened.clear()
         for number, time, loss in arrays["events"].tolist():
             one = self.triggers[int(number)]
-            known = [(name, next(gaps, NOT_KNOWN)) for name in one.lock]
+            known = [(name, next(gaps)) for name in one.lock]
             gap = tuple(Gap(name, *(None if np.isnan(part) else float(part) for part in parts)) for name, parts in known)
             self.happened.append(Happening(one.name, time, one.stop, one.release, one.lock, loss, gap))
 

@@ -34,7 +34,6 @@ FACTORS = {
 ROTATED = ("start", "turns", "reach", "shares", "rest", "border", "pivots", "lives", "on")  #: of `step.Rotations`
 ADDRESSES = ("elastic", "lift", "laws", "forces", "calls", "act")  #: arrays of a model that differ from process to process
 PLACES = ("kept", "turned", "gram")  #: in a space, and what follows from other numbers
-LATER = ("state work", "state push", "state gradients", "state signals")  #: which checkpoints of earlier versions do not hold
 LOW = "terms of low rank"  #: in the factors
 INSTANTS = 65  #: at which the signals of two models are compared
 
@@ -193,7 +192,7 @@ def restore(checkpoint: Checkpoint, now: Mapping[str, str], step: Step, large: L
     if large is None:
         targets |= {f"factors {name}": array for name, array in factors(step, kind).items()}
     for name, target in targets.items():
-        target[:] = np.nan if name in LATER and name not in held else fitting(held, name, target)
+        target[:] = fitting(held, name, target)
     if large is not None and kind:
         step.space.x[:] = fitting(held, "factored at", step.space.x)
         large.factorise(step)

@@ -46,6 +46,7 @@ Solver: TypeAlias = Literal["own", "pardiso"]
 Start: TypeAlias = Literal["reference", "equilibrium"]  #: where a motion does so
 
 
+@storable
 @dataclass(frozen=True)
 class GeneralizedAlpha:
     """Step h [s], and spectral radius rho_inf at infinite frequency, 0 (asymptotic annihilation) to 1 (no damping).
@@ -88,9 +89,6 @@ class GeneralizedAlpha:
         am, af = (2 * rho - 1) / (rho + 1), rho / (rho + 1)
         gamma = 0.5 + af - am
         return am, af, gamma, (gamma + 0.5) ** 2 / 4
-
-
-storable(GeneralizedAlpha, start=lambda values: "reference", local_error=lambda values: 0.0)
 
 
 @storable

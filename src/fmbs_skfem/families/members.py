@@ -64,6 +64,7 @@ class Member:
     values: dict[str, float]  #: of the parameters, SI
 
 
+@storable
 @dataclass(frozen=True)
 class Result:
     """What a member that ran gives.
@@ -77,9 +78,6 @@ class Result:
     units: dict[str, str] = field(default_factory=dict)  #: output -> SI unit, where it is known
     numbers: dict[str, float] = field(default_factory=dict)  #: further results, such as the predicted error
     extremes: dict[str, np.ndarray] = field(default_factory=dict)  #: output -> smallest and largest value (2,) of all steps
-
-
-storable(Result, extremes=lambda values: {})
 
 
 @storable

@@ -45,7 +45,7 @@ from ..systems.system import Signal, System
 from . import greedy, parametric_model
 from .parametric_model import ParametricModel
 
-KIND = FileKind("fmbs_skfem training", "a part of a training", 2, "delete the file; what it held is made again")
+KIND = FileKind("fmbs_skfem training", "a part of a training", "delete the file; what it held is made again")
 TITLE = "training.json"
 DIGITS = 9  #: of numbers in a fingerprint
 TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]

@@ -39,7 +39,7 @@ from . import bodies as parts
 from . import departures, missing_shapes
 from .excitation import turns
 
-KIND = FileKind("fmbs_skfem part", "a part", 1, "copy the file again, or train the part anew", "train and save the part anew")
+KIND = FileKind("fmbs_skfem part", "a part", "copy the file again, or train the part anew", "train and save the part anew")
 USUAL = 1e-12  #: eps of the shape functions of a part
 ETA = 3e-5  #: tolerance of its weighted points
 LOOSE = 1e-2  #: largest that is chosen for them
@@ -290,8 +290,8 @@ def resume(path: str | Path) -> Part:
     """
     part = load(path)
     if "states_kept" not in part.notes:
-        got = "a part of an earlier release"
-        raise InputError(say(f"{path}", "a part that keeps factors of its training", got, "train the part anew"))
+        expected = "a part that keeps factors of its training"
+        raise InputError(say(f"{path}", expected, "one without", "train the part anew"))
     return replace(part, memory=container.read(path, KIND, memory=Memory)["memory"])
 
 

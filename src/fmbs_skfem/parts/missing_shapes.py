@@ -154,7 +154,7 @@ def coarser(part: Body, S: np.ndarray, states: np.ndarray, factor: np.ndarray) -
 
 
 def over_space(part: Body, known: MissingShapes, B: np.ndarray) -> dict[str, np.ndarray]:
-    """What a finer body reads of functions B (f, t) over those that a part knows; nothing of files of earlier releases."""
+    """What a finer body reads of functions B (f, t) over those that a part knows; nothing where it knows none."""
     if not known.over_space.size:
         return {}
     b = known.mass.shape[1]

@@ -24,14 +24,13 @@ from ..core.values.problems import shown
 from ..dynamics.scheme import GeneralizedAlpha, Newton, Start
 from ..dynamics.trajectory import Trajectory
 from ..systems.system import System
-from . import cases, earlier, validation  # noqa: F401  (rules and types of what is read)
+from . import cases, validation  # noqa: F401  (rules of what is read)
 from .accuracy import output_errors
 from .cases import Case
 
 T = TypeVar("T")
-VERSION = 2
 ANEW = "train and save the model anew"
-KIND = FileKind("fmbs_skfem reduced model", "a reduced model", VERSION, f"copy the file again, or {ANEW}", ANEW)
+KIND = FileKind("fmbs_skfem reduced model", "a reduced model", f"copy the file again, or {ANEW}", ANEW)
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,7 @@ def read_times(notes: Mapping[str, Any], where: str) -> dict[str, float]:
 
 
 def read_note(notes: Mapping[str, Any], name: str, default: T, where: str) -> T:
-    """What the notes of a file have under a name, of the kind of the default, which stands for it in earlier files."""
+    """What the notes of a file have under a name, of the kind of the default, which stands for it where there is none."""
     found = notes.get(name, default)
     if not isinstance(found, type(default)):
         raise CorruptFile(say(f"{where}: notes.{name}", f"a {type(default).__name__}", shown(found), KIND.remedy))

@@ -37,12 +37,11 @@ from ..dynamics.trajectory import COLUMNS, Trace, joined_traces
 
 FOLDER, MANIFEST, LOCK = "history", "manifest.json", "run.lock"
 REMEDY = "restore the file from a copy, or run the scene anew with --force"
-KIND = FileKind("fmbs_skfem history", "a history", 1, REMEDY, "run the scene anew")
+KIND = FileKind("fmbs_skfem history", "a history", REMEDY, "run the scene anew")
 EVERY = 10.0  #: time between two segments of a run [s]
 SHARE = 0.02  #: of the time of a run that segments may take
 LARGEST = 2**28  #: states that wait for the next segment [bytes]
 MEMORY = "memory"  #: column without which what forces keep follows from the states
-WORK = "work"  #: column that segments of earlier versions do not have
 TRACE = "trace"  #: group of what was read of states that are gone
 FACT = "fact "  #: before the names of facts, which cannot be taken for those of numbers beside them
 
@@ -152,7 +151,7 @@ def joined(parts: Sequence[Mapping[str, Any]], firsts: Sequence[int]) -> Rows:
     columns: dict[str, Any] = {column: np.concatenate([part[column] for part in parts]) for column in COLUMNS}
     least = min(part[MEMORY].shape[1] if MEMORY in part else 0 for part in parts)
     memory = np.concatenate([part[MEMORY] if least else np.zeros((len(part["x"]), 0)) for part in parts])
-    work = np.concatenate([part.get(WORK, np.full(len(part["times"]), np.nan)) for part in parts])
+    work = np.concatenate([part["work"] for part in parts])
     if TRACE not in parts[0]:
         return Rows(**columns, memory=memory, work=work)
     trace = joined_traces([Trace(**part[TRACE]) for part in parts])

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import field
 from pathlib import Path
@@ -24,19 +23,18 @@ import numpy as np
 
 from ..core.errors import CorruptFile, InputError, say
 from ..core.notices import notify
-from ..core.storage import container, durable, validation
+from ..core.storage import container, durable
 from ..core.storage.container import Dataset, FileKind
 from ..core.storage.records import dataclass
 from ..core.values import tables
 from ..core.values.ranges import Parameter
 from ..core.values.units import add_unit
-from ..families.members import Record, Result, Status
+from ..families.members import Record, Status
 
 MEMBERS = "members"
 CSV, HDF5 = "sweep.csv", "sweep.h5"
 FORMAT, VERSION = "fmbs_skfem sweep", 1
-KIND = FileKind("fmbs_skfem sweep record", "a record", 3, "remove it and go on with --resume")
-HDF5_FIRST = b"\x89HDF"  #: how records of version 1 begin
+KIND = FileKind("fmbs_skfem sweep record", "a record", "remove it and go on with --resume")
 RESUME = "what is there is kept; make room and go on with --resume"
 EXTREMES = ("min", "max", "final")
 TAKEN = ("member", "status", "reason", "message")  #: headers beside those of parameters and outputs
@@ -74,22 +72,8 @@ def write(folder: Path, record: Record) -> Path:
 
 def read(place: Path) -> Record:
     """The record in a file; CorruptFile where it is not as it was written."""
-    if place.read_bytes().startswith(HDF5_FIRST):
-        return read_first(place)
     found: Record = container.read(place, KIND, record=Record)["record"]
     return found
-
-
-def read_first(place: Path) -> Record:
-    """The record in a file of version 1, plain HDF5 of facts in JSON and an array of times and columns."""
-    with container.reading(place, KIND):
-        content = container.unpack(place.read_bytes())
-        facts = json.loads(content["facts"].tobytes())
-        names, units, numbers = (facts.pop(key) for key in ("outputs", "units", "numbers"))
-        if names is not None:
-            times, *columns = content["histories"]
-            facts["result"] = Result(times, dict(zip(names, columns, strict=True)), units, numbers)
-        return validation.build(Record, facts, "record")
 
 
 def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict[int, Record]:

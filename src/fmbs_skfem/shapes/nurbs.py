@@ -81,6 +81,7 @@ class Patch(line.Keeping):
 Ties: TypeAlias = tuple[dict[int, float], ...]  #: of both directions: function k -> share t in c_k = t c_k-1 + (1 - t) c_k+1
 
 
+@storable
 @dataclass(frozen=True, eq=False)
 class Nurbs:
     """The interpolation of a surface of NURBS patches."""
@@ -91,9 +92,6 @@ class Nurbs:
     join: bool | None = None  #: whether edges were asked to do so; None: by default
     ties: dict[str, Ties] = field(default_factory=dict)  #: functions of patches that follow from their neighbours, see `smoothing`
     seams: tuple[tuple[str, str], ...] = ()  #: pairs of edges that lie on one another with functions of their own, see `seams`
-
-
-storable(Nurbs, seams=lambda values: ())
 
 
 def full_name(patch: str, name: str) -> str:

@@ -45,6 +45,7 @@ VERTICES = {
 }
 
 
+@storable
 @dataclass(frozen=True, eq=False)
 class Surface:
     """An interpolated surface with its reference shape and named places."""
@@ -68,9 +69,6 @@ class Surface:
     @property
     def count(self) -> int:
         return len(self.reference)
-
-
-storable(Surface, resolution=lambda values: 0.0)
 
 
 @singledispatch

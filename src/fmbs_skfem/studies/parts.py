@@ -183,8 +183,7 @@ def moved(job: Job, scene: Scene, bodies: list[Body], name: str) -> np.ndarray:
 def facts(part: Part) -> dict[str, Any]:
     """What a part is, without its provenance."""
     numbers = {name: value.number for name, value in part.body.values.items()}
-    older = {"missing_shapes": "unknown: the file is of an earlier release"}
-    notes = {key: value for key, value in (older | part.notes).items() if key != "provenance"}
+    notes = {key: value for key, value in part.notes.items() if key != "provenance"}
     return {**notes, "values": numbers, "places": sorted(places(part.body)), "stands_at": stands_at(part.body)}
 
 

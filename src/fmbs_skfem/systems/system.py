@@ -17,7 +17,7 @@ from threading import RLock
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_array, eye_array
+from scipy.sparse import csr_array
 from scipy.sparse.linalg import spsolve
 
 from ..bodies.laws import Law
@@ -53,6 +53,7 @@ class Elastic:
     gather: Annotated[Any, Inside("c n q", terms.is_storage)]
 
 
+@storable
 @dataclass(frozen=True)
 class Constraints:
     """Constraints in probe rows y: polynomials as sums of t terms, and rows by laws.
@@ -73,9 +74,7 @@ class Constraints:
     edges: tuple[str, ...] = ()  #: joints that hold edges: where these meet, rows of one follow from those of others
 
 
-storable(Constraints, edges=lambda values: ())
-
-
+@storable
 @dataclass(frozen=True)
 class Lock:
     """Rows that hold two places together from an event on, and the numbers s of them that are read of the state then.
@@ -92,9 +91,7 @@ class Lock:
     parks: str = ""  #: a joint: where it is released, this lock holds what nothing else determines then
 
 
-storable(Lock, gap=lambda values: Constraints(), parks=lambda values: "")
-
-
+@storable
 @dataclass(frozen=True)
 class Trigger:
     """An event: the value that crosses zero, and what happens then.
@@ -113,9 +110,6 @@ class Trigger:
     alone: bool = False  #: whether that condition is one comparison, which nothing guards where it is no number
 
 
-storable(Trigger, once=lambda values: False, margin=lambda values: None, alone=lambda values: False)
-
-
 @storable
 @dataclass(frozen=True)
 class Loads:
@@ -127,9 +121,7 @@ class Loads:
     springs: Annotated[np.ndarray, Reals("*")] = field(default_factory=lambda: np.zeros(0))
 
 
-storable(Loads, springs=lambda values: np.zeros(0))
-
-
+@storable
 @dataclass(frozen=True)
 class Line:
     """What a picture needs of a line or rigid body: samples of its centre line as affine functions of the body coordinates q.
@@ -176,9 +168,6 @@ class Line:
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
 
-storable(Line, EA=lambda values: 0.0, EI=lambda values: 0.0, swept=lambda values: None)
-
-
 @storable
 @dataclass(frozen=True)
 class Skin:
@@ -196,6 +185,7 @@ class Skin:
     section: Annotated[np.ndarray, Reals("i 1 x")]  #: rows of the law
 
 
+@storable
 @dataclass(frozen=True)
 class Output:
     """A named output: `kind` and the sensor rows it reads.
@@ -214,9 +204,7 @@ class Output:
     place: tuple[float, ...] = ()  #: there, in the reference (c,) [m]
 
 
-storable(Output, labels=lambda values: (), body=lambda values: "", place=lambda values: ())
-
-
+@storable
 @dataclass(frozen=True, repr=False)
 class System:
     """A mechanical system in unknowns x (n,), with body coordinates q = lift(x).
@@ -279,14 +267,6 @@ class System:
 
 
 #: in files of version 1 the tolerance refers to the norm of all coordinates, from the origin of the scene
-storable(
-    System,
-    metric=lambda values: csr_array(eye_array(len(values["x0"]))),
-    weight=lambda values: 1.0,
-    origin=lambda values: np.zeros(values["dim"]),
-    near=lambda values: np.zeros(0),
-    monitors=lambda values: (),
-)
 
 
 def in_scene(system: System, q: np.ndarray) -> np.ndarray:

@@ -53,9 +53,10 @@ class FileKind:
 
     title: str  #: its first line
     name: str  #: in messages, with its article
-    version: int  #: the newest that this release knows; 1 is the oldest
     remedy: str  #: for a damaged one
     anew: str = "save it anew"  #: how to get one of this version
+    version: int = 4  #: the newest that this release knows
+    oldest: int = 4  #: that it reads: 4 is the version of release 0.2.0, before which files had none that lasts
 
 
 @dataclass(frozen=True)
@@ -157,8 +158,11 @@ def title(path: Path) -> str | None:
 def check_version(got: object, kind: FileKind) -> None:
     """A version, a number or its text, that this release reads."""
     number = int(str(got)) if str(got).isdigit() else 0
-    remedy = f"it was written by a newer release; install that, or {kind.anew}" if number > kind.version else ""
-    require(1 <= number <= kind.version, "", f"version {kind.version} of the format", f"version {got}", remedy)
+    if number > kind.version:
+        remedy = f"it was written by a newer release; install that, or {kind.anew}"
+    else:
+        remedy = f"it was written before release 0.2.0: {kind.anew}" if number else ""
+    require(kind.oldest <= number <= kind.version, "", f"version {kind.version} of the format", f"version {got}", remedy)
 
 
 def check_seal(data: bytes, facts: Mapping[str, str]) -> None:
@@ -238,22 +242,20 @@ def array(group: h5py.Group, name: str) -> np.ndarray:
 
 
 # --------------------------------------------------------------------------------------------------------------------- structs
-Older: TypeAlias = Mapping[str, Callable[[Tree], Any]]
-TYPES: dict[str, tuple[Any, Older]] = {}  #: dataclasses that a file may hold, by name, with fields that earlier files lack
-MENDS: dict[str, Callable[[Tree], None]] = {}  #: what puts fields as they are now in the place of those of earlier files
+TYPES: dict[str, Any] = {}  #: dataclasses that a file may hold, by name
 ENUMS: dict[str, Callable[[Any], Any]] = {}  #: name of an enumeration -> its member of a value
 
 
-def storable(kind: type[T], **older: Callable[[Tree], Any]) -> type[T]:
-    """Let files hold a dataclass or an enumeration; `older` makes fields that files of earlier versions lack from the others."""
+def storable(kind: type[T]) -> type[T]:
+    """Let files hold a dataclass or an enumeration."""
     if issubclass(kind, Enum):
         ENUMS[kind.__name__] = kind
     else:
-        other = TYPES.get(kind.__name__, (kind,))[0]
+        other = TYPES.get(kind.__name__, kind)
         if (other.__module__, other.__qualname__) != (kind.__module__, kind.__qualname__):
             known = f"{kind.__name__}, as {other.__module__}.{other.__qualname__} is called in files"
             raise InputError(say(f"class {kind.__qualname__}", "a name of its own", known, "give it another one"))
-        TYPES[kind.__name__] = kind, older
+        TYPES[kind.__name__] = kind
     return kind
 
 
@@ -279,7 +281,7 @@ def encode(value: Any, arrays: Arrays, where: str) -> Any:
         return {"tuple": items} if isinstance(value, tuple) else items
     if isinstance(value, Mapping):
         return {"dict": [[encode(key, arrays, where), encode(item, arrays, f"{where}.{key}")] for key, item in value.items()]}
-    if is_dataclass(value) and TYPES.get(kind.__name__, (None,))[0] is kind:
+    if is_dataclass(value) and TYPES.get(kind.__name__) is kind:
         parts = {part.name: encode(getattr(value, part.name), arrays, f"{where}.{part.name}") for part in fields(value)}
         return {"type": kind.__name__, "fields": parts}
     if callable(value):
@@ -319,8 +321,6 @@ def decode(tree: Any, arrays: Sequence[np.ndarray], where: str) -> Any:
             return struct(name, {key: decode(item, arrays, f"{where}.{key}") for key, item in parts.items()}, where)
         case {"enum": name, "value": value}:
             return ENUMS[name](value)
-        case {"law": name}:
-            return ENUMS["Law"](name)
         case {"slice": ends}:
             return slice(*ends)
         case {"tuple": items}:
@@ -352,10 +352,7 @@ def struct(name: str, values: Tree, where: str) -> Any:
     if name not in TYPES:
         remedy = "import the Python file that declares it first, or name it: fmbs --extension FILE ..."
         raise Misfit(where, "types of this package, or of Python files that were imported", f"the unknown type {name}", remedy)
-    kind, older = TYPES[name]
-    if name in MENDS:
-        MENDS[name](values)
-    values |= {key: make(values) for key, make in older.items() if key not in values}
+    kind = TYPES[name]
     expected, got = {part.name for part in fields(kind)}, set(values)
     if expected != got:
         raise ValueError(f"other fields of {name} at {where}: missing {sorted(expected - got)}, unknown {sorted(got - expected)}")

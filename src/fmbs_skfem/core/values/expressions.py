@@ -96,6 +96,7 @@ class Ambiguous(Problem):
         super().__init__(f"a unit or {kind}", got, f"rename '{name}', or write the number in SI units")
 
 
+@storable
 @dataclass(frozen=True)
 class Expression:
     """A function of time f(t) with its parameters bound: floats in, floats out; arrays in, arrays out.
@@ -127,9 +128,6 @@ class Expression:
         """`switches` of its program at times (s,), or `margins`."""
         sources = {one.name: one(t) for one in self.inputs} | {one.call: one for one in self.inputs if one.call}
         return switches(self.program, {"t": t, **sources}, t, margins)
-
-
-storable(Expression, inputs=lambda values: ())
 
 
 def of_time(

@@ -6,9 +6,8 @@ torque: "u - 0.1 N m s * hinge.rate"            u(t) = u_n+1 in the step from t_
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import field
-from typing import Any
 
 import numpy as np
 
@@ -50,10 +49,7 @@ def timed(sources: Iterable[Source]) -> dict[str, str]:
     return {one.name: one.unit for one in sources if one.units_of_call[0] == "s"}
 
 
-def no_range(values: Mapping[str, Any]) -> None:
-    """The range of an input in a file of an earlier release, by its other fields."""
-
-
+@storable
 @dataclass(frozen=True)
 class Input(Source):
     """A number that a run is given; as a function of time it is its start."""
@@ -66,15 +62,10 @@ class Input(Source):
         return np.full(np.shape(t), self.start)
 
 
-storable(Input, range=no_range)
-
-
+@storable
 @dataclass(frozen=True)
 class Held(Input):
     """A number that is read of the state when an event happens, and holds from then on."""
-
-
-storable(Held, range=no_range)
 
 
 PAST = 4  #: values through which a smooth input goes

@@ -50,6 +50,7 @@ LARGEST = 50_000_000  #: size of a file [bytes]
 TITLES = "a first line of titles, such as 'time [s], angle [deg]'"
 
 
+@storable
 @dataclass(frozen=True)
 class Table(Source):
     """Points of a function; its name is how expressions call it, `goal` or, as a function of time, `goal(t)`.
@@ -115,15 +116,6 @@ class Table(Source):
         i = np.clip(np.searchsorted(places, x, side="right") - 1, 0, len(places) - 2)
         s, c = x - places[i], np.moveaxis(self.cubics[i], -1, 0)
         return np.asarray(c[3] + s * (c[2] + s * (c[1] + s * c[0])))
-
-
-storable(
-    Table,
-    of=lambda values: "s",
-    hold=lambda values: False,
-    ends=lambda values: "automatic",
-    drives=lambda values: False,
-)
 
 
 def spline(x: np.ndarray, y: np.ndarray, ends: Ends) -> np.ndarray:

@@ -5,8 +5,8 @@ r"""Forces by an expression of the state: f(outputs, t, parameters) along a coor
 f is a text whose names are parts of outputs (`tip.x`), the coordinate's own (`stretch`, `rate`, `angle`), t and parameters; its
 derivatives by all of them are those of symbols. Tables that it calls are curves of its numbers (`curves`). Along none, values
 of expressions are kept of every accepted state, for what acts on them between steps.
-A law is known by its texts, so that files hold it: `response|coordinate|f|potential|parameters|outputs|inputs`, an output being
-`name:word:rows:numbers:parts...`. Inputs, and t, are its histories. Slides and other potentials than 0 are those of earlier files.
+A law is known by its texts, so that files hold it: `response|coordinate|f|parameters|outputs|inputs`, an output being
+`name:word:rows:numbers:parts...`. Inputs, and t, are its histories.
 """
 
 from __future__ import annotations
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from .force_symbols import ForceSymbols
 
 WORD = "response"  #: of the names of these laws
-NONE = "0.0"  #: the potential
 READING = "reading"  #: in place of a coordinate where nothing is pushed, and values are kept
 
 
@@ -58,13 +57,6 @@ def pull(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
 
 def push(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
     return y[0], [y[0] - free, v[0]]
-
-
-def slide(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
-    """Along a vector p that is carried, of a distance d: rows p, then d."""
-    half = len(y) // 2
-    along = y[:half, :].dot(y[half:, :])
-    return along, [along - free, v[:half, :].dot(y[half:, :]) + y[:half, :].dot(v[half:, :])]
 
 
 def torque(y: Any, v: Any, free: Any) -> tuple[Any, Sequence[Any]]:
@@ -86,8 +78,6 @@ COORDINATES = {
     "pull": Coordinate(3, LENGTHS, pull),
     "push": Coordinate(1, LENGTHS, push),
     "along a line": Coordinate(1, PLACES, push),
-    "slide in the plane": Coordinate(4, LENGTHS, slide),
-    "slide in space": Coordinate(6, LENGTHS, slide),
     "torque": Coordinate(2, ANGLES, torque),
     "relative torque": Coordinate(4, ANGLES, torque),
     "torque in space": Coordinate(9, ANGLES, torque),
@@ -163,7 +153,7 @@ def add(draft: Draft, where: str, coordinate: str, values: Sequence[OfState], ro
         told.append(":".join([name, word, str(len(found)), str(len(parameters)), *draft.outputs[name].variables(draft.layout.dim)]))
     numbers += [float(number) for curve in curves.values() for number in curve]
     texts, listed = ";".join(value.text for value in values), [*given, *(f"{call}:{len(curve)}" for call, curve in curves.items())]
-    named = [WORD, coordinate, texts, NONE, ",".join(listed), ",".join(told), *(one.name for one in inputs)]
+    named = [WORD, coordinate, texts, ",".join(listed), ",".join(told), *(one.name for one in inputs)]
     law, used = made("|".join(named))
     signals = [draft.signal(of_time("t"))] if any(value.clocked for value in values) else []
     draft.forces.act(law, [read[k] for k in used], numbers, [*signals, *map(draft.signal, inputs)])
@@ -264,7 +254,7 @@ def written_as(name: str) -> tuple[ForceSymbols, tuple[int, ...]]:
     from ...core.compiling import symbols
     from . import force_symbols as written
 
-    _, kind, text, potential, given, told, *inputs = name.split("|")
+    _, kind, text, given, told, *inputs = name.split("|")
     coordinate, outputs = COORDINATES[kind], [part.split(":") for part in told.split(",") if part]
     listed = [part.split(":") for part in given.split(",") if part]
     parameters, curves = [part[0] for part in listed if len(part) == 1], [part for part in listed if len(part) == 2]
@@ -293,10 +283,10 @@ def written_as(name: str) -> tuple[ForceSymbols, tuple[int, ...]]:
         scales = {step: symbols.number(one.value) for step, one in expressions.quantities(program).items()}
         return expressions.evaluate(program, names | scales, symbols.ALGEBRA, symbols.number)
 
-    values, stored = [value(one) for one in text.split(";")], value(potential)
+    values = [value(one) for one in text.split(";")]
     F = [values[0] * sympy.diff(along, one) for one in y]
     read = tuple(values) if kind == READING else ()
-    return written.pruned(written.ForceSymbols(F, ends[-1], clocked + len(inputs), stored, read, tables))
+    return written.pruned(written.ForceSymbols(F, ends[-1], clocked + len(inputs), kept=read, tables=tables))
 
 
 def curve(x: Any, table: Any) -> Any:

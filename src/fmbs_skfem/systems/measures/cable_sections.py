@@ -33,7 +33,7 @@ def reads_cable(parameters: tuple[float, ...]) -> bool:
 
 
 def counts(parameters: tuple[float, ...], dim: int) -> tuple[int, int]:
-    """How many rows and parameters the output of a cable has in a file; earlier files have no quadrature points.
+    """How many rows and parameters the output of a cable has in a file.
 
     With p points 2 (1 + p) c rows and 4 + 5 p parameters; `dim` is c.
     """

@@ -65,7 +65,6 @@ class Probe(Declared, ABC):
     """
 
     unit: ClassVar[str] = ""  #: SI unit of its columns
-    filed: ClassVar[tuple[str, ...]] = ()  #: other words in files of reduced models
     known_to_all: ClassVar[bool] = True  #: whether every reduced model knows it, so that their histories are drawn together
     on_largest: ClassVar[bool] = False  #: whether errors of columns count relative to the largest of them
     of_motions: ClassVar[tuple[str, ...]] = ()  #: parts that a whole motion has, and no instant of it
@@ -144,12 +143,12 @@ class Probe(Declared, ABC):
 
 
 def kind_of(output: Output) -> type[Probe]:
-    """The class of an output, by its word or an earlier one.
+    """The class of an output, by its word.
 
     InputError where none is known, as of an extension that is not imported.
     """
     for kind in Probe.known.values():
-        if output.kind in kind.words or output.kind in kind.filed:
+        if output.kind in kind.words:
             return kind
     expected = f"one of {listed(Probe.known, output.kind)}"
     raise InputError(say(f"outputs {', '.join(output.columns)}", expected, f"'{output.kind}'", "define it first"))
@@ -405,7 +404,6 @@ class AngularVelocity(Probe):
     at: fields.Place
     axis: fields.Axis | None = None
     unit: ClassVar[str] = "rad/s"
-    filed: ClassVar[tuple[str, ...]] = ("angular velocity", "spin")
     calls = ()
 
     def sense(self, name: str, draft: Draft) -> Output:

@@ -31,6 +31,7 @@ from .elastic import Lifts, Setting, Term
 ROOM = 20_000  #: numbers of gradients that stay in the cache from gather to scatter
 
 
+@storable
 @dataclass(frozen=True)
 class Sampled:
     """Gather multiplied out at chosen points p of a reduced body: gradients u (k c, p) = L @ x[columns] + offset.
@@ -46,9 +47,6 @@ class Sampled:
     section: Annotated[np.ndarray, Reals("i 1 p")]  #: rows of the law, the last one the weight of a point
     columns: Annotated[slice, Range("r", end="n")]
     cell: Annotated[np.ndarray, Indices("p")]  #: number of the cell of every point
-
-
-storable(Sampled, rows=lambda values: values.pop("jets"))  #: their name in earlier files
 
 
 class PointsRecord(NamedTuple):
