@@ -34,7 +34,7 @@ from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.plates import rectangle
+from verification.plates import rectangle
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])

@@ -16,8 +16,8 @@ from fmbs_skfem.systems import At, Motion, Rayleigh, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.integrator import mass_pendulum
-from fmbs_skfem.verification.plates import rectangle
+from verification.integrator import mass_pendulum
+from verification.plates import rectangle
 
 __all__ = ["mass_pendulum", "polyline", "segment"]
 

@@ -17,7 +17,6 @@ FLOORS = (
     "studies",
     "scenes",
     "results",
-    "verification",
     "families",
     "control",
     "parts",

@@ -25,7 +25,7 @@ from fmbs_skfem.dynamics import vibration_modes
 from fmbs_skfem.shapes import line
 from fmbs_skfem.systems import At, System, assemble, compile_system, compiled, eliminate
 from fmbs_skfem.systems.connections.joints import Clamp
-from fmbs_skfem.verification.plates import rectangle
+from verification.plates import rectangle
 
 from ..models import polyline, segment
 

@@ -18,8 +18,8 @@ from fmbs_skfem.dynamics.near_state.linear import linearise
 from fmbs_skfem.shapes import line
 from fmbs_skfem.shapes.meshes import LineMesh
 from fmbs_skfem.systems import assemble, check_system
-from fmbs_skfem.verification.statics import circle, pushed, rolled
-from fmbs_skfem.verification.vibration import frequencies
+from verification.statics import circle, pushed, rolled
+from verification.vibration import frequencies
 
 from ..models import double_pendulum, polyline, segment
 from .test_locking import bent_arc

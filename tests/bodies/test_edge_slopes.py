@@ -17,7 +17,7 @@ from fmbs_skfem.systems import At, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.statics_shells import CLAMPED, TIGHT, interpolated, loaded, mirror
+from verification.statics_shells import CLAMPED, TIGHT, interpolated, loaded, mirror
 
 pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")  # corners belong to two edges
 

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 
 from fmbs_skfem.bodies import edge_slopes, plate
 from fmbs_skfem.core.algebra import ranks
-from fmbs_skfem.verification.plates import rectangle
+from verification.plates import rectangle
 
 
 def by_qr(A: csr_array, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -19,8 +19,8 @@ from fmbs_skfem.shapes import nurbs, surface
 from fmbs_skfem.shapes.surface import Surface
 from fmbs_skfem.systems import At, assemble, check_system, compile_system, compiled, eliminate
 from fmbs_skfem.systems.connections import joints
-from fmbs_skfem.verification.plates import KINDS, SIDES, rectangle
-from fmbs_skfem.verification.vibration import ring
+from verification.plates import KINDS, SIDES, rectangle
+from verification.vibration import ring
 
 __all__ = ["KINDS", "rectangle", "ring"]
 

@@ -14,8 +14,8 @@ from fmbs_skfem.bodies import Body, Circular, Given, Material, Rectangular, cabl
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.parts import bodies as parts
-from fmbs_skfem.verification.plates import rectangle
 from tests import models
+from verification.plates import rectangle
 
 from ..shapes.test_nurbs import halves
 

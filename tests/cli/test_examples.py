@@ -11,7 +11,7 @@ import pytest
 
 from fmbs_skfem import dynamics, scenes, studies
 from fmbs_skfem.scenes import build
-from fmbs_skfem.verification import rigid
+from verification import rigid
 
 from .calls import EXAMPLES, fmbs
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fmbs_skfem.verification import CASES, CheckedNumber
+from verification import CASES, CheckedNumber
 
 from .calls import fmbs
 

@@ -17,7 +17,7 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import ArcLength, Newton, at_load_factor, follow_path, limit_points, outputs, solve_statics
 from fmbs_skfem.systems import System
 from fmbs_skfem.systems.forces import loads
-from fmbs_skfem.verification.statics import FINE, cantilever, lee_frame, lee_path, truss, truss_load
+from verification.statics import FINE, cantilever, lee_frame, lee_path, truss, truss_load
 
 from ..cli.calls import fmbs, scene
 

@@ -28,7 +28,7 @@ from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, eli
 from fmbs_skfem.systems import compiled as compilation
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
-from fmbs_skfem.verification.statics import truss
+from verification.statics import truss
 
 from .. import models
 

@@ -35,10 +35,10 @@ from fmbs_skfem.reduction.spaces import component, galerkin, pod
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
-from fmbs_skfem.verification.statics_shells import cantilever as strip
-from fmbs_skfem.verification.statics_shells import interpolated, spaced
 from tests import models
 from tests.models import segment
+from verification.statics_shells import cantilever as strip
+from verification.statics_shells import interpolated, spaced
 
 TIGHT = Newton(1e-13)
 

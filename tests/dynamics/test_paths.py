@@ -31,7 +31,7 @@ from fmbs_skfem.systems.compiled import compile_system
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.statics import truss
+from verification.statics import truss
 
 from ..models import segment
 

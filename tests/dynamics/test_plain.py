@@ -28,8 +28,8 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.layouts import Storage
 from fmbs_skfem.systems.system import change_coordinates
-from fmbs_skfem.verification.plates import rectangle
 from tests import models
+from verification.plates import rectangle
 
 STEP, STEPS = 4e-3, 3
 pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")  # abrupt starts move much

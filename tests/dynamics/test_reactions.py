@@ -19,7 +19,7 @@ from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification import statics_shells
+from verification import statics_shells
 
 from .. import models
 

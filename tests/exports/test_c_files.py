@@ -33,10 +33,10 @@ from fmbs_skfem.systems import At, Rayleigh, System, assemble, signals
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.plates import rectangle
 from tests import models
 from tests.exports.c_library import COMPILER, STRICT, CRun
 from tests.reduction.conftest import full_of, hyper_reduced, reduced
+from verification.plates import rectangle
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 

@@ -25,10 +25,10 @@ from fmbs_skfem.parts.excitation import Excitation, excite
 from fmbs_skfem.systems import At, Motion, assemble, eliminate, signals
 from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.measures import orientations, probes
-from fmbs_skfem.verification.vibration import ring
 from tests.exports.c_library import COMPILER, CRun
 from tests.exports.test_fmu import Instance, made_by
 from tests.reduction.test_beam_parts import bar
+from verification.vibration import ring
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 

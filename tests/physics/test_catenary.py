@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmbs_skfem.verification.beams import HANGING, Hanging, sagging_arc, solve_hanging
+from verification.beams import HANGING, Hanging, sagging_arc, solve_hanging
 
 
 @pytest.mark.parametrize("cable", HANGING)

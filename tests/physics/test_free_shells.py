@@ -29,8 +29,8 @@ from fmbs_skfem.systems.compiled import compile_system, elastic_tangent, residua
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.beams import TIGHT
-from fmbs_skfem.verification.statics_shells import PINCHED, ROOF_FREE, loaded, mirror
+from verification.beams import TIGHT
+from verification.statics_shells import PINCHED, ROOF_FREE, loaded, mirror
 
 from ..shapes.test_fvs_plate import MESHES
 from ..shapes.test_fvs_shell import bent, cylinder, mixed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.dynamics import energies
-from fmbs_skfem.verification.dynamics import FLYING, flown, hub_angle, momenta, spin_up
+from verification.dynamics import FLYING, flown, hub_angle, momenta, spin_up
 
 
 @pytest.mark.parametrize("name", FLYING)

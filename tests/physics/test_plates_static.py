@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.dynamics import Trajectory, outputs
-from fmbs_skfem.verification.statics_shells import CELLS, THIN, rolled, sheared, square
+from verification.statics_shells import CELLS, THIN, rolled, sheared, square
 
 
 def corners_move_alike(path: Trajectory) -> None:

@@ -18,7 +18,7 @@ from fmbs_skfem.systems import At, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.rigid import rod, run
+from verification.rigid import rod, run
 
 GRAVITY = 9.81
 Z = (0.0, 0.0, 1.0)

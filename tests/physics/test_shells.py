@@ -22,7 +22,7 @@ from fmbs_skfem.systems import At, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.statics_shells import ROOF_FREE, scordelis_lo
+from verification.statics_shells import ROOF_FREE, scordelis_lo
 
 TIGHT = Newton(tolerance=1e-12)
 pytestmark = pytest.mark.filterwarnings("ignore::fmbs_skfem.core.notices.Notice")  # corners belong to two edges

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.bodies.laws import Law
-from fmbs_skfem.verification.statics import ELASTICA, FINE, circle, gerstmayr_irschik, pushed, rolled
+from verification.statics import ELASTICA, FINE, circle, gerstmayr_irschik, pushed, rolled
 
 
 @pytest.mark.parametrize("dim", [2, 3])

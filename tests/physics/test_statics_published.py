@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.dynamics import ArcLength, Newton, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
-from fmbs_skfem.verification.statics import lee_frame, lee_path
-from fmbs_skfem.verification.statics_shells import hinged_roof
+from verification.statics import lee_frame, lee_path
+from verification.statics_shells import hinged_roof
 
 TIGHT = Newton(tolerance=1e-12)
 

@@ -10,7 +10,7 @@ from fmbs_skfem.dynamics import vibration_modes
 from fmbs_skfem.shapes.meshes import segment
 from fmbs_skfem.systems import At, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
-from fmbs_skfem.verification.vibration import ROOTS, beam, frequencies
+from verification.vibration import ROOTS, beam, frequencies
 
 CLASSICAL = [supports for supports in ROOTS if supports != "clamped-guided"]
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from examples import deim
 from scipy.sparse import csr_array, eye_array
 
+from examples import deim
 from fmbs_skfem import reduction
 from fmbs_skfem.core.errors import InputError, SolverError
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, energies, integrate

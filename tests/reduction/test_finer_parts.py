@@ -47,10 +47,10 @@ from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.plates import rectangle
-from fmbs_skfem.verification.vibration import ring
 from tests import models
 from tests.cli.calls import fmbs
+from verification.plates import rectangle
+from verification.vibration import ring
 
 from .test_part_files import alone, arm, unknown
 

@@ -31,9 +31,9 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import linear_part
-from fmbs_skfem.verification.vibration import ring
 from tests import models
 from tests.reduction.hold_out import share_runs
+from verification.vibration import ring
 
 SCHEME, SHARP, DURATION = GeneralizedAlpha(1e-3), Newton(tolerance=1e-12), 0.6
 COMPONENTS = {"I": ("I",), "II": ("II",)}

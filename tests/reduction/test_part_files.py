@@ -36,9 +36,9 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.measures.stresses import SectionForces
-from fmbs_skfem.verification.plates import rectangle
-from fmbs_skfem.verification.vibration import ring
 from tests import models
+from verification.plates import rectangle
+from verification.vibration import ring
 
 QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 SHARP = Newton(tolerance=1e-12)

@@ -33,8 +33,8 @@ from fmbs_skfem.systems import (
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.vibration import ring
 from tests import models
+from verification.vibration import ring
 
 SCHEME, SHARP = GeneralizedAlpha(1e-3), Newton(tolerance=1e-12)
 DOWN = (0.0, 0.0, -9.81)

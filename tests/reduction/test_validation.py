@@ -33,8 +33,8 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import change_coordinates
-from fmbs_skfem.verification.plates import rectangle
 from tests import models
+from verification.plates import rectangle
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SCHEME, DURATION = GeneralizedAlpha(1e-3), 0.02

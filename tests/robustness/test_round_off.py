@@ -29,7 +29,7 @@ from fmbs_skfem.dynamics.scheme import STATIC, Newton
 from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.compiled import compile_system
 from fmbs_skfem.systems.forces import loads
-from fmbs_skfem.verification.statics import lee_frame, truss
+from verification.statics import lee_frame, truss
 
 from ..dynamics.test_paths import column
 from ..physics.test_beam_problems import arch

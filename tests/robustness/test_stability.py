@@ -17,7 +17,7 @@ from fmbs_skfem.reduction import Level
 from fmbs_skfem.reduction.hyper import sampling
 from fmbs_skfem.reduction.spaces.component import projected
 from fmbs_skfem.systems import System, compile_system, compiled, eliminate
-from fmbs_skfem.verification import registry
+from verification import registry
 
 from .. import models
 

@@ -18,7 +18,7 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import plate_meshes, smoothing, structured, surface, table
 from fmbs_skfem.shapes.plate_meshes import PlateMesh
-from fmbs_skfem.verification.statics_shells import PINCHED, ROOF_FREE
+from verification.statics_shells import PINCHED, ROOF_FREE
 
 Shape = Callable[[np.ndarray, np.ndarray], np.ndarray]
 

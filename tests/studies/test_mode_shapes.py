@@ -18,7 +18,7 @@ from fmbs_skfem.results import mode_shapes
 from fmbs_skfem.systems import At, System, assemble, eliminate
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
-from fmbs_skfem.verification.plates import rectangle
+from verification.plates import rectangle
 
 from ..models import segment
 

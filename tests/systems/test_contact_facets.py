@@ -25,7 +25,7 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.connections.frame_joints import Prismatic
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
-from fmbs_skfem.verification.plates import rectangle
+from verification.plates import rectangle
 
 from ..forms import forms
 from ..tangents import check_tangent_behind

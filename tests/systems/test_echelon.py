@@ -14,7 +14,7 @@ from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.systems import At, assemble, eliminate
 from fmbs_skfem.systems.connections import echelon, joints
 from fmbs_skfem.systems.system import linear_part
-from fmbs_skfem.verification.plates import rectangle
+from verification.plates import rectangle
 
 
 def shuffled(seed: int) -> tuple[csr_array, np.ndarray]:

@@ -24,7 +24,7 @@ from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.measures import probes
 from fmbs_skfem.systems.system import Constraints, change_coordinates
-from fmbs_skfem.verification.plates import rectangle
+from verification.plates import rectangle
 
 from .rigid_parts import grid
 

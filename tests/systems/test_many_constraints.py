@@ -17,7 +17,7 @@ from fmbs_skfem.systems.connections import joints, mechanism, redundancy
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.system import change_coordinates, chosen, is_linear
 from fmbs_skfem.systems.terms import sparse
-from fmbs_skfem.verification.plates import rectangle
+from verification.plates import rectangle
 
 EDGES = ("left", "right", "bottom", "top")
 

@@ -10,7 +10,7 @@ import pytest
 
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
 from fmbs_skfem.systems.system import System, sizes
-from fmbs_skfem.verification import CASES
+from verification import CASES
 
 SHARP = Newton(tolerance=1e-15)
 
@@ -37,7 +37,7 @@ def test_the_iteration_is_exact_beside_the_step(
         runs[scheme.step, scheme.rho_inf] = system, duration
         return integrate(system, scheme, duration, *options, **more)
 
-    cases = import_module(f"fmbs_skfem.verification.{module}")
+    cases = import_module(f"verification.{module}")
     monkeypatch.setattr(cases, "integrate", seen)
     for function in vars(cases).values():
         getattr(function, "cache_clear", int)()  # runs that other tests have made are made again

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from fmbs_skfem import verification
+import verification
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
-from fmbs_skfem.verification import CASES, GROUPS, CheckedNumber, VerificationCase, farthest, order, registry
+from verification import CASES, GROUPS, CheckedNumber, VerificationCase, farthest, order, registry
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -47,7 +47,6 @@ if TYPE_CHECKING:
     from .reducing import ReductionResult
     from .running.outcome import Run
     from .sweeping import SweepResult
-    from .verifying import Verification
 
 #: result -> module that has it; loaded when it is first used
 RESULTS = {
@@ -58,7 +57,6 @@ RESULTS = {
     "ComparisonResult": "comparison",
     "TrainingResult": "greedy_training",
     "SweepResult": "sweeping",
-    "Verification": "verifying",
 }
 
 __all__ = [
@@ -96,7 +94,6 @@ __all__ = [
     "train",
     "SweepResult",
     "sweep",
-    "Verification",
     "cases",
     "verify",
     "describe_scenes",

@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from .reducing import ReductionResult
     from .running.outcome import Run
     from .sweeping import SweepResult
-    from .verifying import Verification
 
 SCHEMA = "scene.schema.json"
 Folder = Annotated[str | Path, Argument("DIR")]
@@ -378,7 +377,7 @@ def verify(
     groups: Annotated[Sequence[str], Option("A group of cases; may be given several times.", "GROUP", "group", read=tuple)] = (),
     listed: Annotated[bool, Option("List the cases and solve nothing.", name="list")] = False,
     **shared: Unpack[OutputOptions],
-) -> "Verification":
+) -> Result:
     """Compare the solver with published and exact results.
 
     All cases of the verification suite are solved by default. `out` gets verification.md, verification.json and a picture of each
@@ -388,13 +387,14 @@ def verify(
     """
     from . import verifying
 
+    verification = verifying.load()
     if listed:
-        return verifying.cases(names, groups)
+        return verification.cases(names, groups)
     with jobs.begin(**shared) as job:
-        return verifying.verify_cases(job, names, groups)
+        return verification.verify_cases(job, names, groups)
 
 
-def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> "Verification":
+def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> Result:
     """The cases of the verification suite and what they are; nothing is solved."""
     return verify(names, groups, listed=True)
 

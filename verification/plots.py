@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..core.errors import InputError, say
-from . import charts, palette
+from fmbs_skfem.core.errors import InputError, say
+from fmbs_skfem.results import charts, palette
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

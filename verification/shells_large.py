@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..dynamics import outputs, solve_statics
-from ..shapes import nurbs
-from ..shapes.surface import Surface
-from ..systems import At, System
-from ..systems.connections import joints
-from ..systems.forces import loads
+from fmbs_skfem.dynamics import outputs, solve_statics
+from fmbs_skfem.shapes import nurbs
+from fmbs_skfem.shapes.surface import Surface
+from fmbs_skfem.systems import At, System
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+
 from .registry import CheckedNumber, case, farthest
 from .statics_shells import DIAPHRAGM, EIGHTH, SZE, cylinder, interpolated, loaded, semi_cylinder, spaced
 

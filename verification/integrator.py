@@ -14,16 +14,17 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.sparse import csr_array
 
-from ..bodies import body
-from ..core.algebra import saddle
-from ..core.algebra.linalg import as_dense
-from ..dynamics import GeneralizedAlpha, Newton, integrate
-from ..dynamics.compiled_step.step import Method
-from ..dynamics.scheme import method_of
-from ..systems import At, Motion, System, assemble, compile_system, compiled
-from ..systems.connections import joints
-from ..systems.forces import loads
-from ..systems.measures import probes
+from fmbs_skfem.bodies import body
+from fmbs_skfem.core.algebra import saddle
+from fmbs_skfem.core.algebra.linalg import as_dense
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate
+from fmbs_skfem.dynamics.compiled_step.step import Method
+from fmbs_skfem.dynamics.scheme import method_of
+from fmbs_skfem.systems import At, Motion, System, assemble, compile_system, compiled
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
+
 from .beams import GRAVITY
 from .registry import CheckedNumber, case, farthest, order, pairs, slope
 

@@ -17,19 +17,20 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from ..bodies import Material
-from ..bodies.plate import Rim, plate
-from ..core.notices import Notice
-from ..dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
-from ..results.verification_plots import LoadPath
-from ..shapes import nurbs
-from ..shapes.surface import Surface
-from ..systems import At, System, assemble, eliminate
-from ..systems.connections import joints
-from ..systems.forces import loads
-from ..systems.measures import probes
+from fmbs_skfem.bodies import Material
+from fmbs_skfem.bodies.plate import Rim, plate
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
+from fmbs_skfem.shapes import nurbs
+from fmbs_skfem.shapes.surface import Surface
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
+
 from .beams import TIGHT
 from .plates import rectangle
+from .plots import LoadPath
 from .registry import CheckedNumber, case, farthest, pairs, refined
 
 SZE = "Sze, Liu, Lo (2004), doi 10.1016/j.finel.2003.11.001"

@@ -12,14 +12,15 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import solve_ivp
 
-from ..bodies import Body, body, sections
-from ..bodies.laws import Law
-from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
-from ..shapes.meshes import polyline, segment
-from ..systems import At, Motion, assemble, eliminate
-from ..systems.connections import joints
-from ..systems.forces import loads
-from ..systems.measures import probes
+from fmbs_skfem.bodies import Body, body, sections
+from fmbs_skfem.bodies.laws import Law
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
+from fmbs_skfem.shapes.meshes import polyline, segment
+from fmbs_skfem.systems import At, Motion, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
+
 from .beams import GRAVITY
 from .registry import CheckedNumber, case, farthest, order
 

@@ -21,16 +21,17 @@ from numpy.polynomial import chebyshev
 from numpy.polynomial.legendre import leggauss
 from scipy.optimize import brentq, fsolve
 
-from ..bodies import body, laws, sections
-from ..bodies.laws import Law
-from ..core.storage.records import dataclass
-from ..dynamics import Newton, outputs, solve_statics
-from ..shapes import line
-from ..shapes.meshes import polyline, segment
-from ..systems import At, assemble, eliminate
-from ..systems.connections import joints
-from ..systems.forces import loads
-from ..systems.measures import probes
+from fmbs_skfem.bodies import body, laws, sections
+from fmbs_skfem.bodies.laws import Law
+from fmbs_skfem.core.storage.records import dataclass
+from fmbs_skfem.dynamics import Newton, outputs, solve_statics
+from fmbs_skfem.shapes import line
+from fmbs_skfem.shapes.meshes import polyline, segment
+from fmbs_skfem.systems import At, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
+
 from .registry import CheckedNumber, case, farthest, order, refined
 
 GRAVITY = 9.81  #: [m/s2]

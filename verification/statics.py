@@ -18,16 +18,17 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ..bodies import body, sections
-from ..bodies.laws import Law
-from ..dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
-from ..results.verification_plots import LoadPath
-from ..shapes.meshes import segment
-from ..systems import At, System, assemble, eliminate
-from ..systems.connections import joints
-from ..systems.forces import loads
-from ..systems.measures import probes
+from fmbs_skfem.bodies import body, sections
+from fmbs_skfem.bodies.laws import Law
+from fmbs_skfem.dynamics import ArcLength, Trajectory, at_load_factor, follow_path, limit_points, outputs, solve_statics
+from fmbs_skfem.shapes.meshes import segment
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
+
 from .beams import TIGHT
+from .plots import LoadPath
 from .registry import CheckedNumber, case, farthest, pairs, refined
 
 FINE: dict[str, Any] = {"degree": 5, "continuity": 2}

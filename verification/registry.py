@@ -21,10 +21,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..core.errors import FmbsError, InputError, closest, say
-from ..core.notices import Notice
-from ..core.storage.records import dataclass
-from ..results.verification_plots import Curve, LoadPath
+from fmbs_skfem.core.errors import FmbsError, InputError, closest, say
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.core.storage.records import dataclass
+
+from .plots import Curve, LoadPath
 
 GROUPS = ("statics", "vibration", "dynamics", "rigid", "integrator", "manufactured")
 

@@ -13,10 +13,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from ..dynamics import outputs, solve_statics
-from ..shapes import nurbs
-from ..systems.connections import joints
-from ..systems.forces import loads
+from fmbs_skfem.dynamics import outputs, solve_statics
+from fmbs_skfem.shapes import nurbs
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+
 from .beams import TIGHT
 from .plates import rectangle
 from .registry import CheckedNumber, case

@@ -12,15 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from ..bodies import Body, body, sections
-from ..bodies.rigid import rigid
-from ..core.notices import Notice
-from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
-from ..shapes.meshes import segment
-from ..systems import At, Motion, System, assemble, eliminate
-from ..systems.connections import joints
-from ..systems.forces import loads
-from ..systems.measures import probes
+from fmbs_skfem.bodies import Body, body, sections
+from fmbs_skfem.bodies.rigid import rigid
+from fmbs_skfem.core.notices import Notice
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, energy_drift, integrate, outputs
+from fmbs_skfem.shapes.meshes import segment
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.forces import loads
+from fmbs_skfem.systems.measures import probes
+
 from .beams import GRAVITY
 from .integrator import mass_pendulum
 from .registry import CheckedNumber, case, farthest, order

@@ -14,14 +14,15 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from ..bodies import Material, body, sections
-from ..bodies.plate import plate
-from ..dynamics import Spin, in_rotating_frame, solve_statics, vibration_modes
-from ..shapes import ancf_plate
-from ..shapes.meshes import segment
-from ..shapes.surface import Surface
-from ..systems import At, System, assemble, eliminate
-from ..systems.connections import joints
+from fmbs_skfem.bodies import Material, body, sections
+from fmbs_skfem.bodies.plate import plate
+from fmbs_skfem.dynamics import Spin, in_rotating_frame, solve_statics, vibration_modes
+from fmbs_skfem.shapes import ancf_plate
+from fmbs_skfem.shapes.meshes import segment
+from fmbs_skfem.shapes.surface import Surface
+from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+
 from .beams import TIGHT
 from .plates import rectangle
 from .registry import CheckedNumber, case, farthest, refined

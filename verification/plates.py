@@ -17,16 +17,17 @@ from functools import partial
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from ..bodies import Body, Material
-from ..bodies.laws import Law
-from ..bodies.plate import local_table, plate
-from ..dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate, outputs, solve_statics
-from ..shapes import ancf_plate, fvs_plate, nurbs, skfem_surface
-from ..shapes import surface as surfaces
-from ..shapes.surface import Surface
-from ..systems import At, Motion, System, assemble, eliminate
-from ..systems.connections import joints
-from ..systems.measures import probes
+from fmbs_skfem.bodies import Body, Material
+from fmbs_skfem.bodies.laws import Law
+from fmbs_skfem.bodies.plate import local_table, plate
+from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, energies, integrate, outputs, solve_statics
+from fmbs_skfem.shapes import ancf_plate, fvs_plate, nurbs, skfem_surface
+from fmbs_skfem.shapes import surface as surfaces
+from fmbs_skfem.shapes.surface import Surface
+from fmbs_skfem.systems import At, Motion, System, assemble, eliminate
+from fmbs_skfem.systems.connections import joints
+from fmbs_skfem.systems.measures import probes
+
 from .beams import TIGHT, law_stress
 from .dynamics import center_of, momenta
 from .registry import CheckedNumber, case, farthest, order, refined
