@@ -7,7 +7,7 @@ Example 1 over Young's modulus; example 3 over Young's modulus and torque, runs 
 the fine meshes: two hours each. Writes greedy.md and greedy.json into benchmarks/results; those of earlier calls stay for the
 trainings that are not run. Figs 13 and 14 are drawn of runs (a) and (b): errors after every full run, and of the basis of one
 full run at the fastest parameter. Errors are those of the displacements over their size; times are CPU seconds of one thread. With
---folder full runs are kept, so that a benchmark that was stopped goes on: `fmbs train SCENE --compare --out DIR/young` makes the
+--folder full runs are kept, so that a benchmark that was stopped goes on: `fmbs train SCENE --out DIR/young` makes the
 same. With --every only every K-th hold-out point is run.
 
 Source: Hou, Liu, Hu, CMAME 361 (2020) 112690, doi 10.1016/j.cma.2019.112690.
@@ -24,16 +24,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import comparators
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import scenes
-from fmbs_skfem.families import comparators, greedy, prediction, training
+from fmbs_skfem.families import greedy, prediction, training, trials
 from fmbs_skfem.families import training_store as store
-from fmbs_skfem.families.comparators import Full
-from fmbs_skfem.families.comparators import Row as Compared
 from fmbs_skfem.families.parametric_model import ParametricModel
 from fmbs_skfem.families.training import FinishedTraining
+from fmbs_skfem.families.trials import Full
+from fmbs_skfem.families.trials import Row as Compared
 from fmbs_skfem.reduction import Elements, Points
 from fmbs_skfem.reduction import parameters as boxes
 from fmbs_skfem.reduction.full_runs import TrainingTask
@@ -156,7 +157,7 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
     points = (boxes.grid(known, count) if len(known) == 1 else boxes.latin_hypercube(known, count, seed=7))[::every]
     full = holdouts.read_or_run(found, found.task, folder)
     truth = holdouts.read_or_run(found, found.task, folder, sharp=not name.endswith(FINE))
-    held = comparators.compare(found.task, [*comparators.stages(found)][-1:], truth, points)[0]
+    held = trials.compare(found.task, [*trials.stages(found)][-1:], truth, points)[0]
     predict = prediction.predictor(ParametricModel(found.model.parametric, {prediction.KEY: prediction.record(found)}))
     bands = [predict(boxes.named(known, row)) for row in points] if predict else []
     errors = [trial.error for trial in held.trials]
@@ -192,8 +193,8 @@ def measure(name: str, task: Task, folder: Path, every: int) -> Row:
 def drawn(path: Path, found: FinishedTraining, full: Full, truth: Full, points: np.ndarray) -> tuple[Compared, ...]:
     """Fig. 13 or 14: errors after every full run, and of the basis of one run at the fastest parameter, which is the last row."""
     (own,) = found.task.parameters
-    others = [*comparators.stages(found), comparators.fast_to_slow(found.task, full, holdouts.fastest(found))]
-    rows = comparators.compare(found.task, others, truth, points)
+    others = [*trials.stages(found), comparators.fast_to_slow(found.task, full, comparators.fastest(found))]
+    rows = trials.compare(found.task, others, truth, points)
     errors = {row.name: np.array([trial.error for trial in row.trials]) for row in rows}
     label = "error of the displacements over their size"
     plots.save(plots.errors(points[:, 0], errors, label, f"{own.name} [{own.unit}]"), path)

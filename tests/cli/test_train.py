@@ -99,7 +99,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def call(scene: Path) -> Call:
-    return fmbs("train", scene, "--compare", "--out", scene.parent / "out", "--json")
+    return fmbs("train", scene, "--out", scene.parent / "out", "--json")
 
 
 def test_runs_and_choices_are_told(call: Call, scene: Path) -> None:
@@ -146,7 +146,7 @@ def test_errors_of_outputs_are_those_of_runs_of_the_scene(call: Call, scene: Pat
         assert held["outputs"][name]["relative"] == max(point[name] for point in held["outputs_at_points"])
 
 
-def test_a_full_run_more_is_better_and_comparators_stand_beside(call: Call) -> None:
+def test_a_full_run_more_is_better(call: Call) -> None:
     """The ends of the range are bad after one run in the middle, and better with more; x moves by 7 mm beside 0.12 m of y."""
     rows = {row["name"]: row for row in call.json["holdout"]["rows"]}
     ours = [rows[f"greedy {k}"] for k in range(1, call.json["full_runs"] + 1)]
@@ -154,11 +154,7 @@ def test_a_full_run_more_is_better_and_comparators_stand_beside(call: Call) -> N
     assert ours[-1]["max_error"] == call.json["holdout"]["max_error"] < 0.02
     assert max(call.json["holdout"]["states"]) < 1e-2  # of the motion
     assert len(ours) == 1 or ours[-1]["max_error"] < ours[0]["max_error"]
-    assert set(rows) - {row["name"] for row in ours} == {
-        "fast to slow", "uniform grid 2", "nearest basis 2", "Grassmann 2", "greedy, system level",
-    }  # fmt: skip
-    assert rows["fast to slow"]["full_runs"] == 1
-    assert rows["nearest basis 2"]["max_error"] > ours[-1]["max_error"]
+    assert len(ours) == len(rows)
     assert all(len(row["errors"]) == 5 for row in rows.values())
 
 
@@ -218,7 +214,6 @@ def test_a_wanted_error_chooses_eps_and_eta_and_is_met(scene: Path, tmp_path: Pa
 @pytest.mark.parametrize(
     ("rest", "options", "told"),
     [
-        (REDUCTION, ("--compare",), "--compare: expected hold-out points, got none; give --holdout N"),
         (
             REDUCTION + TRAINING,
             ("--tolerance", "2"),

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmbs_skfem.families import calibration, comparators
-from fmbs_skfem.families.comparators import Comparator
+from fmbs_skfem.families import calibration, trials
 from fmbs_skfem.families.training import FinishedTraining
+from fmbs_skfem.families.trials import Comparator
 from fmbs_skfem.reduction import full_runs, parameters, reduced_models
 from fmbs_skfem.reduction.full_runs import Full, TrainingTask
 from fmbs_skfem.reduction.reduced_models import ReducedModel
@@ -27,7 +27,7 @@ def hold_out(found: FinishedTraining, points: np.ndarray, model: ReducedModel | 
     """The last model of a training, or another one of it, at points (k, d) with full runs, which several may share."""
     task, used = reduced_models.with_polynomials(found.task), model or found.model
     one = Comparator("model", used.cases, len(found.runs), 0.0)
-    (row,) = comparators.compare(task, [one], full or functools.partial(full_runs.full_run, found.task), points)
+    (row,) = trials.compare(task, [one], full or functools.partial(full_runs.full_run, found.task), points)
     indicators, inside = [], []
     assert found.calibration is not None
     for values, trial in zip((parameters.named(task.parameters, point) for point in points), row.trials, strict=True):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import comparators
+import grassmann
 import numpy as np
 import pytest
 
@@ -14,9 +16,9 @@ from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integration, run
-from fmbs_skfem.families import comparators, grassmann, training
-from fmbs_skfem.families.comparators import Comparator, Row
+from fmbs_skfem.families import training, trials
 from fmbs_skfem.families.greedy import Options
+from fmbs_skfem.families.trials import Comparator, Row
 from fmbs_skfem.reduction import Elements, Exact
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.full_runs import Full, FullRun, TrainingTask
@@ -87,7 +89,7 @@ def rows(task: TrainingTask, full: Full) -> dict[str, Row]:
         *(comparators.interpolated(task, full, [count]) for count in (2, 3, 4)),
         comparators.greedy(task, search, Options(iterations=2)),
     ]
-    return {row.name: row for row in comparators.compare(task, several, full, POINTS)}
+    return {row.name: row for row in trials.compare(task, several, full, POINTS)}
 
 
 def errors(row: Row) -> np.ndarray:
@@ -195,9 +197,7 @@ def test_two_parameters_and_two_components() -> None:
             assert {joint for joint, _ in case.system.constraints.names} == {"B"}
     coarse = comparators.at_system_level(task)
     assert coarse.plan.components == {"system": ("I", "II")}
-    (row,) = comparators.compare(
-        coarse, [comparators.uniform(coarse, share_runs(coarse), [2, 2])], share_runs(coarse), [[1e9, 9.0]]
-    )
+    (row,) = trials.compare(coarse, [comparators.uniform(coarse, share_runs(coarse), [2, 2])], share_runs(coarse), [[1e9, 9.0]])
     assert (row.name, row.full_runs, list(row.modes), row.elements) == ("uniform grid 2 x 2", 4, ["system"], 12)
     assert row.max_error == row.mean_error < 2e-4
 
@@ -206,7 +206,7 @@ def test_hyper_reduction_of_fixed_bases_only(task: TrainingTask, full: Full, row
     """Weights are trained over all runs of a basis; an interpolated one keeps all cells."""
     sampled = replace(task, plan=replace(task.plan, hyper=Elements(1e-4)))
     several = [comparators.uniform(sampled, full, [2]), comparators.interpolated(sampled, full, [2])]
-    weighted, plain = comparators.compare(sampled, several, full, POINTS[::3])
+    weighted, plain = trials.compare(sampled, several, full, POINTS[::3])
     assert 0 < weighted.elements < 12 == plain.elements == rows["uniform grid 2"].elements
     assert 0 < weighted.points < plain.points == rows["uniform grid 2"].points
     assert errors(weighted) == pytest.approx(errors(rows["uniform grid 2"])[::3], rel=0.2)
@@ -217,8 +217,8 @@ def test_exact_polynomials_of_interpolated_bases() -> None:
     """A planar plate without a single point in use moves as with all of them."""
     task = TrainingTask(thrown, (Parameter("E", 1e6, 2e6),), Plan({"plate": ("plate",)}, 1e-10), 5e-3)
     exact, runs = replace(task, plan=replace(task.plan, hyper=Exact())), share_runs(task)
-    (all_points,) = comparators.compare(task, [comparators.interpolated(task, runs, [2])], runs, [[1e6], [1.3e6]])
-    (none,) = comparators.compare(exact, [comparators.interpolated(exact, runs, [2])], runs, [[1e6], [1.3e6]])
+    (all_points,) = trials.compare(task, [comparators.interpolated(task, runs, [2])], runs, [[1e6], [1.3e6]])
+    (none,) = trials.compare(exact, [comparators.interpolated(exact, runs, [2])], runs, [[1e6], [1.3e6]])
     assert (all_points.elements, none.elements, none.points) == (8, 0, 0)
     assert errors(none) == pytest.approx(errors(all_points), rel=1e-3)
     assert 0.0 < all_points.max_error < 1e-4
@@ -240,7 +240,7 @@ def test_full_runs_are_shared_and_counted(task: TrainingTask, full: Full, monkey
     assert [one.full_runs for one in several] == [2, 2]
     spent = runs(SOFT).cpu_s + runs(STIFF).cpu_s
     assert [one.offline_s for one in several] == pytest.approx([spent + 1.0, spent + 2.0], rel=1e-12)
-    comparators.compare(task, several, runs, np.array([[0.7e9], [1.3e9]]))
+    trials.compare(task, several, runs, np.array([[0.7e9], [1.3e9]]))
     assert made == [0.7e9, 1.3e9]
 
 
@@ -253,7 +253,7 @@ def test_a_member_that_fails_is_listed_with_its_reason(task: TrainingTask, full:
         case = model.family(values)
         return replace(case, newton=Newton(1e-12, iterations=1)) if values["E"] < 0.8e9 else case
 
-    (row,) = comparators.compare(task, [Comparator("few iterations", family, 1, 0.0)], full, np.array([[0.7e9], [1.3e9]]))
+    (row,) = trials.compare(task, [Comparator("few iterations", family, 1, 0.0)], full, np.array([[0.7e9], [1.3e9]]))
     assert row.trials[0].error == row.max_error == np.inf
     assert "Newton iteration did not converge" in row.trials[0].reason
     assert row.trials[1].error < 4e-5
@@ -271,13 +271,13 @@ def test_a_point_without_a_full_run_is_marked(task: TrainingTask, full: Full) ->
 
     model, points = comparators.fast_to_slow(task, full, STIFF), np.array([[0.7e9], [1.0e9], [1.3e9]])
     with pytest.warns(Notice, match="the full model has no motion at E = 7e"):
-        (row,) = comparators.compare(task, [model], failing, points)
-    (all_of_them,) = comparators.compare(task, [model], full, points)
+        (row,) = trials.compare(task, [model], failing, points)
+    (all_of_them,) = trials.compare(task, [model], full, points)
     assert (np.isnan(row.trials[0].error), row.trials[0].reason) == (True, "no motion")
     assert errors(row)[1:].tolist() == errors(all_of_them)[1:].tolist()
     assert row.max_error == errors(all_of_them)[1:].max() < all_of_them.max_error
     with pytest.warns(Notice):
-        assert np.isnan(comparators.compare(task, [model], failing, points[:1])[0].max_error)
+        assert np.isnan(trials.compare(task, [model], failing, points[:1])[0].max_error)
 
 
 def test_warm_up_changes_nothing(task: TrainingTask, full: Full) -> None:
@@ -288,7 +288,7 @@ def test_warm_up_changes_nothing(task: TrainingTask, full: Full) -> None:
 
 def test_refusals(task: TrainingTask, full: Full) -> None:
     with pytest.raises(InputError, match="comparators and hold-out points"):
-        comparators.compare(task, [], full, POINTS)
+        trials.compare(task, [], full, POINTS)
     with pytest.raises(InputError, match=r"1 number\(s\) of values from 1 on"):
         comparators.uniform(task, full, [2, 2])
     with pytest.raises(InputError, match="expected one of E, got 'Young'"):

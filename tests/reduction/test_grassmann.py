@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import grassmann
 import numpy as np
 import pytest
 import scipy.linalg
@@ -9,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.families import grassmann
 
 ROUND_OFF = 1e-13
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import comparators
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -18,7 +19,7 @@ from fmbs_skfem.bodies.body import ShapePoints
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.core.algebra.linalg import as_dense
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, Trajectory, integrate
-from fmbs_skfem.families import comparators
+from fmbs_skfem.families import trials
 from fmbs_skfem.reduction import Elements, Exact, HyperReduction, Plan, Points, files
 from fmbs_skfem.reduction.accuracy import comparison
 from fmbs_skfem.reduction.accuracy.comparison import ComparisonOptions
@@ -164,7 +165,7 @@ def test_families_and_comparators_take_it() -> None:
     task = TrainingTask(young, (Parameter("E", 0.7e9, 1.3e9, unit="Pa"),), Plan(COMPONENTS, 1e-11, invariant=True), 3e-3)
     runs = share_runs(task)
     given = [comparators.uniform(task, runs, (2,)), comparators.interpolated(task, runs, (2,))]
-    rows = comparators.compare(task, given, runs, np.array([[1.0e9]]))
+    rows = trials.compare(task, given, runs, np.array([[1.0e9]]))
     assert all(not row.trials[0].reason for row in rows), [row.trials[0].reason for row in rows]
     assert rows[0].max_error < 1e-4
     system = given[0].family({"E": 1.1e9}).system

@@ -182,7 +182,6 @@ def train(
     ] = None,
     iterations: Annotated[int | None, Option("Largest number of full runs, instead of the scene's.", "N", least=1)] = None,
     holdout: Annotated[int | None, Option("Number of hold-out points, instead of the scene's; 0 for none.", "N", least=0)] = None,
-    compare: Annotated[bool, Option("Train the comparators too, and check all of them at the hold-out points.")] = False,
     resume: Annotated[bool, Option("Only continue an interrupted training; fail if there is none.")] = False,
     duration: Duration = None,
     plots: Plots = True,
@@ -202,8 +201,8 @@ def train(
 
     with jobs.begin(source, duration=duration, plots=plots, **shared) as job:
         scene = jobs.read_scene(job)
-        order = greedy_training.prepare(job, scene, tolerance, iterations, holdout, compare)
-        return greedy_training.train_order(job, order, greedy_training.folder(job, scene, resume), compare, html)
+        order = greedy_training.prepare(job, scene, tolerance, iterations, holdout)
+        return greedy_training.train_order(job, order, greedy_training.folder(job, scene, resume), html)
 
 
 def compare(

@@ -18,7 +18,7 @@ from .. import scenes
 from ..core.errors import FmbsError, InputError, NoModel, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
-from ..families import comparators, greedy, parametric_model, prediction
+from ..families import greedy, parametric_model, prediction, trials
 from ..families import training as trainings
 from ..families import training_store as store
 from ..families.worth import DoesNotPay
@@ -88,12 +88,12 @@ class TrainingResult(Result):
     holdout: Checked | None  #: what was found at hold-out points
 
 
-def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool, html: bool = False) -> TrainingResult:
+def train_order(job: Job, order: TrainingOrder, out: Path | None, html: bool = False) -> TrainingResult:
     """The training, its hold-out points, figures, report and page (`html`); without a model the error that says why."""
     if out is not None:
         files.require_savable(order.task.family({}).system)
     if compiling.announce(job, reduces=True):
-        comparators.compile_training(order.task)
+        trials.compile_training(order.task)
     made = {"fingerprint": reports.fingerprint(order.scene), "provenance": reports.provenance(order.scene), "notices": job.notices}
     try:
         advance, place, begun = job.progress("training"), out / STORE if out else None, clock.process_time()
@@ -109,7 +109,7 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, compare: bool,
     spent = clock.process_time() - begun
     if out is not None:
         save_model(model, out)
-    checked = holdouts.check(job, order, found, model, compare) if len(order.points.holdout) else None
+    checked = holdouts.check(job, order, found, model) if len(order.points.holdout) else None
     doubts, payoff = find_doubts(order, found, checked), find_payoff(found, checked, spent)
     warn_of_cost(order, payoff, checked)
     model = replace(model, notes={**model.notes, prediction.DOUBTS: doubts})
@@ -168,16 +168,12 @@ def save_model(model: ParametricModel, out: Path) -> list[Path]:
     return [out / MODEL]
 
 
-def prepare(
-    job: Job, scene: Scene, tolerance: float | None, iterations: int | None, holdout: int | None, compare: bool
-) -> TrainingOrder:
+def prepare(job: Job, scene: Scene, tolerance: float | None, iterations: int | None, holdout: int | None) -> TrainingOrder:
     """The input of a training from a scene and the options that replace its values."""
     section = points.section(scene)
     plan, interval = plans.plan(scene), plans.interval(scene)
     known, family = scenes.family(scene, allow_outside=job.allow_outside, duration=job.duration)
     chosen = points.of(section, known, holdout)
-    if compare and not len(chosen.holdout):
-        raise InputError(say("--compare", "hold-out points", "none", "give --holdout N, or training.holdout in the scene"))
     allowed = dict(section.tolerance.values) if isinstance(section.tolerance, Allowed) and tolerance is None else None
     measure: Measure | None = OutputMeasure(allowed or {}) if scene.outputs else None
     aim, own = HALF, 1.0 if isinstance(section.tolerance, Allowed) else section.tolerance
@@ -259,7 +255,7 @@ def warn_of_cost(order: TrainingOrder, payoff: Payoff, checked: Checked | None) 
     if payoff.pays:
         return
     remedy = "sweep with the full model (fmbs sweep SCENE)"
-    stages = checked.rows[: checked.models] if checked else ()
+    stages = checked.rows if checked else ()
     for number, row in enumerate(stages, start=1):
         times = payoff.speedup * stages[-1].run_s / row.run_s
         if times >= FAST and row.max_error <= (order.tolerance or math.inf):

@@ -1,4 +1,4 @@
-"""Hold-out points of a training: true errors of the model after every full run and of comparators, beside the predicted ones.
+"""Hold-out points of a training: true errors of the model after every full run, beside the predicted ones.
 
 The full runs at hold-out points are stored with the training, so that another call has them. Figures 13 and 14 of
 doi 10.1016/j.cma.2019.112690 are its figure `errors`.
@@ -8,23 +8,20 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.errors import FmbsError
-from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.display import DisplayUnits
 from ..core.values.units import add_unit
-from ..families import comparators, prediction
+from ..families import prediction, trials
 from ..families import training_store as store
-from ..families.comparators import Comparator, Row
+from ..families.trials import Row
 from ..reduction import full_runs, parameters
 from ..reduction.full_runs import Full, TrainingTask
 from ..reduction.training_signals import Signals
@@ -53,14 +50,13 @@ class Checked:
     """Hold-out points with what was found there."""
 
     points: np.ndarray  #: (k, d)
-    rows: tuple[Row, ...]  #: the models after every full run, then comparators
-    models: int  #: how many of the rows are models of this training
+    rows: tuple[Row, ...]  #: the models after every full run
     predictions: tuple[Prediction, ...]  #: of the last model
 
     @property
     def last(self) -> Row:
         """The last model."""
-        return self.rows[self.models - 1]
+        return self.rows[-1]
 
     @property
     def true(self) -> np.ndarray:
@@ -75,7 +71,7 @@ class Checked:
     @property
     def full_s(self) -> float:
         """CPU time [s] of a full run, the median of the points at which the last model has a motion as well."""
-        return comparators.median([trial.full_s for trial in self.last.trials])
+        return trials.median([trial.full_s for trial in self.last.trials])
 
     @property
     def inside(self) -> float | None:
@@ -85,8 +81,8 @@ class Checked:
         return float(np.mean([self.predictions[k].low <= self.true[k] <= self.predictions[k].high for k in self.known]))
 
 
-def check(job: Job, order: TrainingOrder, found: FinishedTraining, model: ParametricModel, compare: bool) -> Checked:
-    """All hold-out points; comparators are trained where they are wanted.
+def check(job: Job, order: TrainingOrder, found: FinishedTraining, model: ParametricModel) -> Checked:
+    """The models of a training at all hold-out points.
 
     Inputs of a plant have signals there that no training has.
     """
@@ -94,11 +90,9 @@ def check(job: Job, order: TrainingOrder, found: FinishedTraining, model: Parame
     if isinstance(task.signals, Signals):
         task = replace(task, signals=task.signals.check)
     full, predict = read_or_run(found, task, job.made), prediction.predictor(model)
-    trained = read_or_run(found, found.task, job.made)
-    everyone = [*comparators.stages(found), *(others(job, order, found, trained) if compare else ())]
-    rows = comparators.compare(task, everyone, full, points, job.progress("hold-out points"))
+    rows = trials.compare(task, [*trials.stages(found)], full, points, job.progress("hold-out points"))
     predictions = tuple(predict(parameters.named(task.parameters, row)) for row in points) if predict else ()
-    return Checked(points, rows, len(found.models), predictions)
+    return Checked(points, rows, predictions)
 
 
 def read_or_run(found: FinishedTraining, task: TrainingTask, out: Path | None, sharp: bool = True) -> Full:
@@ -122,42 +116,6 @@ def read_or_run(found: FinishedTraining, task: TrainingTask, out: Path | None, s
         return store.read_or_make(path, functools.partial(full_runs.full_run, task, values, sharp))
 
     return full
-
-
-def others(job: Job, order: TrainingOrder, found: FinishedTraining, full: Full) -> Iterator[Comparator]:
-    """The comparators; one that cannot be trained is left out with a warning."""
-    task, d = found.task, len(found.task.parameters)
-    counts = (max(2, len(found.runs)),) if d == 1 else (2,) * d
-    makers: dict[str, Callable[[], Comparator]] = {
-        "fast to slow": lambda: comparators.fast_to_slow(task, full, fastest(found)),
-        "uniform grid": lambda: comparators.uniform(task, full, counts),
-        "nearest basis": lambda: comparators.nearest(task, full, counts),
-        "Grassmann": lambda: comparators.interpolated(task, full, counts),
-        "greedy, system level": lambda: comparators.greedy(
-            comparators.at_system_level(task), order.search, order.options, "greedy, system level"
-        ),
-    }
-    for name, make in makers.items():
-        if d > CORNERS and name in ("uniform grid", "nearest basis", "Grassmann"):
-            continue
-        try:
-            job.progress(name)
-            yield make()
-        except FmbsError as error:
-            notify(f"comparator '{name}': {error}")
-
-
-def fastest(found: FinishedTraining) -> dict[str, float]:
-    """The corner of the box at which the reduced model moves fastest."""
-    from ..dynamics.outputs import lifted
-
-    known = found.task.parameters
-    speeds: list[tuple[float, dict[str, float]]] = []
-    for ends in itertools.product(*((p.low, p.high) for p in known)):
-        values = parameters.named(known, ends)
-        motion = full_runs.run_formed(found.task, found.model.cases(values))
-        speeds.append((float(np.linalg.norm(lifted(motion)[1], axis=1).max()), values))
-    return max(speeds, key=lambda pair: pair[0])[1]
 
 
 def trained_there(order: TrainingOrder, found: FinishedTraining) -> list[str]:

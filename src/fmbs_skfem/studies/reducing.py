@@ -16,7 +16,7 @@ from .. import reduction
 from ..core.errors import FmbsError
 from ..core.notices import Notice, notify
 from ..core.storage.records import dataclass
-from ..families import comparators
+from ..families import trials
 from ..reduction import cases, files, full_runs, reduced_models, training_signals
 from ..reduction.accuracy import costs, error_budget, output_errors
 from ..reduction.accuracy.costs import Payoff
@@ -96,7 +96,7 @@ def train(job: Job, scene: Scene, raw: System, plan: Plan, goal: Goal | None) ->
         task = excited.task
     own = task.family(excited.check if excited else {})
     kept, own_form = kept_steps(own, task.interval), replace(own, system=task.form(own.system))
-    comparators.compile_training(task)
+    trials.compile_training(task)
     finest = min(error_budget.LADDER_EPS) if goal and goal.eps else plan.tolerance
     sharp = replace(own_form, newton=newton_for(own.newton, finest))
     full = job.trajectory = cases.run(sharp, kept, job.progress("full model"))

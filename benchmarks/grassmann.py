@@ -19,11 +19,11 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.linalg
 
-from ..core.algebra import ranks
-from ..core.errors import InputError, say
-from ..core.storage.records import dataclass
-from ..core.values.arrays import finite
-from ..reduction import affine
+from fmbs_skfem.core.algebra import ranks
+from fmbs_skfem.core.errors import InputError, say
+from fmbs_skfem.core.storage.records import dataclass
+from fmbs_skfem.core.values.arrays import finite
+from fmbs_skfem.reduction import affine
 
 RIGHT = 1e-7  #: cosine below which an angle counts as a right one
 
