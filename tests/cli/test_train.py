@@ -329,7 +329,7 @@ def test_a_training_that_was_stopped_knows_the_code_that_it_has_run(tmp_path: Pa
         (place / "own.py").write_text(code)
         path = written(place)
         path.write_text(path.read_text().replace("bodies:", "extensions: [own.py]\nbodies:", 1))
-        order = training.prepare(Job(path), scenes.read(path), None, None, None, False)
+        order = training.prepare(Job(path), scenes.read(path), None, None, None)
         codes.append(store.fingerprint(order.task))
     assert codes[0] != codes[1] == codes[2]
 

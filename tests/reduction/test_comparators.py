@@ -282,7 +282,7 @@ def test_a_point_without_a_full_run_is_marked(task: TrainingTask, full: Full) ->
 
 def test_warm_up_changes_nothing(task: TrainingTask, full: Full) -> None:
     before = space(comparators.fast_to_slow(task, full, STIFF).family(SOFT))
-    comparators.compile_training(task)
+    trials.compile_training(task)
     assert np.array_equal(space(comparators.fast_to_slow(task, full, STIFF).family(SOFT)), before)
 
 

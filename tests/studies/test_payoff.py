@@ -209,7 +209,7 @@ def test_eps_is_not_lowered_where_truncation_is_not_the_limit(
 
 def order(path: Path, accuracy: str, tolerance: float | None = None) -> greedy_training.TrainingOrder:
     with jobs.begin(path, accuracy=accuracy) as job:
-        return greedy_training.prepare(job, jobs.read_scene(job), tolerance, None, None, False)
+        return greedy_training.prepare(job, jobs.read_scene(job), tolerance, None, None)
 
 
 def test_a_training_aims_at_a_share_of_the_accuracy(tmp_path: Path) -> None:
@@ -229,7 +229,7 @@ def test_families_have_the_step_and_the_cells_that_were_found(tmp_path: Path) ->
     """A run may have other steps: its states may lie within them, and snapshots may not."""
     with jobs.begin(scene(tmp_path, SHAKEN, HISTORY, TRAINED), accuracy="1e-2") as job:
         found = jobs.read_scene(job)
-        task = greedy_training.prepare(job, found, None, None, None, False).task
+        task = greedy_training.prepare(job, found, None, None, None).task
     assert job.plan is not None
     for load in (0.4, 0.6):
         case = task.family({"load": load})
