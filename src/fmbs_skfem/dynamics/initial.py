@@ -390,7 +390,7 @@ def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | No
         speed=np.array([compilation.size(model, start.v)]),
         parts=np.array([0]),
         change=np.array([np.inf]),
-        work=np.zeros(1),
+        work=np.zeros(2),
         push=push,
         gradients=gradients,
         signals=signal_table(model.system, np.array([time]))[0] if histories_work(model.system) else np.zeros(0),
