@@ -320,6 +320,7 @@ def facts(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
         "scene": title(scene),
         "file": scene.path,
         "parameters": dict(scene.parameters),
+        "parameter_units": dict(scene.parameter_units),
         "analysis": scene.analysis.word,
         "dofs": raw.size,
         "constraints": len(raw.constraints.names),
