@@ -120,7 +120,10 @@ def test_a_training_shows_its_model_and_is_reported(tmp_path: Path) -> None:
     with browser(tmp_path / "profile", DRAWS) as tab:
         opened(tab, tmp_path / "trained" / "page.html")
         high = done.json["predicted_error"]["high"]
-        assert f"{high:.2g} of their ranges" in tab.run("document.getElementById('about').textContent")
+        about = tab.run("document.getElementById('about').textContent")
+        assert f"{high:.2g} of their ranges" in about
+        assert "At most, anywhere in its ranges: " in about
+        assert f" to {high:.2g}." in about
         tab.run("loadModel(fmbs.content.live).then((model) => { fmbs.attach(model); fmbs.state.model = model; })")
         ends = []
         for value in (0.8e9, 1.2e9):
