@@ -193,6 +193,13 @@ def test_a_search_finds_pages_without_errors_from_a_disk_and_from_a_server(site:
             titles = found(chromium, base, "ECSW")
             assert {"reduction.hyper.ecsw", "Architecture"} <= set(titles)
             assert found(chromium, base, "zzyzx") == []
+        for word in ("contact", "sweep", "reduce"):
+            assert found(chromium, address, word)
+            links = chromium.run("[...document.querySelectorAll('#search-results li > a')].map(each => each.href)")
+            behind = [any(one in link for one in ("/api/", "architecture", "CONTRIBUTING")) for link in links]
+            assert behind == sorted(behind), (word, links)
+            assert not behind[0]
+        assert found(chromium, address, "GeneralizedAlpha")[0].endswith("GeneralizedAlpha")
         found(chromium, address, "ECSW")
         summary = "[...document.querySelectorAll('#search-results p.context')].some(each => each.innerText.includes('ECSW'))"
         chromium.run(f"new Promise(done => {{ const look = () => {summary} ? done() : setTimeout(look, 20); look() }})")

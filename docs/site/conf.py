@@ -30,6 +30,7 @@ html_title = "fmbs_skfem"
 html_static_path = ["site.css", "site.js"]
 html_css_files = ["site.css"]
 html_js_files = ["site.js"]
+html_search_scorer = str(Path(__file__).parent / "scorer.js")
 html_favicon = "icon.svg"  # a browser asks a server for one on its own
 html_math_renderer = "drawn"
 html_copy_source = False

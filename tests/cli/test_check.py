@@ -78,10 +78,30 @@ def test_contradicting_joints_stop_the_check_by_name(tmp_path: Path) -> None:
     drive = "drive: {type: driven_position, at: beam.left, displacement: [0.1 * t, 0]}"
     path.write_text(path.read_text().replace("joints:\n", f"joints:\n  {drive}\n"))
     done = fmbs("check", path, "--json")
-    assert done.code == 4
-    assert done.json["message"].startswith("joints contradict each other: ")
+    assert done.code == 3
+    place = f"{path}:13: joints.drive, {path}:14: joints.clamp: joints contradict each other: "
+    assert done.json["message"].startswith(place)
     assert "a driven motion must be free" in done.json["message"]
     assert "drive.x" in done.json["message"]
+
+
+@pytest.mark.parametrize(
+    ("analysis", "joint", "message"),
+    [
+        (SHORT, "at: beam.left, angle: t", "joints.drive, {path}:14: joints.clamp: joints contradict each other"),
+        (STATIC, "at: beam.left, angle: t", "joints.drive, {path}:14: joints.clamp: joints contradict each other"),
+        ("{type: modes}", "at: beam.left, angle: t", "joints.drive, {path}:14: joints.clamp: joints contradict each other"),
+        (SHORT, "at: beam.right, angle: 0.1 + t", "joints.drive: the initial state does not satisfy the joints: expected no gaps"),
+    ],
+)
+def test_no_run_begins_with_joints_that_contradict_each_other(analysis: str, joint: str, message: str, tmp_path: Path) -> None:
+    """Equilibria and modes made of them the state in which the slope is nothing; nothing is left in the folder of a run."""
+    path = scene(tmp_path, analysis)
+    path.write_text(path.read_text().replace("joints:\n", f"joints:\n  drive: {{type: driven_angle, {joint}}}\n"))
+    done = fmbs("run", path, "--json", "--out", tmp_path / "out")
+    assert done.code == 3
+    assert done.json["message"].startswith(f"{path}:13: {message.format(path=path)}")
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_gap_to_a_fixed_point_stops_the_check_with_its_line(tmp_path: Path) -> None:
@@ -269,7 +289,7 @@ def test_contradicting_joints_are_named_in_pairs(tmp_path: Path) -> None:
     drives = "".join(f"  d{k}: {{type: driven_angle, at: beam.left, angle: {k} * t}}\n" for k in (1, 2))
     path.write_text(path.read_text().replace("  clamp: {type: clamp,", f"{drives}  clamp: {{type: pin,"))
     done = fmbs("check", path, "--json")
-    assert done.code == 4
+    assert done.code == 3
     (row,) = (one["name"] for one in done.json["worst"])
     other = {"d1.angle": "d2.angle", "d2.angle": "d1.angle"}[row]
     assert f"{row} with {other}" in done.json["message"]

@@ -98,15 +98,14 @@ def test_without_opengl_the_facts_are_kept(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_a_solve_that_never_starts_is_explained(tmp_path: Path) -> None:
-    """A drive of the end that starts 0.1 m away from it."""
-    drive = "clamp: {{type: driven_position, at: beam.left, displacement: [0, 0.1 + t]}}"
-    text = CANTILEVER.replace("clamp: {{type: clamp, at: beam.left}}", drive)
-    done = fmbs("run", scene(tmp_path, SHORT, text=text), "--out", tmp_path / "out")
+    """No equilibrium is found from which a motion under a follower force of 1e40 N would start."""
+    text = CANTILEVER.replace("point_force, at: beam.right, force: [0, load]", "follower, at: beam.right, force: [0, 1e40]")
+    start = SHORT.replace("}", ", start: equilibrium}")
+    done = fmbs("run", scene(tmp_path, start, text=text), "--out", tmp_path / "out")
     assert done.code == 4
-    assert "likely cause: the initial state misses" in done.err
+    assert "likely cause: the loads at t = 0 have no equilibrium" in done.err
     found = json.loads((tmp_path / "out" / "failure.json").read_text())
-    assert found["causes"][0]["name"] == "closure"
-    assert found["residuals"][0]["value"] == pytest.approx(0.1)
+    assert found["causes"][0]["name"] == "equilibrium"
     assert found["good"] is None
 
 

@@ -32,6 +32,11 @@ def test_a_new_pendulum_is_checked(tmp_path: Path) -> None:
     assert fmbs("new", tmp_path / "swing", "--force").code == 0
 
 
+def test_the_name_of_an_example_is_a_copy_of_it(tmp_path: Path) -> None:
+    assert fmbs("new", tmp_path / "four_bar", "--json").json["like"] == "four_bar"
+    assert fmbs("new", tmp_path / "mine", "--json").json["like"] == "double_pendulum"
+
+
 def test_an_unknown_example_lists_those_there_are(tmp_path: Path) -> None:
     done = fmbs("new", tmp_path / "x", "--like", "double_pendulm")
     assert done.code == 2

@@ -29,7 +29,7 @@ REPORTS = {
     "statics": (("run", "static.yaml", "--no-plots"), 0, "report.json", ("static.yaml", "beam_20.msh")),
     "modes": (("run", "modes.yaml"), 0, "report.json", ("modes.yaml", "beam_20.msh")),
     "failed": (("run", "jump.yaml", "--no-plots"), 4, "failure.json", ("jump.yaml", "beam_20.msh")),
-    "no start": (("run", "closed.yaml", "--no-plots"), 4, "failure.json", ("closed.yaml", "beam_20.msh")),
+    "no start": (("run", "huge.yaml", "--no-plots"), 4, "failure.json", ("huge.yaml", "beam_20.msh")),
     "export": (("export", "beam.yaml", "--duration", "0.01", "--frames", "2"), 0, "report.json", ("beam.yaml", "beam_10.msh")),
     "check": (("check", "beam.yaml"), 0, "check.json", ("beam.yaml", "beam_10.msh")),
     "compare": (
@@ -67,8 +67,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         scene(place, analysis).rename(place / f"{name}.yaml")
     jump = scene(place, test_failures.SHORT, test_failures.JUMP)
     (place / "jump.yaml").write_text(jump.read_text())
-    drive = "clamp: {type: driven_position, at: beam.left, displacement: [0, 0.1 + t]}"
-    (place / "closed.yaml").write_text(jump.read_text().replace("clamp: {type: clamp, at: beam.left}", drive))
+    huge = jump.read_text().replace("point_force, at: beam.right, force: [0, load]", "follower, at: beam.right, force: [0, 1e40]")
+    (place / "huge.yaml").write_text(huge.replace("step: 1 ms", "step: 1 ms, start: equilibrium"))
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
         assert fmbs(*TRAIN, "--out", "trained").code == 0

@@ -11,6 +11,7 @@ from fmbs_skfem import dynamics, scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics.near_state.campbell import Found
+from fmbs_skfem.studies.result import ReportTable
 
 ROTOR = Path(__file__).parents[2] / "examples" / "rotor.yaml"
 
@@ -53,7 +54,12 @@ def test_the_example_is_unstable_above_its_threshold(run: studies.Run) -> None:
     first = values[(growth > 0.0).any(axis=0).argmax()]
     assert first - 25.0 <= w * (1.0 + 0.6 / (2e-4 * w**2)) * 1.02 <= first * 1.02
     assert [path.name for path in run.files] == ["campbell.csv", "report.json", "campbell.png"]
-    critical = run.report["crossings"][0]["speed"]
+    first = run.report["crossings"][0]
+    critical = first["speed"]
+    assert first["frequency_hz"] == pytest.approx(critical / (2.0 * np.pi), rel=1e-12)
+    (_, table) = (line for line in run.lines if isinstance(line, ReportTable))
+    assert table.title == "Crossings of orders"
+    assert list(table.rows[0]) == ["1", first["mode"], critical, first["frequency_hz"]]
     assert critical == pytest.approx(w / 2.0, rel=0.05)  # of the weight; gyroscopic terms raise it a little
 
 

@@ -13,6 +13,7 @@ import pytest
 from fmbs_skfem import reduction
 from fmbs_skfem.bodies import body
 from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.values.display import DisplayUnits
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, integration, run
 from fmbs_skfem.reduction import Elements, HyperReduction, Plan, Points, TrainingTask, files, plan, task_of
 from fmbs_skfem.reduction.accuracy import comparison, costs, runs
@@ -20,6 +21,7 @@ from fmbs_skfem.reduction.accuracy.comparison import Comparison, ComparisonOptio
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.full_runs import FullRun
 from fmbs_skfem.reduction.reduced_models import ReducedModel, make_model
+from fmbs_skfem.studies import figures, tables
 from fmbs_skfem.systems import At, System, assemble
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
@@ -117,6 +119,18 @@ def test_full_models_converge_with_the_mesh_and_the_step(small: Comparison) -> N
     assert small["coarse-8"].position_error < small["coarse-4"].position_error / 8
     assert small["coarse-8"].max_error > 0
     assert small["step-1e-3"].position_error == pytest.approx(4 * small["step-2.5e-4"].position_error, rel=0.3)
+
+
+def test_what_is_finer_than_the_reference_is_no_worse(small: Comparison) -> None:
+    """The distance of a finer step from the full model is the error of that: it stands in brackets, and in no front."""
+    assert [record.name for record in small.records if record.finer] == ["step-2.5e-4"]
+    assert {point.name for point in figures.points(small)} == {record.name for record in small.records} - {"step-2.5e-4"}
+    rows = {row[0]: row for row in tables.overview(small, DisplayUnits()).rows}
+    assert rows["step-2.5e-4"][4] == f"({small['step-2.5e-4'].max_error:.2e})"
+    assert rows["step-1e-3"][4] == f"{small['step-1e-3'].max_error:.2e}"
+    size = small["full"].dofs
+    told = tables.origin_of({"source": "S", "models": {"full": {"dofs": [2 * size]}}}, small)
+    assert told.startswith(f"paper: S; here: {size} coordinates in the full model, {2 * size} there, compiled Python on ")
 
 
 def test_steps_that_meet_few_states_are_refused() -> None:

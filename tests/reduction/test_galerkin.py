@@ -127,7 +127,7 @@ def test_a_slender_beam_needs_its_initial_state_in_the_basis() -> None:
     # the projected start is strained, and apart in the joints where the tolerance is wide
     spurious = plain(1e-10)
     assert strain_energy(spurious, spurious.x0) > 1e-9
-    with pytest.raises(SolverError, match=r"the initial state does not satisfy the joints: B\.") as caught:
+    with pytest.raises(SolverError, match=r"the initial state does not satisfy the joints: .*B\.") as caught:
         integrate(plain(1e-8), SCHEME, 0.1)
     assert caught.value.reason is Reason.INCONSISTENT
     assert error(full, reduced(full, components, 1e-8).system) < 2e-2

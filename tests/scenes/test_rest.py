@@ -60,7 +60,7 @@ def test_every_member_of_a_family_starts_from_its_own(tmp_path: Path) -> None:
         assert_allclose(tip(cases.run(family({"load": load}))), np.tile(place, (51, 1)), rtol=0, atol=1e-10)
     found = studies.sweep(scene(tmp_path, REST, text=RANGED), samples=2, design="grid", workers=1, plots=False)
     assert_allclose(
-        np.sort(sweep_files.extremes(found.table, "tip_y")["max"]),
+        np.sort(sweep_files.extremes(found.samples, "tip_y")["max"]),
         np.sort([place[1] for place in places.values()]),
         rtol=0,
         atol=1e-10,

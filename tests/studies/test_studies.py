@@ -202,11 +202,11 @@ def test_extremes_of_a_sweep_are_those_between_its_instants(tmp_path: Path, monk
         with pytest.warns(Notice, match=told):
             again = studies.sweep(swing, samples=2, design="grid", instants=2, scheduler=pool, out=tmp_path, resume=True)
     assert found.outputs["mass_x"].shape == (5, 2)
-    largest = sweep_files.extremes(found.table, "mass_x")["max"]
+    largest = sweep_files.extremes(found.samples, "mass_x")["max"]
     assert largest == pytest.approx(4.0 / found.points[:, 0], rel=2e-5)
     assert found.outputs["mass_x"][0].max() < 0.2 * largest[0]
     assert found.report["outputs"]["mass_x"]["max"]["max"] == largest.max()
-    assert sweep_files.extremes(coarse.table, "mass_x")["max"] == pytest.approx(4.0 / coarse.points[:, 0], rel=1e-3)
+    assert sweep_files.extremes(coarse.samples, "mass_x")["max"] == pytest.approx(4.0 / coarse.points[:, 0], rel=1e-3)
     assert again.report["computed"] == 0
     assert (tmp_path / "sweep.csv").read_text().count("ok") == 2
 
@@ -217,4 +217,8 @@ def test_a_sweep_over_a_table_that_is_named_by_a_text(tmp_path: Path) -> None:
     with ThreadPoolExecutor(1) as pool:
         found = studies.sweep(scenes.loads(SWING), table=str(table), scheduler=pool)
     assert found.points == pytest.approx(np.array([[100.0], [125.0]]))
-    assert sweep_files.extremes(found.table, "mass_x")["max"] == pytest.approx([0.04, 0.032], rel=2e-5)
+    columns = found.table()
+    assert columns["k [N/m]"] == pytest.approx([100.0, 125.0])
+    assert columns["mass_x max [m]"] == pytest.approx([0.04, 0.032], rel=2e-5)
+    run = studies.run(scenes.loads(SWING, parameters={"k": 100.0}))
+    assert columns["mass_x final [m]"][0] == run.table()["mass_x [m]"][-1]

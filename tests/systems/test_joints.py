@@ -133,7 +133,7 @@ def test_contradictory_joints_are_named() -> None:
     """The tip of a beam held at two points 0.1 m apart."""
     two = [joints.Pin("left pin", A1), joints.Pin("right pin", A1)]
     system = displaced(assemble(beams(2), two), ("right pin", "x"), 0.1)
-    with pytest.raises(SolverError, match=r"contradict each other: (left|right) pin\.x by 0\.1 m") as caught:
+    with pytest.raises(SolverError, match=r"contradict each other: .*(left|right) pin\.x by 0\.1 m") as caught:
         eliminate(system)
     assert caught.value.reason is Reason.INCONSISTENT
     assert caught.value.worst[0][1] == pytest.approx(0.1)

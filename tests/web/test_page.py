@@ -348,7 +348,20 @@ def test_a_saved_model_runs_in_its_page_as_in_python(chromium: Browser, tmp_path
     assert "stands still" in tab.run(told)
     tab.run("fmbs.state.live.reset()")
     assert tab.run(told) == ""
+    beyond_ranges(tab, told)
     assert tab.wrong == []
+
+
+def beyond_ranges(tab: Browser, told: str) -> None:
+    """An input that no training knows is named, once, and no longer when it is back; where a model does not start, that is said."""
+    own = "inputs: {value: [{name: 'push', unit: 'kN', size: 1e3, low: -1e3, high: 1e3, value: 2e3}]}, set: {value() {}}"
+    tab.run(f"fmbs.attach(Object.create(fmbs.state.model, {{ {own} }}))")
+    shown = "[...document.querySelectorAll('#sliders p[role=status]:not([hidden])')].map((one) => one.textContent)"
+    assert tab.run(shown) == ["No error is known: push = 2 (trained from -1 to 1 kN)."]
+    tab.run("((live) => { live.model.status = 2; live.tellStopped(); })(fmbs.state.live)")
+    assert "It does not start there" in tab.run(told)
+    tab.run("((bar) => { bar.value = 500; bar.dispatchEvent(new Event('input')); })(document.querySelector('#sliders input'))")
+    assert tab.run(shown) == []
 
 
 def shades_and_loads(tab: Browser, motion: studies.Run, at: float) -> None:

@@ -52,7 +52,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @in_browser
-def test_a_report_of_a_run_is_whole(folder: Path, tmp_path: Path) -> None:
+def test_a_report_of_a_run_is_whole(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     page = tmp_path / "report.html"
     done = fmbs("report", folder, "--html", page, "--json")
     assert done.code == 0, done.err
@@ -77,6 +77,7 @@ def test_a_report_of_a_run_is_whole(folder: Path, tmp_path: Path) -> None:
     again = tmp_path / "again"
     words = shlex.split(call)
     assert words[:2] == ["fmbs", "run"]
+    monkeypatch.chdir(page.parent)  # files are named from the folder of the page
     assert fmbs(*words[1:], "--allow-outside", "--no-plots", "--out", again).code == 0
     assert (again / "outputs.csv").read_bytes() == (folder / "outputs.csv").read_bytes()
 
@@ -119,7 +120,10 @@ def test_a_training_shows_its_model_and_is_reported(tmp_path: Path) -> None:
     with browser(tmp_path / "profile", DRAWS) as tab:
         opened(tab, tmp_path / "trained" / "page.html")
         high = done.json["predicted_error"]["high"]
-        assert f"{high:.2g} of their ranges" in tab.run("document.getElementById('about').textContent")
+        about = tab.run("document.getElementById('about').textContent")
+        assert f"{high:.2g} of their ranges" in about
+        assert "At most, anywhere in its ranges: " in about
+        assert f" to {high:.2g}." in about
         tab.run("loadModel(fmbs.content.live).then((model) => { fmbs.attach(model); fmbs.state.model = model; })")
         ends = []
         for value in (0.8e9, 1.2e9):
@@ -133,7 +137,7 @@ def test_a_training_shows_its_model_and_is_reported(tmp_path: Path) -> None:
             ends.append(found)
         assert abs(ends[0][1] - ends[1][1]) > 1e-6
         assert tab.wrong == []
-        trained = "trained", "model.h5", "report.json", f"fmbs train {scene}"
+        trained = "trained", "model.h5", "report.json", "fmbs train ../family.yaml"
         reduced = (
             "reduced",
             "family.h5",
@@ -150,6 +154,21 @@ def test_a_training_shows_its_model_and_is_reported(tmp_path: Path) -> None:
             assert tab.run("document.querySelectorAll('table').length") > 3
             assert tab.run("document.documentElement.scrollWidth") <= 800
             assert tab.wrong == []
+
+
+def test_a_report_is_for_others_to_read(tmp_path: Path) -> None:
+    """Parameters are in the units of their scene, and files are named from the folder of the page, also in warnings."""
+    scene, out = tmp_path / "family.yaml", tmp_path / "out"
+    scene.write_text(FAMILY, encoding="utf-8")
+    done = fmbs("check", scene, "--set", "E=1.1 GPa", "--allow-outside", "--out", out, "--json")
+    assert done.code == 0, done.err
+    record = json.loads((out / "check.json").read_text(encoding="utf-8"))
+    (out / "check.json").write_text(json.dumps({**record, "notices": [f"{scene}:7: bodies.arm: odd"]}), encoding="utf-8")
+    assert fmbs("report", out).code == 0
+    text = (out / "report.html").read_text(encoding="utf-8")
+    assert "<td>E 1.1 GPa</td>" in text
+    assert "<li>../family.yaml:7: bodies.arm: odd</li>" in text
+    assert str(tmp_path) not in text.replace(str(EXAMPLES), "")
 
 
 def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:

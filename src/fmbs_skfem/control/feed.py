@@ -207,7 +207,11 @@ class Feed(SingleSteps):
 
     def recorded(self) -> System:
         """The system with what controllers gave so far as histories."""
-        told = {name: GivenInput(self.scheme.step, values, smooth=self.given[name].smooth) for name, values in self.record.items()}
+        own = {one.of.name for one in self.samplers}
+        told = {
+            name: GivenInput(self.scheme.step, values, smooth=self.given[name].smooth, controller=name if name in own else "")
+            for name, values in self.record.items()
+        }
         return with_inputs(self.plain, {**self.given, **told})
 
     def growing(self) -> str:

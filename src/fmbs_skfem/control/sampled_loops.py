@@ -11,24 +11,30 @@ Source: Astrom and Wittenmark, Computer-Controlled Systems, 3rd ed., Prentice Ha
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.algebra import saddle
+from ..core.values.inputs import GivenInput
 from ..dynamics.near_state.statespace import slope
 from ..systems import compiled
 from ..systems.connections.redundancy import scale_of
+from ..systems.signals import Bound
 from .controllers import Controlled, FeedbackLaw, PidLaw
 
 if TYPE_CHECKING:
     from ..dynamics.run import OpenRun
+    from ..systems.system import System
     from .feed import Feed
 
 DIVERGING = 2.0  #: gain from which a loop diverges whatever else it does
 HALVED = 10  #: sample times that are tried, each half of the one before: nobody samples a thousand times as often
+WHOLE = 0.9  #: of the range of an output, from which a change of it goes from one limit to the other
+CYCLES = 10  #: such changes of a limit cycle: a motion of least time has as many as it has modes
 SMALL = 1e-6  #: largest change of an unknown in which answers are differentiated, over changes that count as large
 
 
@@ -46,6 +52,27 @@ def tell_diverging(run: OpenRun, feed: Feed) -> str:
     text = f"a change in the output of controller '{worst.name}' returns {back} at its next sample, {worst.sample:g} s later"
     grown = f"it went from {given[0]:.3g} to {given[-1]:.3g} {worst.unit}".rstrip() if given else "it has not acted yet"
     return f"{text} ({grown}); lower its gains, to {1.0 / abs(g):.1g} of these or less{shorter(run, worst)}"
+
+
+def tell_limit_cycle(system: System) -> str:
+    """What is said of a controller that jumps from one of its limits to the other again and again; nothing where none does.
+
+    `system` has what controllers gave as histories. Each jump of a force excites vibrations of a body, as an impact does.
+    """
+    for one in (one for signal in system.signals for one in given_values(signal) if one.controller and not one.smooth):
+        low, high = min(one.values), max(one.values)
+        jumps = int(np.sum(np.abs(np.diff(one.values)) > WHOLE * (high - low)))
+        if jumps >= CYCLES:
+            return f"controller '{one.controller}' jumps {jumps} times between {low:.3g} and {high:.3g}, a limit cycle"
+    return ""
+
+
+def given_values(signal: Any) -> Iterator[GivenInput]:
+    """The inputs with values that a function of time reads."""
+    if isinstance(signal, GivenInput):
+        yield signal
+    for function in signal.functions.values() if isinstance(signal, Bound) else ():
+        yield from given_values(function)
 
 
 def shorter(run: OpenRun, one: Controlled) -> str:

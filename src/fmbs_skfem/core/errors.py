@@ -90,6 +90,25 @@ class SolverError(FmbsError, RuntimeError):
         self.reason, self.time, self.worst, self.partial = reason, time, worst, partial
 
 
+class Contradiction(SolverError):
+    """Bad input of a system: joints or drives that contradict each other, or the initial state.
+
+    Attributes: `rows`, the constraint rows (JOINT.ROW) that it names, those of `worst` first; `place`, where they stand in the file
+    of a scene, which the message begins with.
+    """
+
+    exit_code = InputError.exit_code
+
+    def __init__(self, message: str, worst: tuple[tuple[str, float], ...] = (), others: Iterable[str] = ()) -> None:
+        super().__init__(message, Reason.INCONSISTENT, 0.0, worst)
+        self.rows = (*dict.fromkeys([*(name for name, _ in worst), *others]),)
+        self.place = ""
+
+    def __str__(self) -> str:
+        text = super().__str__()
+        return f"{self.place}: {text}" if self.place else text
+
+
 def say(where: str, expected: str, got: object, remedy: str = "") -> str:
     """The house form of an error message."""
     text = f"{where}: expected {expected}, got {got}"

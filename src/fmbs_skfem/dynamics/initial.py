@@ -18,7 +18,7 @@ from ..bodies.laws import Law
 from ..core.algebra import ranks, saddle, supernodes
 from ..core.algebra.linalg import Array
 from ..core.compiling import lapack
-from ..core.errors import Reason, SolverError
+from ..core.errors import Contradiction, Reason, SolverError, say
 from ..systems import assembly, evaluation, layouts
 from ..systems import compiled as compilation
 from ..systems.compiled import Compiled, repeatable, signal_table
@@ -107,7 +107,7 @@ def admissible(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray, np
 
 
 def jacobian_at_start(system: System) -> csr_array:
-    """Phi_x (m, n) at the start; SolverError(INCONSISTENT), by name, where the joints do not hold there: Phi(x0) is not zero."""
+    """Phi_x (m, n) at the start; Contradiction, by name, where the joints do not hold there: Phi(x0) is not zero."""
     if not system.constraints.names:
         return csr_array((0, system.size))
     rows, z = rows_of(system)
@@ -147,7 +147,7 @@ def closed(system: System, phi: np.ndarray, J: Array) -> None:
         worst = tuple((".".join(system.constraints.names[k]), abs(float(phi[k]))) for k in wrong[np.argsort(-np.abs(phi[wrong]))])
         listed = ", ".join(f"{name} by {gap:.3g}" for name, gap in worst)
         remedy = "draw the bodies where their joints hold, or begin with `start: equilibrium`"
-        raise SolverError(f"the initial state does not satisfy the joints: {listed}; {remedy}", Reason.INCONSISTENT, 0.0, worst)
+        raise Contradiction(say("the initial state does not satisfy the joints", "no gaps", listed, remedy), worst)
 
 
 def start_of(model: Compiled) -> Instant:
@@ -328,15 +328,15 @@ def factored(system: System, M: Array, J: np.ndarray, first: bool, invert: Inver
     return solve
 
 
-def dependent(system: System, rows: np.ndarray) -> SolverError:
+def dependent(system: System, rows: np.ndarray) -> Contradiction:
     """The error of rows that follow from others and cannot be left out: a drive is among them, or they have no common position."""
     full = system.full or system
     if driven := mechanism.driven_against(full, mechanism.redundant(full)):
         return mechanism.conflict(driven)
     names = tuple((".".join(system.constraints.names[k]), 0.0) for k in rows)
     listed = ", ".join(name for name, _ in names)
-    text = f"rows that follow from others and cannot be left out: {listed}; remove one of these joints"
-    return SolverError(text, Reason.INCONSISTENT, 0.0, names)
+    text = say("joints", "rows that do not follow from others, or can be left out", listed, "remove one of these joints")
+    return Contradiction(text, names)
 
 
 def weightless(system: System, M: Array) -> SolverError:
@@ -390,7 +390,7 @@ def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | No
         speed=np.array([compilation.size(model, start.v)]),
         parts=np.array([0]),
         change=np.array([np.inf]),
-        work=np.zeros(1),
+        work=np.zeros(2),
         push=push,
         gradients=gradients,
         signals=signal_table(model.system, np.array([time]))[0] if histories_work(model.system) else np.zeros(0),

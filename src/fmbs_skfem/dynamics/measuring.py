@@ -218,7 +218,7 @@ def motion_of(run: OpenRun, time: float) -> Trajectory:
     state, back = run.step.state, np.argsort(run.model.order)
     x, v, a = (part[back][None] for part in (state.x, state.v, state.acceleration))
     held = state.multipliers[None] / run.step.method.c
-    work = state.work.copy() if np.isfinite(state.work).all() else None
+    work = state.work[:1].copy() if np.isfinite(state.work[0]) else None
     now = np.array([time]), x, v, a, held
     return Trajectory(run.model.system, *now, memory=state.memory[None].copy(), events=tuple(run.happened), work=work)
 

@@ -196,6 +196,8 @@ class EnergyErrors(NamedTuple):
 def energy_errors(trajectory: Trajectory) -> EnergyErrors:
     """Errors of the energy balance: a rise is one of the step, a fall is what the method damps, unasked.
 
+    Both are over the largest energy or work. A fall is also beside what elastic damping takes: where loads put in what damping
+    takes, as in a limit cycle, energies stay while both grow with time, and so does what the method damps.
     Where the work of loads is that of the stored states alone, rise and fall are less by three times what every second of them
     gives differently, so that few states feign none.
     """
@@ -205,8 +207,8 @@ def energy_errors(trajectory: Trajectory) -> EnergyErrors:
     drift = float(np.abs(change).max())
     if len(change) < FEW or scale <= found.rest:
         return EnergyErrors(drift, 0.0, 0.0)
-    rise, fall = (max(float(part.max()) - doubt, 0.0) / scale for part in (change, -change))
-    return EnergyErrors(drift, rise, fall)
+    rise, fall = (max(float(part.max()) - doubt, 0.0) for part in (change, -change))
+    return EnergyErrors(drift, rise / scale, fall / max(scale, trajectory.heat))
 
 
 def residual_samples(

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from ..core.algebra.linalg import as_csr
-from ..core.errors import Reason, SolverError
+from ..core.errors import Contradiction, say
 from ..systems.assembly import kept_rows
 from ..systems.compiled import compile_system, elastic_tangent
 from ..systems.connections import echelon, redundancy
@@ -28,7 +28,7 @@ NOTHING = 1e-12
 def of_rows(full: System, known: frozenset[tuple[str, str]]) -> tuple[np.ndarray, csr_array]:
     """Linear rows (k,) of a full system but for `known` ones, and C (n, k), by which their forces are C^T r.
 
-    SolverError (INCONSISTENT) names edges whose rows make forces of nothing, see `require_none_without_load`.
+    Contradiction names edges whose rows make forces of nothing, see `require_none_without_load`.
     """
 
     def find() -> tuple[np.ndarray, csr_array]:
@@ -43,7 +43,7 @@ def of_rows(full: System, known: frozenset[tuple[str, str]]) -> tuple[np.ndarray
 
 
 def require_none_without_load(full: System, rows: np.ndarray, A: csr_array, C: csr_array) -> None:
-    """SolverError with the held edges that carry more than round-off where the body is where it is, moved as a whole.
+    """Contradiction with the held edges that carry more than round-off where the body is where it is, moved as a whole.
 
         |C^T K t| < 1e-12 max(s . |K| s) / (|A| s),      K t = 0
 
@@ -65,7 +65,5 @@ def require_none_without_load(full: System, rows: np.ndarray, A: csr_array, C: c
             wrong[joint] = max(wrong.get(joint, 0.0), float(value) / energy)
     if wrong:
         listed = ", ".join(f"'{joint}'" for joint in wrong)
-        text = f"held edges {listed} carry forces without a load, {max(wrong.values()):.1g} of stiffness times size"
-        raise SolverError(
-            f"{text}: they nearly contradict each other where they meet", Reason.INCONSISTENT, 0.0, tuple(wrong.items())
-        )
+        got, why = f"{max(wrong.values()):.1g} of stiffness times size", "they nearly contradict each other where they meet"
+        raise Contradiction(say(f"held edges {listed}", "no forces without a load", got, why), tuple(wrong.items()))

@@ -274,7 +274,7 @@ def trajectory(run: OpenRun) -> Trajectory:
     """The motion so far."""
     found = block(run, count_stored(run)) if run.tracer is None else traced(run, run.tracer)
     work = found.work if np.isfinite(np.asarray(found.work)).all() else None
-    return replace(found, statistics=cost_of(run), work=work)
+    return replace(found, statistics=cost_of(run), work=work, heat=float(run.step.state.work[1]))
 
 
 def cost_of(run: OpenRun) -> Statistics:

@@ -116,6 +116,7 @@ class Trajectory:
     memory: np.ndarray | None = None  #: (s, l) what forces keep of the states, where it was stored
     events: tuple[Happening, ...] = ()
     work: np.ndarray | None = None  #: (s,) of all that has no potential, summed over all steps [J], where that was done
+    heat: float = 0.0  #: what elastic damping has taken of it, in all [J]
     negative: np.ndarray | None = None  #: (s,) negative pivots of equilibria, nan where there is no such number
     crossings: tuple[Crossing, ...] = ()  #: of a path of equilibria
     way: Way | None = None  #: of a path of equilibria

@@ -82,6 +82,10 @@ class Resolved:
     found: list[Found]
     parts: dict[str, frozenset[str]] = field(default_factory=dict)
 
+    def si_units(self) -> dict[str, str]:
+        """The SI units of the parameters."""
+        return {name: units.unit(one.exponents) for name, one in self.values.items()}
+
     def used(self) -> frozenset[str]:
         """Parameters that were read, and those that they are made of."""
         used = set(self.values.read)

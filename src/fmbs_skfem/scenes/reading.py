@@ -65,7 +65,9 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
         raise
     origin: dict[str, Any] = {"path": path, "folder": folder, "node": node, "repair": repair}
     origin["read"] = partial(_scene, node, name, path, folder, repair=repair)
-    scene: schema.Scene = replace(found, **origin, ranges=known.ranges, changed=dict(changed), used=known.used())
+    scene: schema.Scene = replace(
+        found, **origin, ranges=known.ranges, parameter_units=known.si_units(), changed=dict(changed), used=known.used()
+    )
     _stop(name, node, consistency.problems(scene))
     return scene
 

@@ -176,6 +176,7 @@ class Scene:
     node: yamlfile.Node | None = field(default=None, metadata=HIDDEN, repr=False)
     #: parameters that have a range, in the order of the file, that were replaced when it was read, and that some value depends on
     ranges: dict[str, Parameter] = field(default_factory=dict, metadata=HIDDEN)
+    parameter_units: dict[str, str] = field(default_factory=dict, metadata=HIDDEN)  #: SI units
     changed: dict[str, float | str] = field(default_factory=dict, metadata=HIDDEN)
     used: frozenset[str] = field(default=frozenset(), metadata=HIDDEN)
     repair: bool = field(default=False, metadata=HIDDEN)  #: whether nodes of meshes that are at one place are merged

@@ -12,7 +12,7 @@ from scipy.sparse import csgraph
 
 from ..bodies import body as bodies
 from ..bodies import edge_directions, plate
-from ..core.errors import InputError, Reason, SolverError, say
+from ..core.errors import Contradiction, InputError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values.display import DisplayUnits, largest_of
@@ -133,7 +133,8 @@ def contradictions(raw: System) -> tuple[Dependence, ...]:
     if wrong:
         listed = ", ".join(f"{one.row} by {one.gap:.3g} m with {' and '.join(one.on)}" for one in wrong)
         worst = tuple((one.row, one.gap) for one in wrong)
-        raise SolverError(f"joints contradict each other: {listed}; remove or move one", Reason.INCONSISTENT, 0.0, worst)
+        others = [row for one in wrong for row in one.on]
+        raise Contradiction(say("joints contradict each other", "rows that agree", listed, "remove or move one"), worst, others)
     if driven := mechanisms.driven_against(raw, found):
         raise mechanisms.conflict(driven)
     return found

@@ -423,7 +423,10 @@ def demo(
 def new(
     folder: Annotated[str | Path, Argument("NAME")],
     *,
-    like: Annotated[str, Option("The example that it is a copy of.", "EXAMPLE", choices=examples)] = "double_pendulum",
+    like: Annotated[
+        str | None,
+        Option("The example that it is a copy of: NAME where there is one, else double_pendulum.", "EXAMPLE", choices=examples),
+    ] = None,
     **shared: Unpack[OutputOptions],
 ) -> Result:
     """Begin a project: copy an example scene and its meshes.

@@ -162,8 +162,12 @@ def bases(study: Comparison, level: str) -> Mapping[str, Basis]:
 
 
 def points(study: Comparison) -> list[Point]:
-    """CPU time against true error or, without one, position error, of all models that were run; infinite of failed ones."""
-    found = [(record, record.true_error if study.truth else record.position_error) for record in study.records]
+    """CPU time against true error or, without one, position error, of all models that were run; infinite of failed ones.
+
+    Without a true error, models finer than the full one have none: what they differ by is the error of that.
+    """
+    ranked = [record for record in study.records if study.truth or not record.finer]
+    found = [(record, record.true_error if study.truth else record.position_error) for record in ranked]
     return [
         Point(record.name, record.family, record.cpu_s if record.cpu_s > 0 else 1.0, error if math.isfinite(error) else math.inf)
         for record, error in found

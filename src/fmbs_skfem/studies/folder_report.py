@@ -33,7 +33,7 @@ from .running.outcome import OUTPUTS, UNITS
 
 NAME = "report.html"
 #: shown in sections of their own
-APART = ("provenance", "notices", "files", "units", "labels", KEY, "fingerprint", reports.CHECKSUMS)
+APART = ("provenance", "notices", "files", "units", "labels", "parameter_units", KEY, "fingerprint", reports.CHECKSUMS)
 LARGEST = 8_000_000  #: of a picture that is put in [bytes]
 #: record of a study -> the command that makes it; `report.json` is of several
 COMMANDS = {"compare.json": "compare", "check.json": "check", "verification.json": "verify", "info.json": "rom info"}
@@ -56,6 +56,8 @@ def write(job: Job, html: Path | None, bodies: bool, instants: int) -> Result:
     told, block = scene_of(job, folder, title, records, instants) if bodies else (None, None)
     if told is None or block is None:
         told, block = plots_of(folder, title, display)
+    root = path.parent.absolute()
+    records, made = named_from(root, records), named_from(root, made)
     body = "\n".join(sections(folder, records, saved, made, display))
     durable.write(path, writing.text(Page(title, told, block, body)).encode())
     size = path.stat().st_size
@@ -151,7 +153,7 @@ def sections(
     for name, one in records.items():
         heading = "What was solved" if name == reports.REPORT else name
         shown = {key: value for key, value in one.items() if key not in APART}
-        yield report.section(heading, report.facts("", shown | extremes_of(one, display)))
+        yield report.section(heading, report.facts("", shown | parameters_of(one, display) | extremes_of(one, display)))
     for name, tables in saved.items():
         yield report.section(name, *(report.table(one.title, one.columns, one.rows) for one in tables))
     for path in sorted(folder.glob("*.csv")):
@@ -163,6 +165,40 @@ def sections(
     yield report.section("Pictures", *pictures(folder))
     for name, one in origins.items():
         yield report.section(f"Provenance of {name}", *origin(one))
+
+
+def named_from(root: Path, records: Mapping[str, Any]) -> dict[str, Any]:
+    """Records for whoever gets the page, and has other folders: files that they name are named from the folder `root` of the page.
+
+    They also stand in warnings, with the folders that were typed.
+    """
+    places = {text: reports.name_from(root, text) for text in absolute_in(records)}
+    longest = sorted(places, key=len, reverse=True)
+
+    def named(value: Any) -> Any:
+        if isinstance(value, str):
+            for text in longest:
+                value = value.replace(text, places[text])
+            return value
+        if isinstance(value, Mapping):
+            return {named(key): named(one) for key, one in value.items()}
+        return [named(one) for one in value] if isinstance(value, list | tuple) else value
+
+    return {name: named(one) for name, one in records.items()}
+
+
+def absolute_in(value: Any) -> set[str]:
+    """The absolute paths among the texts of a record."""
+    if isinstance(value, str):
+        return {value} if Path(value).is_absolute() else set()
+    inside = [*value, *value.values()] if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()
+    return {text for one in inside for text in absolute_in(one)}
+
+
+def parameters_of(one: Mapping[str, Any], display: DisplayUnits) -> dict[str, Any]:
+    """The parameters of a record as they are read, with their units, where these are known; nothing of other records."""
+    units = one.get("parameter_units") or {}
+    return {"parameters": {name: display.quantity(one["parameters"][name], unit) for name, unit in units.items()}} if units else {}
 
 
 def extremes_of(one: Mapping[str, Any], display: DisplayUnits) -> dict[str, Any]:

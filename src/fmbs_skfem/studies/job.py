@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from ..core import consents
 from ..core.compiling import compilation
-from ..core.errors import FmbsError, InputError, MissingFeature, Warned, say
+from ..core.errors import Contradiction, FmbsError, InputError, MissingFeature, Warned, say
 from ..core.notices import Labelled, Notice, Progress, Remark, notify
 from ..core.storage.records import dataclass
 from . import notebooks, reports
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 
 TYPICAL = 25  #: functions that a first model compiles
+PLACES = 6  #: of contradictions, with which a message begins
 MODELS = (".h5", ".hdf5")  #: endings of files of reduced models
 
 
@@ -67,6 +68,7 @@ class Job:
 
     path: Path = field(default_factory=Path)  #: scene or model file
     scene: Scene | None = None  #: given as such
+    read: Scene | None = None  #: the scene, once it is read
     changes: Mapping[str, str] = field(default_factory=dict)  #: parameters replaced
     out: Path | None = None
     force: bool = False
@@ -126,11 +128,22 @@ def begin(source: Source = "", **options: Unpack[JobOptions]) -> Iterator[Job]:
         try:
             with blamed_on_extensions():
                 yield job
-        except BaseException:
+        except BaseException as error:
+            find_place(job, error)
             for folder in job.new:
                 with contextlib.suppress(OSError):  # what is in it stays
                     folder.rmdir()
             raise
+
+
+def find_place(job: Job, error: BaseException) -> None:
+    """Where the scene of a job has the joints and bodies that a contradiction names: files, lines and keys for its message."""
+    if isinstance(error, Contradiction) and (scene := job.read) is not None:
+        from ..scenes import where
+
+        known = [(group, name) for group in ("joints", "bodies") for name in getattr(scene, group)]
+        found = [keys for keys in known if any(f"{row}.".startswith(f"{keys[1]}.") for row in error.rows)]
+        error.place = ", ".join(where(scene, *keys) for keys in found[:PLACES])
 
 
 @contextlib.contextmanager
@@ -208,6 +221,7 @@ def read_scene(job: Job, plans: bool = True, within: bool = False) -> Scene:
     from ..scenes.analyses.analysis import History
 
     scene, duration = job.scene or scenes.read(job.path, job.changes, job.repair), job.duration
+    job.read = scene
     build.check_files(scene, job.allow_outside)
     for option, value, fits, wanted in (
         ("--duration", duration, scene.analysis.moves, "a dynamic analysis"),
@@ -306,6 +320,7 @@ def facts(scene: Scene, raw: System, reduced: System) -> dict[str, Any]:
         "scene": title(scene),
         "file": scene.path,
         "parameters": dict(scene.parameters),
+        "parameter_units": dict(scene.parameter_units),
         "analysis": scene.analysis.word,
         "dofs": raw.size,
         "constraints": len(raw.constraints.names),

@@ -125,6 +125,14 @@ def largest_error(notes: Mapping[str, Any]) -> dict[str, float] | None:
     return found if known else None
 
 
+def say_largest_error(rom: ParametricModel) -> list[str]:
+    """The largest error that is predicted anywhere in the ranges of a family, with its band; nothing where that is not known."""
+    if (found := largest_error(rom.notes)) is None:
+        return []
+    band = f"with the band {found['low']:.2g} to {found['high']:.2g}"
+    return [f"At most, anywhere in its ranges: {found['error']:.2g}, {band}."]
+
+
 def alone(job: Job, step: float | None) -> tuple[Case, Mapping[str, Any], dict[str, Any]]:
     """The case of a model at one set of parameters, and its notes; times not given are those of its training."""
     if job.changes:

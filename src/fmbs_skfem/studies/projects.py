@@ -46,11 +46,15 @@ def copy_examples(job: Job) -> Result:
     return Result(about=text, report={"status": "ok", "files": files, "notices": job.notices}, lines=[text])
 
 
-def copy_example(job: Job, like: str) -> Result:
-    """The scene NAME/NAME.yaml, where NAME is the name of the folder of a job, and what it reads beside it."""
-    if like not in (known := examples()):
+def copy_example(job: Job, like: str | None) -> Result:
+    """The scene NAME/NAME.yaml, where NAME is the name of the folder of a job, and what it reads beside it.
+
+    It is like the example NAME where there is one, and nothing else is asked for: who names an example wants that.
+    """
+    known, out = examples(), job.path if job.out is None else job.out
+    like = like or (job.path.name if job.path.name in known else Path(DEMO).stem)
+    if like not in known:
         raise InputError(say("like", f"one of the examples {', '.join(known)}", f"'{like}'") + closest(like, known))
-    out = job.path if job.out is None else job.out
     scene = out / f"{out.name}{SCENES}"
     if scene.exists() and not job.force:
         raise InputError(say(f"{out}", "a new folder", f"one with {scene.name}", "choose another name, or --force"))

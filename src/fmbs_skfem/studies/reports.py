@@ -180,16 +180,17 @@ def provenance_to_keep(origin: Mapping[str, Any], scene: Scene) -> dict[str, Any
     found = plain(origin)
     assert isinstance(found, dict)
     root = Path(found["file"]).parent if found["file"] else scene.folder.absolute()
+    file = None if found["file"] is None else name_from(root, found["file"])
+    return {**found, "file": file, "files": {name_from(root, path): digest for path, digest in found["files"].items()}}
 
-    def named(path: str) -> str:
-        try:
-            relative = Path(os.path.relpath(path, root))
-        except ValueError:  # on another drive
-            return Path(path).name
-        return Path(path).name if relative.parts[:2] == ("..", "..") else relative.as_posix()
 
-    file = None if found["file"] is None else named(found["file"])
-    return {**found, "file": file, "files": {named(path): digest for path, digest in found["files"].items()}}
+def name_from(root: Path, path: str) -> str:
+    """The name of a file for somebody who has the folder `root`; its last part where it stands two folders above or elsewhere."""
+    try:
+        relative = Path(os.path.relpath(path, root))
+    except ValueError:  # on another drive
+        return Path(path).name
+    return Path(path).name if relative.parts[:2] == ("..", "..") else relative.as_posix()
 
 
 def environment(workers: int | None = 1) -> dict[str, Any]:

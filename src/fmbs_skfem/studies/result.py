@@ -5,6 +5,8 @@ Work that fails all the same has results so far: the error that is raised carrie
 
 from __future__ import annotations
 
+import importlib
+import importlib.util
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -147,6 +149,13 @@ class Result:
 
     def _repr_html_(self) -> str:
         return "".join(line.html if isinstance(line, ReportTable) else f"<p>{escape(line)}</p>" for line in self.lines)
+
+
+def frame(columns: Mapping[str, Any]) -> Any:
+    """Columns by their heads, as a pandas DataFrame where pandas is installed, else as they are."""
+    if importlib.util.find_spec("pandas") is None:
+        return columns
+    return importlib.import_module("pandas").DataFrame(columns)
 
 
 Kind = TypeVar("Kind", bound=Result)

@@ -24,7 +24,7 @@ from ..results import sweep_files, sweep_plots, training_plots
 from . import job as jobs
 from . import reports, sweep_sources
 from .job import Job
-from .result import Figures, ReportTable, Result, conclude, list_files
+from .result import Figures, ReportTable, Result, conclude, frame, list_files
 from .running import compiling
 from .running.recording import Interrupted
 
@@ -46,22 +46,29 @@ LISTED = 20  #: failed samples in the table on the screen
 class SweepResult(Result):
     """All members of a sweep."""
 
-    table: Sweep
+    samples: Sweep  #: their numbers as arrays
+
+    def table(self) -> Any:
+        """The columns of sweep.csv with their units, a row a sample: a pandas DataFrame where pandas is installed, else a mapping.
+
+        Numbers are those of `Run.table` of each sample, with the names `OUTPUT min`, `max` and `final`.
+        """
+        return frame(sweep_files.table(self.samples))
 
     @property
     def points(self) -> np.ndarray:
         """Values (k, d) of the parameters."""
-        return self.table.points
+        return self.samples.points
 
     def surface(self, output: str, kind: str = "final") -> ResponseSurface:
         """The response surface of the min, max or final value of an output, with `predict`; InputError where there is none."""
-        known = {"output": tuple(self.table.columns), "kind": sweep_files.EXTREMES}
+        known = {"output": tuple(self.samples.columns), "kind": sweep_files.EXTREMES}
         for what, word in (("output", output), ("kind", kind)):
             if word not in known[what]:
                 expected = f"one of {', '.join(known[what])}"
                 raise InputError(say(f"SweepResult.surface, {what}", expected, f"'{word}'{closest(word, known[what])}"))
-        values = sweep_files.extremes(self.table, output)[kind]
-        found = response_surfaces.fit(self.table.parameters, self.table.points, values)
+        values = sweep_files.extremes(self.samples, output)[kind]
+        found = response_surfaces.fit(self.samples.parameters, self.samples.points, values)
         if found is None:
             raise InputError(
                 say(f"SweepResult.surface, {output} {kind}", "an output that varies", "a constant", "take another kind")
@@ -71,12 +78,12 @@ class SweepResult(Result):
     @property
     def times(self) -> np.ndarray:
         """(k, s) [s]; NaN where a member has no more."""
-        return self.table.times
+        return self.samples.times
 
     @property
     def outputs(self) -> Mapping[str, np.ndarray]:
         """Histories (k, s) by column; NaN of members that failed."""
-        return self.table.columns
+        return self.samples.columns
 
 
 def sweep_points(
@@ -125,7 +132,7 @@ def sweep_points(
     head = [summary(report), *([f"{job.plan.words}; at the nominal parameters"] if job.plan else [])]
     view: list[ReportTable | str] = [*head, *tables, *([failures(report, members.display)] if error else []), *list_files(report)]
     about = f"{report['name']}: {report['ok']} of {report['members']} samples in {', '.join(report['parameters'])}"
-    return conclude(SweepResult(about=about, report=report, lines=view, figures=figures, error=error, table=table))
+    return conclude(SweepResult(about=about, report=report, lines=view, figures=figures, error=error, samples=table))
 
 
 def open_folder(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..core.values.display import DisplayUnits, largest_of
 from ..core.values.units import add_unit
+from . import reports
 from .result import ReportTable
 
 if TYPE_CHECKING:
@@ -43,7 +44,17 @@ def tables(scene: Scene, study: Comparison) -> list[Any]:
             shown.append(searches(trained, known))
     shown += errors_of_outputs(study, scene.display)
     shown += [f"{record.name}: {record.status}" for record in study.records if record.status != "done"]
-    return [*shown, f"paper: {paper['source']}"] if paper else shown
+    if finer := [record.name for record in study.records if record.finer and record.status == "done"]:
+        shown.append(f"({', '.join(finer)}): finer than the full model; what they differ by is the error of that")
+    return [*shown, origin_of(paper, study)] if paper else shown
+
+
+def origin_of(paper: Mapping[str, Any], study: Comparison) -> str:
+    """Where published figures are from, and in what models and machine differ here."""
+    theirs = {name: sum(one["dofs"]) for name, one in paper["models"].items() if name in ("full", "system")}
+    ours, size = study["full"].dofs, next(iter(theirs.values()))
+    scene = f"{ours} coordinates in the full model" + (f", {size} there" if size != ours else ", as there")
+    return f"paper: {paper['source']}; here: {scene}, compiled Python on {reports.processor()}"
 
 
 class Column(NamedTuple):
@@ -104,7 +115,7 @@ SHARES = (
     Column("total", lambda record: clock(record.cpu_s), figure("total_s")),
     Column("sNNLS", lambda record: join(record.snnls_s.values(), ".2g"), figure("snnls_s")),
     Column("training", lambda record: clock(record.training_s)),
-    Column("max error (53)", lambda record: tell(record.coordinates_error), figure("max_error", ".2e")),
+    Column("max error (53)", lambda record: tell(record.coordinates_error, record.finer), figure("max_error", ".2e")),
 )
 PRODUCTS = (
     Column("r modes", lambda record: join(record.modes.values()), figure("r")),
@@ -123,8 +134,9 @@ def accuracy(study: Comparison, display: DisplayUnits) -> ReportTable:
         published = (record.coordinates_error, record.coordinates_mean)
         lengths = (record.distance_error / size, record.position_error / size)
         errors = (record.max_error, record.median_error, record.mean_error, *lengths)
+        distances = (tell(value, record.finer) for value in (*errors, *published))
         sizes = (str(record.constraints), f"{record.newton:.0e}", str(record.iterations), str(record.factorisations))
-        rows.append((record.name, *map(tell, (*errors, *published)), *sizes))
+        rows.append((record.name, *distances, *sizes))
     if study.time_error:
         times = study.time_error
         rows.append(
@@ -232,14 +244,17 @@ def overview(study: Comparison, display: DisplayUnits) -> ReportTable:
             rows.append((record.name, record.dofs or "none", *[""] * 6))
             continue
         pays = "" if record.pays_after_runs is None else str(math.ceil(record.pays_after_runs))
-        error = (tell(record.max_error), tell(record.mean_error), tell(record.position_error / size))
-        rows.append((record.name, record.dofs, f"{record.cpu_s:.3g}", f"{full / record.cpu_s:.1f}", *error, pays))
+        errors = record.max_error, record.mean_error, record.position_error / size
+        distances = (tell(value, record.finer) for value in errors)
+        rows.append((record.name, record.dofs, f"{record.cpu_s:.3g}", f"{full / record.cpu_s:.1f}", *distances, pays))
     columns = ("model", "dofs", "CPU [s]", "speed-up", "max error", "mean error", f"position error [{unit}]", "pays after runs")
     return ReportTable("Time beside error", columns, rows, names=True)
 
 
-def tell(error: float) -> str:
-    return f"{error:.2e}" if error else "reference"
+def tell(error: float, finer: bool = False) -> str:
+    """An error; what a finer model differs by is that of the reference, and stands in brackets."""
+    text = f"{error:.2e}" if error else "reference"
+    return f"({text})" if finer else text
 
 
 def tangents(study: Comparison, known: Mapping[str, Any]) -> ReportTable:

@@ -472,7 +472,7 @@ def picture_skin(part: Body, layout: Coordinates) -> Skin:
 def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     """The system without its time-independent linear constraints: x = T y + d with sparse T (n, r), found by `echelon.solve`.
 
-    Redundant rows are dropped with a notice; contradictory rows raise SolverError(INCONSISTENT) with the joints by name. An initial
+    Redundant rows are dropped with a notice; contradictory rows raise Contradiction with the joints by name. An initial
     state that does not satisfy the rows is moved onto them with a notice, velocities by the least kinetic energy of the change.
     Pivots are larger than `tolerance`, relative; `full` of the result is the system itself, from which reactions are recovered.
     """

@@ -76,8 +76,12 @@ class DisplayUnits:
 
     def text(self, name: str, value: float, unit: str) -> str:
         """A value in words: `E = 70 GPa`."""
+        return f"{name} = {self.quantity(value, unit)}"
+
+    def quantity(self, value: float, unit: str) -> str:
+        """A value with its unit: `70 GPa`."""
         read, size = self.find(unit, abs(value))
-        return f"{name} = {value / size:.6g} {read}".rstrip()
+        return f"{value / size:.6g} {read}".rstrip()
 
     def columns(self, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> tuple[list[str], list[list[Any]]]:
         """A table whose columns of numbers are read in the units that were typed; what is no number stays.

@@ -80,6 +80,7 @@ class GivenInput:
     values: list[float]  #: (s,) after `first` steps, and after one more each
     first: int = 0
     smooth: bool = False  #: whether it is the cubic through the last four values, for drives, and not the last one alone
+    controller: str = ""  #: that gave them
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
         values, place = np.asarray(self.values), np.asarray(t) / self.step

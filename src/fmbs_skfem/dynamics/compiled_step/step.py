@@ -52,7 +52,7 @@ class State(NamedTuple):
     speed: Vector  #: (1,) largest speed so far, root mean square [m/s]
     parts: Integers  #: (1,) halvings of the next step
     change: Vector  #: (1,) size of the second difference of q'' [m/s2], infinite where it is not known
-    work: Vector  #: (1,) of all that has no potential so far [J], see `systems.work`
+    work: Vector  #: (2,) of all that has no potential so far, and heat of elastic damping in it [J], see `systems.work`
     push: Vector  #: (n,) its forces now
     gradients: Vector  #: (g,) of terms that read velocities, the second row of those of the space
     signals: Vector  #: (s,) their values, none where histories change nothing at a standstill

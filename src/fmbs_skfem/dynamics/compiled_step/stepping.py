@@ -220,7 +220,9 @@ def add_work(table: Any, begun: float, signals: np.ndarray) -> None:
     s, t, count = S.state, S.space, len(S.state.signals)
     # strains and rates of the last evaluation give the heat of damping; forces evaluated again for it took 10 to 90 % of a step
     if S.arrays.elastic.damped:
-        s.work[0] -= work.find_heat(table, S.method.h)
+        heat = work.find_heat(table, S.method.h)
+        s.work[0] -= heat
+        s.work[1] += heat
     kernels.copy(t.gradients[0], s.gradients)
     if count == 0 and work.idle(table):
         return

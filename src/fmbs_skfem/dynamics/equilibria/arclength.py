@@ -31,6 +31,7 @@ from ...core.notices import Progress, notify
 from ...core.storage.records import dataclass
 from ...systems import compiled
 from ...systems.compiled import Compiled, compile_system
+from ...systems.connections.mechanism import refuse_held_drives
 from ...systems.connections.redundancy import without_redundant
 from ...systems.forces import pressure
 from ...systems.system import System
@@ -158,6 +159,7 @@ def follow_path(
     if following := pressure.present(system):
         raise InputError(say("arc length", "loads that do not follow a surface", ", ".join(following), "use load steps"))
     given, system = system, without_redundant(ramp(system, time))
+    refuse_held_drives(system)
     problem = PathProblem(compile_system(system), newton or Newton(STATIC), control or ArcLength())
     walk = Walk([unloaded(problem.model)], [], [])
     try:

@@ -19,6 +19,7 @@ from ...core.notices import Notice, Progress, notify
 from ...core.storage.records import dataclass
 from ...systems import compiled
 from ...systems.compiled import Compiled, compile_system
+from ...systems.connections.mechanism import refuse_held_drives
 from ...systems.connections.redundancy import without_redundant
 from ...systems.forces import pressure, responses
 from ...systems.measures import probes
@@ -103,6 +104,7 @@ def solve_statics(
     if steps < 1:
         raise InputError(say("analysis.load_steps", "at least one", steps))
     given, system = system, without_redundant(ramp(system, time))
+    refuse_held_drives(system)
     model = compile_system(system)
     start = unloaded(model)
     start = start if begin is None else replace(start, x=begin)
@@ -146,6 +148,7 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
     does not converge, or leaves the path, is shortened as in `solve_statics`.
     """
     given, system = system, without_redundant(system)
+    refuse_held_drives(system)
     newton, model = newton or Newton(STATIC), compile_system(system)
     targets = np.asarray(times, dtype=float)
     if targets.ndim != 1 or len(targets) < 1 or not (np.diff(targets) > 0).all():

@@ -3,7 +3,8 @@
 /**
  * A model that runs in the page. Whoever has one calls `fmbs.attach(model)`; it has
  *
- *     parameters, inputs        lists of {name, unit, size, low, high, value}: each gets a slider; read value / size in unit
+ *     parameters, inputs        lists of {name, unit, size, low, high, value}: each gets a slider; read value / size in unit;
+ *                               the page says where a value is not from low to high, where the model was trained
  *     stepSize                  [s]
  *     set(parameters, inputs)   both as objects from name to value; the next step uses them
  *     reset()                   back to the state at the start, bit for bit
@@ -37,8 +38,9 @@ class Live {
     for (const kind of ["parameters", "inputs"]) for (const one of model[kind] || []) this.slider(place, kind, one);
     const again = element(place, "button", {}, "start again");
     again.addEventListener("click", () => this.reset());
+    this.beyond = element(place, "p", { role: "status", hidden: "" });
     this.stopped = element(place, "p", { role: "alert", hidden: "" });
-    model.set(this.values.parameters, this.values.inputs);
+    this.set();
     this.reset();
   }
 
@@ -51,9 +53,20 @@ class Live {
     bar.addEventListener("input", () => {
       this.values[kind][one.name] = Number(bar.value);
       shown.textContent = told(Number(bar.value));
-      this.model.set(this.values.parameters, this.values.inputs);
+      this.set();
       if (kind === "parameters") this.reset();
     });
+  }
+
+  /** Tell the model what was chosen, and the reader what of it no training knows. */
+  set() {
+    this.model.set(this.values.parameters, this.values.inputs);
+    const read = (one, value) => short(value / (one.size ?? 1));
+    const told = (one, value) => `${one.name} = ${read(one, value)} (trained from ${read(one, one.low)} to ${read(one, one.high)} ${one.unit})`;
+    const outside = ["parameters", "inputs"].flatMap((kind) => (this.model[kind] || [])
+      .map((one) => [one, this.values[kind][one.name]]).filter(([one, value]) => !(value >= one.low && value <= one.high)));
+    this.beyond.hidden = !outside.length;
+    this.beyond.textContent = `No error is known: ${outside.map(([one, value]) => told(one, value)).join(", ")}.`;
   }
 
   reset() {
@@ -67,7 +80,8 @@ class Live {
 
   tellStopped() {
     this.stopped.hidden = !this.model.status;
-    this.stopped.textContent = `A step at t = ${short(this.time)} s failed, and the model stands still: start again, with smaller inputs.`;
+    const failed = this.time || this.beyond.hidden ? `A step at t = ${short(this.time)} s failed` : "It does not start there";
+    this.stopped.textContent = `${failed}, and the model stands still: start again, with smaller inputs.`;
   }
 
   /** Go on by a time [s], in whole steps of the model. */

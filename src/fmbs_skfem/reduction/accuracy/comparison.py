@@ -111,6 +111,8 @@ class ModelRecord:
     iterations: int = 0
     factorisations: int = 0
     pays_after_runs: float | None = None  #: None: never, or nothing was trained
+    #: whether its mesh or step is finer than that of the full model, whose own error is then what they differ by
+    finer: bool = False
 
 
 @dataclass(frozen=True)
@@ -301,11 +303,13 @@ def competitors(
     """Full models on coarser meshes and with other steps."""
     for cells, other in coarse.items():
         make = lambda other=other: Model(replace(own, system=task.form(other)))  # noqa: E731
-        yield ModelJob(ModelRecord(f"coarse-{cells}", "coarse", step=own.scheme.step), make)
+        finer = other.size > len(own.system.lift.offset)
+        yield ModelJob(ModelRecord(f"coarse-{cells}", "coarse", finer=finer, step=own.scheme.step), make)
     for step in options.steps:
         ready = next((motion for known, motion in fine.items() if math.isclose(known, step)), None)
         make = functools.partial(Model, cases.with_step(own, step))
-        yield ModelJob(ModelRecord(f"step-{short(step)}", "step", step=step), make, ready)
+        finer = step < own.scheme.step
+        yield ModelJob(ModelRecord(f"step-{short(step)}", "step", finer=finer, step=step), make, ready)
 
 
 def chosen_models(task: TrainingTask, own: Case, truth: Truth) -> Iterator[ModelJob]:

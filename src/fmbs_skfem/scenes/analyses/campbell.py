@@ -90,7 +90,7 @@ class Campbell(NearState):
         columns |= {f"frequency_{k}_hz": hertz[:, k - 1] for k in numbers}
         columns |= {f"growth_{k}_per_s": found.growth[:, k - 1] for k in numbers}
         crossed = [
-            {"order": order, "mode": mode + 1, name: value}
+            {"order": order, "mode": mode + 1, name: value, "frequency_hz": order * value / (2.0 * np.pi)}
             for order in range(1, (self.orders or 0) + 1)
             for mode, value in found.crossings(order)
         ]

@@ -14,7 +14,7 @@ from ...core.values.fields import Count, Time
 from ...dynamics import Linear, Newton
 from ...dynamics.near_state.linear import Spin, is_left
 from ...systems import free_motions
-from ...systems.connections import hinged_rims
+from ...systems.connections import hinged_rims, mechanism
 from .. import build
 from .. import field_kinds as fields
 from ..yamlfile import where
@@ -57,6 +57,7 @@ class NearState(States, ABC):
         raw = build.system(scene, allow_outside=allow_outside)
         if not loaded and not is_left(raw, self.time):
             about = "reference"
+        mechanism.refuse_held_drives(raw)
         turned = raw if self.spin is None else dynamics.in_rotating_frame(raw, self.spin)
         if about == "reference":
             self.examine(scene, raw)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ... import dynamics
+from ...control import sampled_loops
 from ...core.notices import notify
 from ...dynamics import GeneralizedAlpha, Trajectory
 from ...dynamics.diagnoses.step_size import drives_that_jump
@@ -30,8 +31,17 @@ def balances(scheme: GeneralizedAlpha | None, trajectory: Trajectory) -> dict[st
         cause, remedy = "a drive jumps within one step", "let it change over many steps"
     elif np.abs(trajectory.v[0] - trajectory.system.v0).max(initial=0.0) > JUMP * sizes_of(trajectory)[:, 0].max():
         cause, remedy = "velocities jump at the start", "give bodies those of their joints and drives, or let drives begin gently"
+    elif cycle := limit_cycle(trajectory):
+        cause = f"{cycle}, which excites vibrations that a step of {scheme.step:g} s does not resolve"
+        remedy = "lower its gains, or give the bodies more damping; halve the step to see what hangs on them"
     drift = energy_drift(trajectory, cause, remedy)
     return {"energy_drift": drift, "acceleration_noise": acceleration_noise(scheme, trajectory)}
+
+
+def limit_cycle(motion: Trajectory) -> str:
+    """The limit cycle of a controller whose jumps excite bodies that bend; beside a rise the step is wrong, whatever else is."""
+    told = sampled_loops.tell_limit_cycle(motion.system) if motion.system.elastic else ""
+    return told if told and dynamics.energy_errors(motion).rise <= GAIN else ""
 
 
 def energy_drift(trajectory: Trajectory, cause: str, remedy: str) -> float:

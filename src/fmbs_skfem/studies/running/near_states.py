@@ -69,7 +69,11 @@ def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = N
     made = Run(
         about=f"{report['scene']}: {found.about}",
         report=report,
-        lines=[ReportTable(f"{report['scene']}: {found.title}", tuple(heads), rows), *list_files(report)],
+        lines=[
+            ReportTable(f"{report['scene']}: {found.title}", tuple(heads), rows),
+            *crossings(found, scene.display),
+            *list_files(report),
+        ],
         figures=figures,
         error=error or missing,
         outputs={name: np.asarray(values) for name, values in columns.items()},
@@ -78,6 +82,17 @@ def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = N
         linear=found.linear,
     )
     return conclude(made)
+
+
+def crossings(found: StateTable, display: DisplayUnits) -> list[ReportTable]:
+    """Where frequencies of a Campbell diagram are a whole number of times its parameter; nothing without any."""
+    crossed = found.facts.get("crossings")
+    if not crossed:
+        return []
+    name = found.facts["parameter"]
+    heads = ("order", "mode", add_unit(name, found.facts["unit"]), "frequency [Hz]")
+    rows = [[str(one["order"]), one["mode"], one[name], one["frequency_hz"]] for one in crossed]
+    return [ReportTable("Crossings of orders", *display.columns(heads, rows))]
 
 
 def motions(found: StateTable) -> dict[str, Any]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 from collections.abc import Mapping
 from dataclasses import field
 from pathlib import Path
@@ -18,7 +16,7 @@ from ...results import frames, mode_shapes
 from ...results import motion as motions
 from ...results.frames import nearest
 from .. import reports
-from ..result import Result
+from ..result import Result, frame
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,9 +64,7 @@ class Run(Result):
         units = self.report.get("units", {})
         found = {} if self.motion is None else {"t [s]": self.times} if self.report.get("solver") else {"load factor": self.times}
         found |= {add_unit(name, units.get(name, "")): values for name, values in self.outputs.items()}
-        if importlib.util.find_spec("pandas") is None:
-            return found
-        return importlib.import_module("pandas").DataFrame(found)
+        return frame(found)
 
     def plot(self) -> Figure:
         """The outputs over time, transfer functions, or a Campbell diagram; InputError where there is nothing of that kind."""

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ... import dynamics
-from ...core.errors import FmbsError, SolverError, Warned
+from ...core.errors import Contradiction, FmbsError, SolverError, Warned
 from ...core.notices import Notice, Progress
 from ...core.storage.records import dataclass
 from ...core.values.display import DisplayUnits
@@ -184,7 +184,8 @@ def attempt(
         if record is not None:
             record.fail()
         if error.partial is None:
-            failures.write_failed_start(job, error, task.facts["provenance"])
+            if not isinstance(error, Contradiction):  # of bad input no folder is left
+                failures.write_failed_start(job, error, task.facts["provenance"])
             raise
         return error.partial, error
 

@@ -18,6 +18,7 @@ from ...core.errors import InputError, SolverError, say
 from ...core.notices import notify
 from ...core.storage import container
 from ...dynamics import Trajectory
+from ...families import parametric_model
 from ...pages import content
 from ...pages.live import LiveModel, Slider
 from ...results import segments
@@ -88,6 +89,8 @@ def draw(job: Job, path: Path, instants: int = content.INSTANTS) -> str:
         return bands
 
     known = models.is_model(job)
+    if known and not job.changes and models.parametric(job.path):  # sliders go through its ranges
+        words += models.say_largest_error(parametric_model.load(job.path))
     film = webpages.film_of(task.title, trajectory, instants, errors=errors if known else None)
     film = replace(film, live=live_model(job, trajectory) if known else None)
     webpages.write(path, task.title, [film], *webpages.look(scene, trajectory), words, task.display)

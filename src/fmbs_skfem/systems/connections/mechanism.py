@@ -26,7 +26,7 @@ from scipy.sparse import block_diag, coo_array, csgraph, csr_array
 from ...core.algebra import ranks
 from ...core.algebra.linalg import as_dense
 from ...core.algebra.rotations import rotation
-from ...core.errors import Reason, SolverError
+from ...core.errors import Contradiction, say
 from ...core.storage.records import dataclass
 from ..system import System, driven_rows, is_linear, keep_constraints, reads
 from . import redundancy
@@ -374,8 +374,19 @@ def driven_against(system: System, found: Sequence[Dependence]) -> list[Dependen
     return [one for one in found if driven & {one.row, *one.on}]
 
 
-def conflict(found: Sequence[Dependence]) -> SolverError:
-    """The SolverError (INCONSISTENT) of drives that move what is held or driven already, which names the rows."""
+def refuse_held_drives(system: System) -> None:
+    """Contradiction where a drive moves what is held or driven already, also in positions near the start.
+
+    Equilibria and modes would take the singular state in which rows no longer say so: a slope held and turned has the length 0.
+    """
+    driven, full = driven_rows(system.constraints), system.full or system
+    if driven.any() and driven[redundancy.doubtful(*rows_of(system))].any() and (found := driven_against(full, redundant(full))):
+        raise conflict(found)
+
+
+def conflict(found: Sequence[Dependence]) -> Contradiction:
+    """The error of drives that move what is held or driven already, which names the rows."""
     listed = "; ".join(f"{one.row} with {' and '.join(one.on)}" if one.on else f"{one.row} with what is held" for one in found)
-    text = f"joints contradict each other: {listed}; a driven motion must be free: remove the drive or the joint that holds it"
-    return SolverError(text, Reason.INCONSISTENT, 0.0, tuple((one.row, 0.0) for one in found))
+    remedy = "a driven motion must be free: remove the drive or the joint that holds it"
+    text = say("joints contradict each other", "drives of what is free", listed, remedy)
+    return Contradiction(text, tuple((one.row, 0.0) for one in found), [row for one in found for row in one.on])

@@ -25,7 +25,7 @@ from scipy.sparse.linalg import splu
 
 from ...core.algebra import ranks
 from ...core.algebra.linalg import Array, as_dense, distinct, is_sparse, scaled
-from ...core.errors import Reason, SolverError
+from ...core.errors import Contradiction, say
 from ...core.notices import notify
 from ...core.storage.records import dataclass
 from .. import kernels
@@ -226,7 +226,7 @@ def singular_start(system: System) -> bool:
 def without_redundant(system: System) -> System:
     """The system without rows that follow from the others in all positions near the start; a notice names them.
 
-    Rows that are driven, or that events release or lock, stay. SolverError (INCONSISTENT) where linear rows contradict each other.
+    Rows that are driven, or that events release or lock, stay. Contradiction where linear rows contradict each other.
     Reactions of rows that are left out are zero; `full` keeps them.
 
     Source: M. Wojtyra, J. Fraczek, Multibody Syst. Dyn. 30 (2013) 153-171, doi:10.1007/s11044-013-9352-y.
@@ -258,7 +258,7 @@ def redundant_rows(system: System) -> np.ndarray:
 
 
 def redundant_linear_rows(system: System) -> np.ndarray:
-    """Rows (i,) that follow from other linear ones; SolverError where those contradict each other."""
+    """Rows (i,) that follow from other linear ones; Contradiction where those contradict each other."""
     none = np.zeros(0, np.int64)
     rows, entries, a = linear_rows(system)
     if not len(rows) or (len(rows) ** 2 * system.size <= CHEAP and apart(entries)):
@@ -302,7 +302,7 @@ def apart(A: Array) -> bool:
 
 
 def refuse_gaps(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float) -> None:
-    """SolverError (INCONSISTENT) that names the rows that miss those they follow from by more than a tolerance [m].
+    """Contradiction that names the rows that miss those they follow from by more than a tolerance [m].
 
     `names` are joint and coordinate of the rows (k,), `gap` (k,) is what they miss; nothing where all are within the tolerance.
     """
@@ -310,7 +310,7 @@ def refuse_gaps(names: list[tuple[str, str]], gap: np.ndarray, tolerance: float)
     if wrong:
         worst = tuple((".".join(names[k]), abs(float(gap[k]))) for k in wrong)
         listed = ", ".join(f"{name} by {miss:.3g} m" for name, miss in worst)
-        raise SolverError(f"joints contradict each other: {listed}", Reason.INCONSISTENT, 0.0, worst)
+        raise Contradiction(say("joints contradict each other", "rows that agree", listed, "remove or move one"), worst)
 
 
 def left_out(system: System, rows: np.ndarray) -> System:
