@@ -421,7 +421,8 @@ def controls(
         "TRIALS": len(touching.TRIALS) - 1,
         "SMOOTH": int(frame.smooth), "STEADY": int(steady), "READS_RATES": int(frame.damped),
         "HAS_DAMPING": int(as_dense(system.damping).any()), "HAS_SPRINGS": int(as_dense(system.stiffness).any()),
-        "FILTERED": int(initial.is_filtered(system)), "TURNING": 0 if turn is None else len(turn.table),
+        "FILTERED": int(initial.is_filtered(system)), "MASSLESS": int(initial.has_massless_directors(system)),
+        "TURNING": 0 if turn is None else len(turn.table),
     }  # fmt: skip
     lines = [f"#define {key} {number(value)}" for key, value in reals.items()]
     lines += [f"#define {key} {int(value)}" for key, value in counts.items()]
