@@ -39,7 +39,7 @@ from .forces.on_rows import joined
 from .measures import probes as probe_rules
 from .measures import readings
 from .measures.beam_sections import SweptLine, swept_line
-from .places import At, Coordinates, Draft, ProbeRows, TermCollector, vector
+from .places import At, Coordinates, Draft, Origin, ProbeRows, TermCollector, vector
 from .prepared import remembered
 from .signals import as_drive
 from .system import (
@@ -62,6 +62,7 @@ FACETS = 2  #: quadrilaterals a direction that picture a cell of a surface
 SAMPLES = 201  #: points of a centre line in pictures and position errors
 LIGHT = 1e-9  #: part of the metric of unknowns without mass in the kinetic energy of changes of initial velocities
 KEPT = "kept linear rows"  #: under which a system remembers them
+ORIGINS = "origins"  #: the same of what joints and loads have put into it
 MOVED = 1e-6  #: gap of a linear constraint at the start, over the size of the mechanism, that is named
 SAME_PLACE = 1e-12  #: differences of functions at two places of a body that are one
 SNAP = 1e-12  #: distance from a break, over the length of a line, that is round-off
@@ -171,11 +172,17 @@ def assemble(
     )
     if brought:
         system = replace(system, v0=rates_of_unknowns(system, sum(one.reference.size for one in brought)))
+    remembered(system, ORIGINS, lambda: tuple(draft.origins))
     if any(knows_more(part) for part in bodies):
         given = joints, loads, damping, outputs, initial, False
         make = lambda: assemble(map(finer, bodies), *given, **more)  # noqa: E731
         finer_systems.note(system, make)
     return system
+
+
+def origins_of(system: System) -> tuple[Origin, ...]:
+    """What joints and loads have put into a system as it was assembled; of one that was changed since, nothing is known."""
+    return remembered(system, ORIGINS, tuple)
 
 
 def unknowns_of(joints: Sequence[Joint], layout: Coordinates) -> list[Body]:
@@ -190,7 +197,8 @@ def constrain(draft: Draft, joints: Sequence[Joint]) -> None:
     """Add the rows of all joints to a draft, and those that keep frames of bodies orthonormal."""
     for joint in joints:
         require_two_places("joint", joint, draft)
-        joint.constrain(draft)
+        with draft.origin(f"joint '{joint.name}'"):
+            joint.constrain(draft)
     for part in draft.layout.bodies.values():
         orthonormal(part, draft)
 
@@ -224,7 +232,8 @@ def push(draft: Draft, loads: Iterable[Load]) -> None:
         require_sound("load", getattr(load, "name", ""), load, Load, draft.layout.dim)
         require_two_places("load", load, draft)
         first = draft.probes.count
-        load.push(draft)
+        with draft.origin(f"load '{load.name}'"):
+            load.push(draft)
         draft.pushed[load.name] = range(first, draft.probes.count)
     draft.require_rows()
 
