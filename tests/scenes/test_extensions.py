@@ -26,10 +26,12 @@ from fmbs_skfem.core.storage import container
 from fmbs_skfem.families import parametric_model
 from fmbs_skfem.reduction import files
 from fmbs_skfem.reduction.hyper import hyper_reduction
+from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.scenes import build, extensions, schema
 from fmbs_skfem.scenes.analyses.analysis import Analysis
 from fmbs_skfem.scenes.bodies import SceneBody
 from fmbs_skfem.studies import job as jobs
+from fmbs_skfem.studies import reducing
 from fmbs_skfem.studies.running import compiling
 from fmbs_skfem.systems.connections.constraint_laws import ConstraintLaw
 from fmbs_skfem.systems.forces.force_laws import ForceLaw
@@ -416,6 +418,27 @@ def test_words_that_the_package_has_as_well_are_those_of_the_file(project: Path,
         assert build.system(plain).outputs["tip"].columns == ("tip_x", "tip_y")
         assert build.system(plain).loads.constant.any()
         assert known[plain.reduction.hyper_reduction.sample].label == "ecsw-points"
+
+
+def test_a_sampling_of_the_scene_is_one_of_the_command(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its file has not been run when options are read."""
+    monkeypatch.setitem(hyper_reduction.KNOWN, "all_of_mine", None)  # forgotten after the test
+    del hyper_reduction.KNOWN["all_of_mine"]
+    (project.parent / "taken.py").write_text(TAKEN.partition("own_laws.define")[0].replace('"points"', '"all_of_mine"'))
+    project.write_text(WITH_TAKEN.replace("    law: EXACT\n", ""))
+    seen = list[str]()
+
+    def stop(job: jobs.Job, scene: schema.Scene, path: Path, plan: Plan, goal: None) -> None:
+        seen.append(plan.hyper.name)
+        raise InputError("stopped")
+
+    monkeypatch.setattr(reducing, "reduce_scene", stop)
+    done = fmbs("reduce", project, "--sample", "all_of_mine", "--out", project.parent / "out")
+    assert (done.code, seen) == (3, ["all_of_mine"]), done.err
+    done = fmbs("reduce", project, "--sample", "all_of_min", "--out", project.parent / "out")
+    assert done.code == 3
+    assert "--sample: expected one of none, elements, points, exact, " in done.err
+    assert "got 'all_of_min'; did you mean 'all_of_mine'?" in done.err
 
 
 def test_the_switch_refuses_all(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:

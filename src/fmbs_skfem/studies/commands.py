@@ -29,7 +29,6 @@ from .options import (
     Units,
     ViewSource,
     examples,
-    hyper_reductions,
     ranges,
 )
 from .result import Result
@@ -153,9 +152,9 @@ def reduce(
     sample: Annotated[
         str | None,
         Option(
-            "Hyper-reduction instead of the scene's: elements, points, none, or exact, the polynomial of planar plates.",
+            "Hyper-reduction instead of the scene's: elements, points, none, exact, the polynomial of planar plates, or one of its "
+            "extensions.",
             "NAME",
-            choices=hyper_reductions,
         ),
     ] = None,
     basis: Annotated[

@@ -69,13 +69,6 @@ def ranges(texts: tuple[str, ...]) -> Ranges:
     return found
 
 
-def hyper_reductions() -> Collection[str]:
-    """Words of the hyper-reductions that are known."""
-    from ..reduction.hyper import hyper_reduction
-
-    return hyper_reduction.KNOWN
-
-
 def examples() -> Collection[str]:
     """Names of the example scenes that travel with the package."""
     from . import projects
