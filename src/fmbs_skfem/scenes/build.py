@@ -216,4 +216,4 @@ def check_functions(scene: Scene) -> None:
     """Histories and drives are finite at every step of the analysis."""
     instants = scene.analysis.instants()
     for keys, function in functions(scene, ("loads", "joints"), Expression):
-        expressions.check(function, instants, f"{str(keys[0])[:-1]} '{keys[1]}'")
+        expressions.check(function, instants, f"{where(scene, *keys)}: {str(keys[0])[:-1]} '{keys[1]}'")

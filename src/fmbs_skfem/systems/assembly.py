@@ -196,22 +196,26 @@ def unknowns_of(joints: Sequence[Joint], layout: Coordinates) -> list[Body]:
 def constrain(draft: Draft, joints: Sequence[Joint]) -> None:
     """Add the rows of all joints to a draft, and those that keep frames of bodies orthonormal."""
     for joint in joints:
-        require_two_places("joint", joint, draft)
+        require_two_places(f"joint '{joint.name}'", joint, draft)
         with draft.origin(f"joint '{joint.name}'"):
             joint.constrain(draft)
     for part in draft.layout.bodies.values():
         orthonormal(part, draft)
 
 
-def require_two_places(kind: str, one: Joint | Load, draft: Draft) -> None:
-    """InputError for a joint or a load between a place and itself, however that is called: `right`, or an arc length."""
-    at, to = getattr(one, "at", None), getattr(one, "to", None)
-    if not (isinstance(at, At) and isinstance(to, At) and at.body == to.body):
-        return
-    where = f"{kind} '{one.name}'"
-    apart = at != to and abs(draft.layout.read(where, at) - draft.layout.read(where, to)).max() > SAME_PLACE
-    if not apart:
-        raise InputError(say(f"{where}: to", "another place", f"'{to}', which is '{at}' itself", "take a place of another body"))
+def require_two_places(where: str, one: Joint | Load | probe_rules.Probe, draft: Draft) -> None:
+    """InputError for what is between a place and itself, however that is called: `right`, or an arc length.
+
+    Contact is between a place and the one that carries its shape.
+    """
+    at = getattr(one, "at", None)
+    for key in ("to", "on"):
+        other = getattr(one, key, None)
+        if not (isinstance(at, At) and isinstance(other, At) and at.body == other.body):
+            continue
+        if at == other or abs(draft.layout.read(where, at) - draft.layout.read(where, other)).max() <= SAME_PLACE:
+            got = f"'{other}', which is '{at}' itself"
+            raise InputError(say(f"{where}: {key}", "another place", got, "take a place of another body"))
 
 
 def read_by(additions: Iterable[Addition], draft: Draft) -> tuple[readings.WantedReadings, list[tuple[Addition, list[int]]]]:
@@ -230,7 +234,7 @@ def push(draft: Draft, loads: Iterable[Load]) -> None:
     """Add the forces of all loads to a draft."""
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, draft.layout.dim)
-        require_two_places("load", load, draft)
+        require_two_places(f"load '{load.name}'", load, draft)
         first = draft.probes.count
         with draft.origin(f"load '{load.name}'"):
             load.push(draft)
@@ -243,6 +247,7 @@ def sense(draft: Draft) -> dict[str, Output]:
     sensed = dict[str, Output]()
     for name, probe in draft.outputs.items():
         require_sound("output", name, probe, probe_rules.Probe, draft.layout.dim)
+        require_two_places(f"output '{name}'", probe, draft)
         sensed[name] = probe.sense(name, draft)
         if not all(isinstance(unit, str) for unit in probe.units(name, sensed[name])):
             raise InputError(say(f"output '{name}': unit", "a text such as 'm'", repr(probe.units(name, sensed[name]))))
