@@ -142,14 +142,14 @@ def test_a_motion_whose_steps_often_fail_is_doubted() -> None:
 
 
 def test_a_step_that_fails_is_halved() -> None:
-    """Example 2 with 80 times its step: some steps need halving, and the motion stays near that of small steps."""
-    coarse = integrate(models.double_pendulum(8), GeneralizedAlpha(0.04), 1.0)
+    """Example 2 with 125 times its step: some steps need halving, and the motion stays near that of small steps."""
+    coarse = integrate(models.double_pendulum(8), GeneralizedAlpha(0.0625), 1.0)
     assert coarse.statistics.halved > 0
-    assert coarse.statistics.steps == 25
-    np.testing.assert_allclose(np.diff(coarse.times), 0.04)
-    fine = integrate(models.double_pendulum(8), GeneralizedAlpha(5e-4), 1.0, every=80)
+    assert coarse.statistics.steps == 16
+    np.testing.assert_allclose(np.diff(coarse.times), 0.0625)
+    fine = integrate(models.double_pendulum(8), GeneralizedAlpha(5e-4), 1.0, every=125)
     for column in ("C_x", "C_y", "C_z"):
-        np.testing.assert_allclose(outputs(coarse)[column], outputs(fine)[column], atol=0.1)
+        np.testing.assert_allclose(outputs(coarse)[column], outputs(fine)[column], atol=0.2)
 
 
 def test_newton_leaps_to_no_other_solution() -> None:

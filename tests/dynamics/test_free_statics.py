@@ -14,7 +14,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.dynamics import buckling, find_free, linearise, outputs, real_modes, solve_statics
 from fmbs_skfem.dynamics.equilibria import statics
-from fmbs_skfem.systems import At, System, assemble, eliminate
+from fmbs_skfem.systems import At, System, assemble, eliminate, free_motions
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.forces.bushing import Bushing
@@ -68,6 +68,18 @@ def test_rigid_bodies_that_weight_alone_holds(x: float) -> None:
     np.testing.assert_allclose(found**2, 9.81 * (2 + np.sqrt(2) * np.array([-1, 1])), rtol=1e-8)
     still = assemble(rods[:1], ties[:1])
     assert find_free(still, linearise(still)).names == (f"one turns about ({x:g}, 5)",)
+
+
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e8])
+def test_what_turns_is_told_from_what_moves_at_every_size(size: float) -> None:
+    """A turn of 1 rad over the size of a large mechanism is no small number of its own."""
+    rod = rigid("rod", 1.0, np.array(size**2), (0.0, 0.0), dim=2, places={"tip": (size, 0.0)})
+    for joint, text in (
+        (joints.Pin("pin", At("rod", "frame")), "rod turns about (0, 0)"),
+        (joints.Slider("rail", At("rod", "frame"), (1.0, 0.0)), "rod moves along (1, 0)"),
+    ):
+        (found, *more), _ = free_motions.unsupported(assemble([rod], [joint]))
+        assert text in (str(found), *map(str, more))
 
 
 def test_buckling_of_a_free_body_is_refused() -> None:

@@ -56,8 +56,8 @@ def test_a_torque_that_starts_as_a_step(monkeypatch: pytest.MonkeyPatch) -> None
         motion = integrate(full, GeneralizedAlpha(h), 0.002, Newton(tolerance=1e-12), every=round(2e-5 / h))
         return outputs(motion)["x_C"]
 
-    def at_rest(model: Compiled, scheme: GeneralizedAlpha, at: initial.Instant) -> initial.Start:
-        found = initial.consistent_start(model, scheme, at)
+    def at_rest(model: Compiled, scheme: GeneralizedAlpha, at: initial.Instant, filtered: bool | None) -> initial.Start:
+        found = initial.consistent_start(model, scheme, at, filtered)
         return found._replace(a=0.0 * found.a)
 
     reference, found = place(2.5e-6), place(2e-5)

@@ -63,7 +63,7 @@ def drop() -> Full:
 
 
 def by_modes() -> System:
-    return reduced(drop(), reduction.body_level(drop().raw)).system
+    return reduced(drop(), reduction.body_level(drop().raw), 1e-13).system
 
 
 def by_part() -> System:

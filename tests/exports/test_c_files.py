@@ -12,30 +12,35 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmbs_skfem import control, dynamics, reduction
+from fmbs_skfem import control, dynamics, reduction, scenes
 from fmbs_skfem.bodies import body, own_laws, sections
 from fmbs_skfem.bodies.beams.beam import beam
 from fmbs_skfem.bodies.plate import plate
 from fmbs_skfem.control.controllers import Controlled, PidLaw
-from fmbs_skfem.core.errors import InputError
+from fmbs_skfem.core.errors import InputError, say
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.values.expressions import Expression, of_time
 from fmbs_skfem.core.values.inputs import Input
 from fmbs_skfem.core.values.ranges import Parameter
 from fmbs_skfem.core.values.tables import Table
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
-from fmbs_skfem.exports import c_files
+from fmbs_skfem.exports import c_files, refusals
 from fmbs_skfem.reduction import affine
 from fmbs_skfem.reduction.cases import Case
 from fmbs_skfem.reduction.hyper import polynomial
+from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes.meshes import segment
+from fmbs_skfem.studies import reducing
+from fmbs_skfem.studies.job import Job, Listener
+from fmbs_skfem.studies.running import exportable
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, signals
 from fmbs_skfem.systems.connections import joints
 from fmbs_skfem.systems.forces import loads, springs
 from fmbs_skfem.systems.measures import probes
 from tests import models
+from tests.cli.calls import fmbs
 from tests.exports.c_library import COMPILER, STRICT, CRun
-from tests.reduction.conftest import full_of, hyper_reduced, reduced
+from tests.reduction.conftest import full_of, hyper_reduced, projected, reduced
 from verification.plates import rectangle
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
@@ -156,6 +161,12 @@ def plant() -> System:
     """A beam on a hinge with a torque that is given from outside."""
     torque = Input("torque", "N m", 0.0)
     return arm(loads.Moment("motor", At("beam", "left"), 1.0, history=torque))
+
+
+def test_a_compressed_beam_begins_as_in_python(plant: System, tmp_path: Path) -> None:
+    """At half of its length nothing holds what begins to move: steps begin with M^-1 f."""
+    short = replace(plant, x0=projected(plant, 0.5 * plant.lift(plant.x0)[None])[0])
+    assert compare(case_of(short, GeneralizedAlpha(1e-5), tolerance=1e-15), tmp_path, 10) < 1e-10
 
 
 def test_a_drive_moves_its_joint_with_derivatives_of_its_text(tmp_path: Path) -> None:
@@ -563,3 +574,74 @@ def test_texts_end_no_comment(plant: System, tmp_path: Path) -> None:
     run = CRun(model, tmp_path)
     assert not hasattr(run.library, "evil")
     assert "\x01" not in model.header + model.source
+
+
+MACHINE = """\
+schema: 1
+dimension: 2
+bodies:
+  pinion: {type: rigid, mass: 100 g, inertia: 1e-5 kg m^2, center: [-60 mm, 0], points: {mark: [-50 mm, 0]}}
+  wheel: {type: rigid, mass: 1 kg, inertia: 2e-3 kg m^2, center: [0, 0], points: {mark: [50 mm, 0]}}
+  slide: {type: rigid, mass: 1 kg, inertia: 2e-3 kg m^2, center: [1 m, 0]}
+tables:
+  path: {file: path.csv, unit: rad, hold: true}
+joints:
+  pinion: {type: revolute, at: pinion.frame}
+  wheel: {type: revolute, at: wheel.frame}
+  teeth: {type: gear, at: pinion.frame, to: wheel.frame, teeth: [12, 60]}
+  slide: {type: revolute, at: slide.frame}
+  drive: {type: driven_angle, at: slide.frame, angle: path(t)}
+controllers:
+  servo: {type: pid, unit: N m, sample: 1 ms, error: 1 - turn.angle, kp: 1 N m, limits: [-1 N m, 1 N m]}
+loads:
+  weight: {type: gravity, acceleration: [0, -9.81 m/s^2]}
+  floor: {type: contact_plane, at: wheel.mark, point: [0, -1 m], normal: [0, 1], friction: 0.3}
+  motor: {type: control_torque, at: wheel, torque: servo}
+  spring: {type: spring_damper, at: wheel.mark, to: [1 m, 0], stiffness: 1 N/m}
+events: {hit: {when: turn.angle - 1, stop: true}}
+outputs: {turn: {type: angle, at: wheel}}
+analysis: {type: dynamic, duration: 10 ms, step: 1 ms}
+reduction: {snapshots: 1 ms}
+"""
+IN_THE_WAY = {"joints.teeth": 12, "joints.drive": 14, "controllers.servo": 16, "loads.floor": 19, "events.hit": 22}
+
+
+def machine(folder: Path, text: str) -> Path:
+    """A scene with its table."""
+    (folder / "path.csv").write_text("time [s], angle [rad]\n0,0\n1,1\n2,0\n")
+    (path := folder / "machine.yaml").write_text(text)
+    return path
+
+
+def test_what_has_no_c_is_said_of_a_scene_before_a_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By `check --for`, with file, line and keys of all of it, and in the first line of a training; the rest is none of it."""
+    path = machine(tmp_path, MACHINE)
+    assert fmbs("check", path).code == 0
+    for target in ("c", "page"):
+        done = fmbs("check", path, "--for", target)
+        assert done.code == 3
+        places = [line.removeprefix("error: ").partition(": expected")[0] for line in done.err.splitlines()]
+        assert sorted(places) == sorted(f"{path}:{line}: {keys}" for keys, line in IN_THE_WAY.items())
+    monkeypatch.setattr(reducing, "train", lambda *_: pytest.fail("stopped"))
+    with pytest.raises(pytest.fail.Exception, match="stopped"):
+        fmbs("reduce", path)
+    with warnings.catch_warnings(record=True):
+        job, scene = Job(listener=Listener(tell=(told := []).append)), scenes.read(path)
+        exportable.announce(job, scene, build.system(scene))
+    words = "event 'hit' (line 22), controller 'servo' (line 16), gear 'teeth' (line 12), contact_plane 'floor' (line 19)"
+    assert told == [f"this model cannot be exported to C, as an FMU or into a page: {words}, driven_angle 'drive' (line 14)"]
+
+
+def test_what_has_c_is_refused_by_no_check(tmp_path: Path) -> None:
+    """The same scene without what is in the way, with a smooth table."""
+    lines = MACHINE.replace("hold", "smooth: true, hold").splitlines()
+    kept = [line for k, line in enumerate(lines, 1) if k not in (12, 15, 16, 19, 20, 22)]
+    assert fmbs("check", machine(tmp_path, "\n".join(kept)), "--for", "c").code == 0
+
+
+def test_a_family_from_equilibria_is_said_to_have_no_c() -> None:
+    """A start that parameters change, which one model of it is free to have."""
+    system, scheme = models.double_pendulum(4), GeneralizedAlpha(1e-3, start="equilibrium")
+    assert not [*refusals.find(system, scheme)]
+    (found,) = refusals.find(system, scheme, ranged=True)
+    assert found.problem.at("x") == say("x", "a start that no parameter changes", "`start: equilibrium`", found.problem.remedy)

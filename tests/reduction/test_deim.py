@@ -75,20 +75,20 @@ def test_all_modes_give_the_projected_force_and_springs_act_once(coarse: Full, s
 
 
 def test_deim_is_unstable_where_ecsw_is_not(coarse: Full, small: Reduced) -> None:
-    """Of 102 + 102 rows DEIM reads 42 + 41 and breaks down at 0.023 s with any step; ECSW of 16 + 16 cells keeps its energy."""
+    """Of 102 + 102 rows DEIM reads 41 + 40 and breaks down at 0.052 s with any step; ECSW of 16 + 16 cells keeps its energy."""
     system = deim.train(coarse.raw, small.system, small.components, coarse.data, 1e-8)
-    assert [len(part.rows) for part in interpolated(system).parts.values()] == [42, 41]
+    assert [len(part.rows) for part in interpolated(system).parts.values()] == [41, 40]
     for step in (5e-4, 2.5e-4):
         with pytest.raises(SolverError) as caught:
             integrate(system, GeneralizedAlpha(step), 0.5, NEWTON, 10)
-        assert caught.value.time == pytest.approx(0.0235, abs=5e-4)
+        assert caught.value.time == pytest.approx(0.0517, abs=5e-4)
     sampled, _ = hyper_reduced(small)
     found = energies(integrate(sampled, SCHEME, 0.5, NEWTON, 10))[:, 3]
     assert np.abs(found - found[0]).max() < 1e-4
 
 
 def test_the_example_breaks_down_there() -> None:
-    assert deim.main() == {"rows": 83, "of": 204, "end": pytest.approx(0.0235, abs=5e-4)}
+    assert deim.main() == {"rows": 81, "of": 204, "end": pytest.approx(0.0517, abs=5e-4)}
 
 
 def test_with_nearly_all_rows_it_moves_as_the_reduced_model(coarse: Full, small: Reduced) -> None:

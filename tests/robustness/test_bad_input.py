@@ -142,6 +142,82 @@ def test_row_9_values_that_are_not_finite(command: str, history: str, time: str,
     assert done.json["time"] == float(time)
 
 
+UNDEFINED = ["mod(t, 0)", "t / 0", "1 - 0 * mod(t, zero)", "t / (2 * zero)", "min(t / zero, 1)", "sqrt(zero - 1) * t"]
+
+
+@pytest.mark.parametrize("text", [*UNDEFINED, "mod(swing.angle, 0)", "swing.angle / zero"])
+def test_what_is_undefined_for_constants_is_no_expression(text: str, tmp_path: Path) -> None:
+    """Wherever it is read, of time and of the state; not where a condition keeps it from being read."""
+    swing = changed(BEAM, "outputs:", "outputs:\n  swing: {type: angle, at: beam.left}").replace("{load:", "{zero: 0, load:")
+    torque = "{type: control_torque, at: beam.left, torque: "
+    of_time, of_state = f'history: "{text}"', f'{torque}"1 N m * ({text})"}}'
+    if "swing" not in text:
+        path = beam(tmp_path, changed(swing, 'history: "1"', of_time))
+        refused(path, "scene.yaml:16: loads.tip.history: expected ", ", got ", text)
+    path = beam(tmp_path, changed(swing, "  tip: {type: point", f"  motor: {of_state}\n  tip: {{type: point"))
+    refused(path, "scene.yaml:16: loads.motor.torque: expected ", ", got ", text)
+
+
+@pytest.mark.parametrize("text", ["where(t < zero, t / zero, 1)", "where(zero > 0, mod(t, zero), 1)"])
+def test_a_divisor_that_no_instant_reads_is_free(text: str, tmp_path: Path) -> None:
+    path = beam(tmp_path, changed(BEAM, 'history: "1"', f'history: "{text}"').replace("{load:", "{zero: 0, load:"))
+    assert fmbs("check", path, "--strict").code == 0
+
+
+ARM = """\
+schema: 1
+dimension: 2
+bodies:
+  arm: {type: rigid, mass: 1 kg, inertia: 1 kg m^2, center: [0, 0], points: {tip: [1 m, 0], end: [1 m, 0]}}
+joints: {hinge: {type: revolute, at: arm}}
+analysis: {type: dynamic, duration: 10 ms, step: 1 ms}
+"""
+ITSELF = {
+    "  ball: {type: contact_sphere, at: arm.tip, on: arm.end, diameter: 1 m}": "load 'ball': on",
+    "  rope: {type: rope, at: arm.tip, to: arm.end, stiffness: 1 N/m}": "load 'rope': to",
+    "  d: {type: distance, at: arm.tip, to: arm.end}": "output 'd': to",
+}
+
+
+@pytest.mark.parametrize("line", ITSELF)
+def test_nothing_is_between_a_place_and_itself(line: str, tmp_path: Path) -> None:
+    section = "outputs" if "distance" in line else "loads"
+    refused(
+        beam(tmp_path, f"{ARM}{section}:\n{line}\n"), f"{ITSELF[line]}: expected another place, got 'arm.end', which is 'arm.tip'"
+    )
+
+
+def test_contact_of_a_rigid_body_with_its_own_shape_is_told(tmp_path: Path) -> None:
+    line = "loads: {ball: {type: contact_sphere, body: arm, on: arm.end, diameter: 1 m, overlap: keep}}\n"
+    done = fmbs("check", beam(tmp_path, ARM + line), "--json")
+    assert "loads.ball: does nothing, as both of its places are on the rigid body 'arm'" in "".join(done.json["notices"])
+
+
+TWICE = {
+    ("--accuracy", "tip=1 mm, tip=2 mm"): (3, "--accuracy: expected every output once, got 'tip' twice"),
+    ("--accuracy", "=1 mm"): (3, "--accuracy: expected errors by output"),
+    ("--set", "load=1 N", "--set", "load=2 N"): (2, "expected every name once, got 'load' twice"),
+    ("--set", "=1 N"): (2, "expected NAME=VALUE, got '=1 N'"),
+}
+
+
+@pytest.mark.parametrize("options", TWICE)
+def test_options_name_everything_once(options: tuple[str, ...], tmp_path: Path) -> None:
+    code, words = TWICE[options]
+    done = fmbs("check", beam(tmp_path), *options)
+    assert (done.code, words in done.err) == (code, True), done.err
+
+
+def test_ranges_and_points_are_given_once(tmp_path: Path) -> None:
+    done = fmbs("sweep", beam(tmp_path), "--range", "load=1 N:2 N", "--range", "load=1 N:3 N")
+    assert (done.code, "expected every name once, got 'load' twice" in done.err) == (2, True)
+    more = "reduction: {snapshots: 1 ms, components: {a: [beam], b: []}}\ntraining: {samples: [1 N, 0.5 N, 1 N]}\n"
+    text = changed(BEAM, "{load: 0.5 N}", "{load: {value: 1 N, range: [0.5 N, 2 N]}}") + more
+    refused(beam(tmp_path, text), "training.samples: expected points that differ, got one twice, as points 1 and 3; delete one")
+    text = text.replace(", 1 N]}", "]}")
+    refused(beam(tmp_path, text), "scene.yaml:20: reduction.components.b: expected a list of bodies, got an empty one")
+
+
 # --------------------------------------------------------------------------------------------------------- 10, 11: other files
 @pytest.mark.parametrize("command", ["check", "run", "reduce", "compare", "export"])
 def test_row_10_meshes_outside_of_the_project(command: str, tmp_path: Path) -> None:

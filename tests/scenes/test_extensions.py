@@ -25,10 +25,13 @@ from fmbs_skfem.core.notices import Notice, Remark
 from fmbs_skfem.core.storage import container
 from fmbs_skfem.families import parametric_model
 from fmbs_skfem.reduction import files
+from fmbs_skfem.reduction.hyper import hyper_reduction
+from fmbs_skfem.reduction.plan import Plan
 from fmbs_skfem.scenes import build, extensions, schema
 from fmbs_skfem.scenes.analyses.analysis import Analysis
 from fmbs_skfem.scenes.bodies import SceneBody
 from fmbs_skfem.studies import job as jobs
+from fmbs_skfem.studies import reducing
 from fmbs_skfem.studies.running import compiling
 from fmbs_skfem.systems.connections.constraint_laws import ConstraintLaw
 from fmbs_skfem.systems.forces.force_laws import ForceLaw
@@ -306,7 +309,7 @@ def test_the_python_of_the_page_runs(project: Path, monkeypatch: pytest.MonkeyPa
             "[broken.py]",
             r"extensions\[0\]: expected a Python file that runs, got ZeroDivisionError in broken.py, line 2: division by zero",
         ),
-        ("[twice.py]", r"expected a word of its own, got 'pin', which is that of fmbs_skfem"),
+        ("[twice.py]", r"expected a word of its own, got 'guide', which is that of fmbs_extension_"),
         ("[bare.py]", r"class Bare: expected a dataclass"),
         ("[half.py]", r"class Half: expected the methods constrain, got none of these"),
     ],
@@ -314,13 +317,128 @@ def test_the_python_of_the_page_runs(project: Path, monkeypatch: pytest.MonkeyPa
 def test_refused(project: Path, named: str, message: str) -> None:
     (project.parent / "broken.py").write_text("a = 1\nb = a / 0\n")
     head = "from fmbs_skfem.systems.connections.joints import Joint\n"
-    (project.parent / "twice.py").write_text(head + "class Pin(Joint):\n    pass\n")
+    (project.parent / "twice.py").write_text(head + "class Guide(Joint):\n    pass\nclass Other(Joint, word='guide'):\n    pass\n")
     (project.parent / "bare.py").write_text(head + "class Bare(Joint):\n    name: str\n    def constrain(self, draft): ...\n")
     half = "from dataclasses import dataclass\n\n@dataclass(frozen=True)\nclass Half(Joint):\n    name: str\n"
     (project.parent / "half.py").write_text(head + half)
     project.write_text(SCENE.replace("[my_joint.py, my_track.py, my_load.py, my_force.py, my_output.py, my_law.py]", named))
     with pytest.raises(InputError, match=message):
         quiet(project)
+
+
+TAKEN = """\
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from fmbs_skfem.extend import At, HyperReduction, Joint, Load, Probe, Rule, fields, own_laws, quantity, register
+
+
+@dataclass(frozen=True)
+class Height(Probe, word="position"):
+    unit: ClassVar[str] = "m"
+    at: Annotated[At, fields.PLACE]
+
+    def sense(self, name, draft):
+        return self.output(draft, (f"{name}_height",), [draft.layout.read(name, self.at)[1:2]])
+
+    @staticmethod
+    def evaluate(output, sensed):
+        return [sensed.values[:, 0]]
+
+
+@dataclass(frozen=True)
+class Wind(Load, word="gravity"):
+    name: str
+    speed: Annotated[float, quantity("m/s")]
+
+    def push(self, draft):
+        pass
+
+
+@register
+@dataclass(frozen=True)
+class All(HyperReduction):
+    name: ClassVar[str] = "points"
+    label: ClassVar[str] = "all"
+
+    def train(self, runs):
+        return Rule(lambda system: system)
+
+
+own_laws.define("EXACT", 2, ("EA", "EI", "kappa0"), lambda r, EA, EI, kappa0: EA / 8 * (r[0].dot(r[0]) - 1) ** 2)
+"""
+WITH_TAKEN = """\
+schema: 1
+dimension: 2
+extensions: [taken.py]
+bodies:
+  bar:
+    type: cable
+    mesh: ../meshes/beam_20.msh
+    section: {shape: given, EA: 1 kN, EI: 0.1 N m^2, rhoA: 0.1 kg/m}
+    law: EXACT
+joints: {hinge: {type: pin, at: bar.left}}
+loads: {wind: {type: gravity, speed: 3 m/s}}
+outputs: {tip: {type: position, at: bar.right}}
+analysis: {type: dynamic, duration: 10 ms, step: 1 ms}
+reduction: {snapshots: 1 ms, hyper_reduction: {sample: points}}
+"""
+
+
+SCENE_OF_THE_PACKAGE = (
+    WITH_TAKEN.replace("extensions: [taken.py]\n", "")
+    .replace("    law: EXACT\n", "")
+    .replace("speed: 3 m/s", "acceleration: [0, -9.81 m/s^2]")
+)
+
+
+def test_words_that_the_package_has_as_well_are_those_of_the_file(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the scene that lists it, with one remark; in another one of the same process they are the package's."""
+    known = hyper_reduction.KNOWN
+    monkeypatch.setitem(known, "points_of_taken", None)  # forgotten after the test
+    (project.parent / "taken.py").write_text(TAKEN)
+    project.write_text(WITH_TAKEN)
+    other = project.with_name("other.yaml")
+    other.write_text(SCENE_OF_THE_PACKAGE)
+    for _ in range(2):
+        with pytest.warns(Remark) as told:
+            scene = scenes.read(project)
+        said = "'EXACT', 'gravity', 'points', 'position' are those of taken.py, not of the package"
+        assert sum(f"own.yaml:3: extensions: {said}" in str(one.message) for one in told) == 1
+        system = build.system(scene)
+        assert system.outputs["tip"].columns == ("tip_height",)
+        assert probes.kind_of(system.outputs["tip"]) is type(scene.outputs["tip"])
+        assert not system.loads.constant.any()
+        assert system.elastic[0].gather.law is not laws.Law.EXACT
+        assert known[scene.reduction.hyper_reduction.sample].label == "all"
+        assert scene.again({}).outputs == scene.outputs
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            plain = scenes.read(other)
+        assert build.system(plain).outputs["tip"].columns == ("tip_x", "tip_y")
+        assert build.system(plain).loads.constant.any()
+        assert known[plain.reduction.hyper_reduction.sample].label == "ecsw-points"
+
+
+def test_a_sampling_of_the_scene_is_one_of_the_command(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its file has not been run when options are read."""
+    monkeypatch.setitem(hyper_reduction.KNOWN, "all_of_mine", None)  # forgotten after the test
+    del hyper_reduction.KNOWN["all_of_mine"]
+    (project.parent / "taken.py").write_text(TAKEN.partition("own_laws.define")[0].replace('"points"', '"all_of_mine"'))
+    project.write_text(WITH_TAKEN.replace("    law: EXACT\n", ""))
+    seen = list[str]()
+
+    def stop(job: jobs.Job, scene: schema.Scene, path: Path, plan: Plan, goal: None) -> None:
+        seen.append(plan.hyper.name)
+        raise InputError("stopped")
+
+    monkeypatch.setattr(reducing, "reduce_scene", stop)
+    done = fmbs("reduce", project, "--sample", "all_of_mine", "--out", project.parent / "out")
+    assert (done.code, seen) == (3, ["all_of_mine"]), done.err
+    done = fmbs("reduce", project, "--sample", "all_of_min", "--out", project.parent / "out")
+    assert done.code == 3
+    assert "--sample: expected one of none, elements, points, exact, " in done.err
+    assert "got 'all_of_min'; did you mean 'all_of_mine'?" in done.err
 
 
 def test_the_switch_refuses_all(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:

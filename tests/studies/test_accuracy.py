@@ -122,7 +122,7 @@ def test_pilots_that_divide_many_steps_end_early() -> None:
     """A four-bar in steps that are too large: given up where it has divided more steps than count as resolved."""
     found = scenes.read(EXAMPLES / "four_bar.yaml")
     own = replace(build.dynamic(found), step=LEFT_OUT, accuracy=Accuracy({"": Bound(1e-2)}))
-    pilots, steps = ScenePilots(replace(found, analysis=own, reduction=None, compare=None)), 100
+    pilots, steps = ScenePilots(replace(found, analysis=own, reduction=None, compare=None)), 90
     whole = pilots.solve(40, steps)
     assert whole.statistics.halved > 2 * DIVIDED
     assert pilots.run(40, steps) is None

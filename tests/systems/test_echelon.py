@@ -52,6 +52,16 @@ def test_solutions_satisfy_the_rows() -> None:
     assert_allclose(A @ x + a, 0.0, atol=1e-12)
 
 
+@pytest.mark.parametrize("weight", [1e-7, 6e-10, 1e-13])
+def test_small_weights_of_other_unknowns_stay(weight: float) -> None:
+    """What one of them leaves out moves a plate by as much: 6e-10 m make 0.07 N in one of steel at rest."""
+    A, a = csr_array(np.array([[1.0, weight, 0.0], [0.0, 1.0, 1.0]])), np.array([-1.0, 2.0])
+    found = echelon.solve(A, a)
+    x = np.array([3.0, -5.0, 7.0])
+    x[found.dependent] = found.solution @ x + found.fixed
+    assert_allclose(A @ x + a, 0.0, atol=1e-15)
+
+
 def test_rows_that_contradict_are_told_by_what_they_miss() -> None:
     found = echelon.solve(csr_array(np.array([[1.0, 1.0], [2.0, 2.0]])), np.array([0.0, -1.0]), 1e-9)
     assert len(found.dependent) == len(found.left) == 1

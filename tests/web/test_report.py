@@ -11,7 +11,7 @@ import pytest
 
 from fmbs_skfem import studies
 from fmbs_skfem.pages import report
-from fmbs_skfem.studies import folder_report
+from fmbs_skfem.studies import folder_report, reports
 
 from ..browser import DRAWS, PROGRAM, browser
 from ..cli.calls import EXAMPLES, fmbs
@@ -47,7 +47,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert done.code == 0, done.err
     path = base / "out" / "report.json"
     found = json.loads(path.read_text(encoding="utf-8"))
-    path.write_text(json.dumps({**found, "notices": [NASTY]}), encoding="utf-8")
+    del found[reports.CHECKSUMS]
+    reports.write_report(path.parent, {**found, "notices": [NASTY]})
     return base / "out"
 
 
@@ -163,12 +164,71 @@ def test_a_report_is_for_others_to_read(tmp_path: Path) -> None:
     done = fmbs("check", scene, "--set", "E=1.1 GPa", "--allow-outside", "--out", out, "--json")
     assert done.code == 0, done.err
     record = json.loads((out / "check.json").read_text(encoding="utf-8"))
-    (out / "check.json").write_text(json.dumps({**record, "notices": [f"{scene}:7: bodies.arm: odd"]}), encoding="utf-8")
+    record.pop(reports.CHECKSUMS)
+    reports.write_report(out, {**record, "notices": [f"{scene}:7: bodies.arm: odd"]}, "check.json")
     assert fmbs("report", out).code == 0
     text = (out / "report.html").read_text(encoding="utf-8")
     assert "<td>E 1.1 GPa</td>" in text
     assert "<li>../family.yaml:7: bodies.arm: odd</li>" in text
     assert str(tmp_path) not in text.replace(str(EXAMPLES), "")
+
+
+WRITTEN = {
+    "status": "ok",
+    "scene": "arm",
+    "file": "arm.yaml",
+    "end": 1.0,
+    "units": {"t": "s", "tip": "m"},
+    "outputs": {"tip": {"min": 0.0, "max": 1.0, "final": 1.0}},
+    "notices": [],
+    "provenance": {"file": "arm.yaml", "files": {}, "scene": {"analysis": {"duration": 1.0}}},
+    "files": ["outputs.csv", "outputs.units.json"],
+}
+
+
+def results(folder: Path, **changes: object) -> Path:
+    """A folder of a run, whose record has other values, and their checksum."""
+    (folder / "outputs.csv").write_text("t,tip\n0,0\n1,1\n")
+    (folder / "outputs.units.json").write_text('{"t": "s", "tip": "m"}')
+    reports.write_report(folder, {**WRITTEN, **changes})
+    return folder
+
+
+def test_results_that_are_not_as_they_were_written_make_no_page(tmp_path: Path) -> None:
+    """`report` and `view` read what `check` calls damaged as little as it does."""
+    assert fmbs("report", results(tmp_path)).code == 0
+    for name, content in (("outputs.csv", "t,tip\n0,0\n1,2\n"), ("outputs.units.json", "{"), ("report.json", "[" * 100_000)):
+        results(tmp_path)
+        (tmp_path / name).write_text(content)
+        for command in ("check", "report", "view"):
+            done = fmbs(command, tmp_path, *(["--force"] if command != "check" else []))
+            assert (done.code, f"{tmp_path / name}: expected " in done.err) == (8, True), (command, name, done.err)
+
+
+WRONG = {
+    "notices": [None],
+    "file": "a\0",
+    "model": [1],
+    "end": [[]],
+    "units": 1.0,
+    "outputs": {"tip": None},
+    "provenance": {"files": []},
+}
+
+
+@pytest.mark.parametrize("key", WRONG)
+@pytest.mark.parametrize("command", ["report", "view"])
+def test_records_with_values_of_another_kind_are_corrupt(command: str, key: str, tmp_path: Path) -> None:
+    done = fmbs(command, results(tmp_path, **{key: WRONG[key]}), "--force")
+    assert (done.code, f"{tmp_path / 'report.json'}: expected a " in done.err, f" as {key}" in done.err) == (8, True, True), (
+        done.err
+    )
+
+
+def test_a_table_of_somebody_else_is_named_where_it_is_no_text(tmp_path: Path) -> None:
+    (results(tmp_path) / "measured.csv").write_bytes(b"t,Kr\xe4fte\n0,1\n")
+    done = fmbs("report", tmp_path)
+    assert (done.code, "measured.csv: expected a table of text in UTF-8" in done.err) == (3, True)
 
 
 def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:

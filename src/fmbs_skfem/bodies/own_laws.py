@@ -18,8 +18,9 @@ from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from ..core import extras
+from ..core import extras, own_words
 from ..core.errors import InputError, say
+from . import laws
 from .laws import Law, find
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ def define(
     uses it. `check_law` tests it; see `symbolic` for W and R. InputError for a name that is no word or that another law has, for
     `vectors` below 1, for names of the section that are no texts, and for an energy that is no function.
     """
+    name = own_words.free(laws.KNOWN, name, getattr(energy, "__module__", ""), module_of)
     if not name.isidentifier():
         raise InputError(say("own_laws.define: name", "a word of letters, digits and _", f"'{name}'"))
     place = f"own_laws.define: law '{name}'"
@@ -67,6 +69,11 @@ def define(
 
     ENERGIES[name] = energy, dissipation
     return Law(name, vectors, (*section, "weight"), tuple(dims), entry)
+
+
+def module_of(law: Law) -> str:
+    """The module that has defined a law; nothing of one of the package."""
+    return str(ENERGIES[law.name][0].__module__) if law.name in ENERGIES else ""
 
 
 def symbols_of(name: str) -> LawSymbols | None:

@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from .. import __version__, studies
+from ..core import own_words
 from ..core.errors import InputError, closest
 from ..core.notices import Notice
 from ..core.storage import durable
@@ -145,14 +146,19 @@ def main(files: tuple[str, ...]) -> None:
 
 
 def run_extensions(files: Sequence[str]) -> None:
-    """Run Python files that declare outputs and laws, which saved models may need, and more keys for `fmbs schema`."""
+    """Run Python files that declare outputs and laws, which saved models may need, and more keys for `fmbs schema`.
+
+    Scenes of this call are read as if they listed them.
+    """
     from ..scenes import extensions
 
     for file in files:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", Notice)
-                extensions.run(Path(file).resolve())
+                extensions.run(path := Path(file).resolve())
+            own_words.EVERYWHERE.add(module := extensions.module_of(path))
+            click.get_current_context().call_on_close(functools.partial(own_words.EVERYWHERE.discard, module))
         except InputError as error:
             screen.tell(f"error: --extension {file}: {error}")
             sys.exit(error.exit_code)

@@ -26,11 +26,11 @@ from ..core.errors import Reason, SolverError
 from ..core.notices import notify, remark
 from ..dynamics import checkpoint as checkpoints
 from ..dynamics.compiled_step import stepping
-from ..dynamics.compiled_step.pieces import EXACT, Unreached, last_place, take_piece
+from ..dynamics.compiled_step.pieces import EXACT, Unreached, last_place, release, take_piece
 from ..dynamics.compiled_step.step import STEPS
 from ..dynamics.compiled_step.touching import TINY
 from ..dynamics.dividing import put, restart
-from ..dynamics.initial import Instant, consistent_start, first_state
+from ..dynamics.initial import Instant, begin_steps, begins_by_jump, consistent_start, first_state
 from ..dynamics.integration import failure
 from ..dynamics.loose_rows import follows
 from ..dynamics.measuring import Reader
@@ -285,12 +285,16 @@ class Watch(Observer):
         off = run.step.space.off
         off[:] = ~self.closed | follows(model, x, late, self.closed)
         at = Instant(late, x, v, off > 0.0, state.memory)
-        start = consistent_start(model, run.scheme, at)
+        by_jump = begins_by_jump(model)
+        start = consistent_start(model, run.scheme, at, False if by_jump else None)
         kept = compilation.accepted(model, x, start.v, state.memory, late)
         held = state.speed.copy(), state.parts.copy(), state.work.copy()
         put(state, first_state(model, start, run.step.method.c, kept, late))
-        state.speed[:], state.parts[:], state.work[:] = held
         restart(state, run.step.work)
+        if by_jump:
+            release(run, late)
+        begin_steps(state)
+        state.speed[:], state.parts[:], state.work[:] = held
         self.crossings.happen(due, self.jumps[due])
         self.lately |= set(due.tolist())
         loss = 0.5 * float(v @ (system.mass @ v) - start.v @ (system.mass @ start.v))

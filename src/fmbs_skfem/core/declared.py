@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any, ClassVar
 
+from . import own_words
 from .errors import InputError, say
 from .values.problems import Problem
 
@@ -38,7 +39,8 @@ class Declared:
             cls.known = {}
         if ABC in cls.__bases__ or word is None:
             return
-        cls.words = ((word,) if isinstance(word, str) else word) if word else (WORD.sub("_", cls.__name__).lower(),)
+        words = ((word,) if isinstance(word, str) else word) if word else (WORD.sub("_", cls.__name__).lower(),)
+        cls.words = tuple(own_words.free(cls.known, one, cls.__module__, lambda kind: kind.__module__) for one in words)
         cls.word = cls.words[0]
         for one in cls.words:
             other = cls.known.get(one)

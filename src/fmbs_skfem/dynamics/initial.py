@@ -34,7 +34,6 @@ from .histories import finite_signals
 from .names import coordinate_names
 from .scheme import GeneralizedAlpha, Newton, has_dear_factors, method_of
 
-FILTERED = (Law.MEMBRANE, Law.SHELL, Law.BEAM)  #: laws of bodies that begin without the waves that no step resolves
 # first derivatives divide round-off by d, second and third ones by d^2 and d^3, which asks for longer ways: accelerations of a
 # heavy top differ by 2e-12 at half and 5e-13 at twice of CURVATURE, third derivatives by 3e-9 and 5e-10, at 0.01 by 5e-6
 DRIFT, CURVATURE = 1e-3, 0.25  #: distance d of the five instants of the differences for Phi_t and for Phi'' and Phi''', in steps
@@ -71,13 +70,19 @@ DRIVEN = "drives begin with rates that their bodies do not have, an impulse: let
 
 
 class Start(NamedTuple):
-    """Consistent initial state, in the order of the system's unknowns."""
+    """Consistent initial state that steps go on from, in the order of the system's unknowns."""
 
     x: np.ndarray  #: (n,)
     v: np.ndarray
     a: np.ndarray  #: q''
     multipliers: np.ndarray  #: (m,) physical
     shift: np.ndarray  #: (2, n) what the first step adds to v, by (4) of `stepping`, and to the algorithmic acceleration
+    balance: tuple[np.ndarray, np.ndarray] | None = None  #: q'' and multipliers that balance all forces, where they are others
+
+    @property
+    def shown(self) -> tuple[np.ndarray, np.ndarray]:
+        """q'' (n,) and multipliers (m,) of the instant, as outputs show them."""
+        return self.balance or (self.a, self.multipliers)
 
 
 def startable(system: System, scheme: GeneralizedAlpha) -> System:
@@ -130,8 +135,13 @@ def velocity_gaps(system: System, scheme: GeneralizedAlpha) -> tuple[np.ndarray,
 
 
 def is_filtered(system: System) -> bool:
-    """Whether a body is a plate or a shell, or a beam with directors: what has waves that no step resolves."""
-    return any(part.gather.law in FILTERED for part in system.elastic)
+    """Whether steps begin without the waves that none of them resolves: those of bodies with a strain energy."""
+    return bool(system.elastic)
+
+
+def has_massless_directors(system: System) -> bool:
+    """Whether a body is a beam with directors, the first of which have no mass: M alone determines no accelerations."""
+    return any(part.gather.law is Law.BEAM for part in system.elastic)
 
 
 def speed_of(v: np.ndarray) -> float:
@@ -155,29 +165,32 @@ def start_of(model: Compiled) -> Instant:
     return Instant(0.0, model.system.x0, model.system.v0, np.zeros(model.constraints, bool), first=True)
 
 
-def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | None = None, filtered: bool = False) -> Start:
+def begins_by_jump(model: Compiled) -> bool:
+    """Whether a step finds by itself what steps begin with, see `pieces.release`: where joints ask for no accelerations.
+
+    It takes 0.1 ms of a beam of 100 cells, where matrices of SciPy take 1.9 ms; runs of 100 steps take 3 ms. Forces that depend on
+    the motion are left to those: factors of bands and blocks are of the symmetric part of W alone.
+    """
+    dead = not compilation.reads_slopes(model) and not any(force.reacts for force in model.forces)
+    free = not model.pattern and has_steady_joints(model) and dead
+    return free and is_filtered(model.system) and not has_massless_directors(model.system)
+
+
+def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | None = None, filtered: bool | None = None) -> Start:
     """x, v with Phi_q v + Phi_t = 0, q'' and multipliers from M q'' + Phi_q^T lambda = -f, Phi'' = 0, of the rows that hold.
 
-    Plates and beams with directors take M + (gh C + K) / bh in place of M: under a load that starts as a step M^-1 f is huge in the
-    waves that the step h does not resolve, and the run would carry them on. So does whatever is `filtered`, with C and K of its
-    forces too: what that leaves out is of second order in h. An impulse, of drives that begin with a rate or of joints that lock,
-    changes velocities by `jump`. By M alone a drive would turn one node of a beam, with rates of strain that no step resolves: a
-    damped beam driven at 1 mrad/s then began with 0.16 J in place of 6e-7 J.
+    Steps of elastic bodies begin with M + (gh C + K) / bh in place of M: under a load that starts as a step M^-1 f is huge in the
+    waves that the step h does not resolve, and the run would carry them on. So does whatever is `filtered`, and nothing that is
+    said not to be, but beams whose M alone is singular. What that leaves out is of second order in h. Where nothing holds what
+    begins to move, q'' K q'' < 0, steps begin with M. An impulse, of drives that begin with a rate or of joints that lock, changes
+    velocities by `jump`. By M alone a drive would turn one node of a beam, with rates of strain that no step resolves: a damped
+    beam driven at 1 mrad/s then began with 0.16 J in place of 6e-7 J.
     """
     at = at or start_of(model)
     system, h, on, x, v = model.system, scheme.step, ~at.off, at.x, at.v
     phi, J = (part[on] for part in of_joints(model, at, "gap", (), lambda: compilation.gap(model, x, at.time)))
     closed(held(system, on), phi, J)
-    M = system.mass
-    # M^-1 f of a torque that starts as a step: a slider is 1.2e-7 m off after 2 ms, 3.3e-9 m with the step's own matrix
-    if filtered or is_filtered(system):
-        method = method_of(scheme, Newton(), h, model)
-        M = M + (compilation.tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory)) / method.bh
-    if filtered or len(model.arrays.forces.judged):  # what touches at the start is held by it
-        method = method_of(scheme, Newton(), h, model)
-        M = M + compilation.probe_tangent(model, x, np.zeros(len(on)), at.time, method.gh, at.memory, v) / method.bh
     invert = partial(augmented, model) if model.pattern else None
-    solve = kkt_solver(held(system, on), M, J, at.first, invert)
     still, k = np.zeros(len(x)), np.arange(5.0)[:, None]
 
     def along(d: float, *rates: np.ndarray) -> np.ndarray:
@@ -198,14 +211,36 @@ def consistent_start(model: Compiled, scheme: GeneralizedAlpha, at: Instant | No
     f = compilation.forces(model, x, v, at.time, at.memory)
     d = CURVATURE * h
     bend = np.zeros(len(phi)) if steady else -BEND @ along(d, v) / (12 * d * d)
-    a, multipliers = solve(-f, bend)
-    for _ in range(REACTIONS if any(force.reacts for force in model.forces) else 0):
-        f = compilation.evaluate(model, x, v, at.time, at.memory, spread(multipliers, on))[0] - J.T @ multipliers
-        a, multipliers = solve(-f, bend)
-    change = still if steady else solve(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
     am, af, _, beta = scheme.coefficients
     late = am - af  # a is q'' at t + (am - af) h
-    return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
+
+    def start_by(M: Array) -> Start:
+        """The start with a matrix (n, n) in place of the mass."""
+        solve = kkt_solver(held(system, on), M, J, at.first, invert)
+        a, multipliers = solve(-f, bend)
+        for _ in range(REACTIONS if any(force.reacts for force in model.forces) else 0):
+            pushed = compilation.evaluate(model, x, v, at.time, at.memory, spread(multipliers, on))[0] - J.T @ multipliers
+            a, multipliers = solve(-pushed, bend)
+        change = still if steady else solve(still, -JERK @ along(d, v, a) / (2 * d**3))[0]
+        return Start(x, v, a, spread(multipliers, on), np.stack([h**2 * (1 / 6 - beta - 0.5 * late) * change, late * h * change]))
+
+    massless, touches, M = has_massless_directors(system), len(model.arrays.forces.judged) > 0, system.mass
+    filtered = massless or (is_filtered(system) if filtered is None else filtered)
+    if not (filtered or touches):
+        return start_by(M)
+    method = method_of(scheme, Newton(), h, model)
+    state = model, x, np.zeros(len(on)), at.time, method.gh, at.memory, v
+    if touches:  # what touches at the start is held by it
+        M = M + compilation.probe_tangent(*state) / method.bh
+    if not filtered:
+        return start_by(M)
+    # M^-1 f of a torque that starts as a step: a slider is 1.2e-7 m off after 2 ms, 3.3e-9 m with the step's own matrix
+    K = compilation.tangent(*state)
+    start = start_by(system.mass + K / method.bh)
+    if massless:
+        return start
+    balanced = start_by(M)
+    return start._replace(balance=balanced.shown) if float(start.a @ (K @ start.a)) >= 0.0 else balanced
 
 
 def of_joints(model: Compiled, at: Instant, name: str, parts: tuple[Any, ...], make: Callable[[], Found]) -> Found:
@@ -217,15 +252,12 @@ def of_joints(model: Compiled, at: Instant, name: str, parts: tuple[Any, ...], m
 
 
 def filtered_start(model: Compiled, scheme: GeneralizedAlpha) -> Start | None:
-    """The start of a motion without the waves that its step does not resolve; None where nothing holds what begins to move.
+    """The start of rigid bodies without the waves that its step does not resolve; None where nothing holds what begins to move.
 
-    None for plates without springs and the like, too, which start so anyway.
+    None for elastic bodies, too, which start so anyway.
     """
-    if is_filtered(model.system) and not model.system.loads.forces:
-        return None
-    start, method = consistent_start(model, scheme, filtered=True), method_of(scheme, Newton(), scheme.step, model)
-    K = compilation.tangent(model, start.x, np.zeros(model.constraints), 0.0, method.gh, None)
-    return start if float(start.a @ (K @ start.a)) >= 0.0 else None
+    start = None if is_filtered(model.system) else consistent_start(model, scheme, filtered=True)
+    return start._replace(balance=None) if start and start.balance else None
 
 
 def jump(
@@ -369,9 +401,12 @@ def augmented(model: Compiled, M: Array, J: np.ndarray) -> Callable[[np.ndarray]
 
 
 def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | None = None, time: float = 0.0) -> State:
-    """The state that the first step begins with, in the order of the model; `memory` as of `compiled.place`."""
-    moved = start.v + start.shift[0], start.a + start.shift[1]
-    xc, vc, ac, early = (np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a))
+    """The state as outputs show it, with what the first step begins with for `begin_steps`, in the order of the model.
+
+    `memory` as of `compiled.place`.
+    """
+    moved, (shown, multipliers) = (start.v + start.shift[0], start.a + start.shift[1]), start.shown
+    xc, vc, ac, early, now = (np.ascontiguousarray(part[model.order]) for part in (start.x, *moved, start.a, shown))
     history, past = (np.zeros((stepping.HISTORY, len(part))) for part in (xc, start.multipliers))
     history[0], past[0] = early, start.multipliers * c
     memory = compilation.accepted(model, start.x, start.v) if memory is None else memory
@@ -380,8 +415,8 @@ def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | No
         x=xc,
         v=vc,
         a=ac,
-        acceleration=early,
-        multipliers=start.multipliers * c,
+        acceleration=now,
+        multipliers=multipliers * c,
         history=history,
         past=past,
         known=np.array([1]),
@@ -395,6 +430,15 @@ def first_state(model: Compiled, start: Start, c: float, memory: np.ndarray | No
         gradients=gradients,
         signals=signal_table(model.system, np.array([time]))[0] if histories_work(model.system) else np.zeros(0),
     )
+
+
+def begin_steps(state: State) -> None:
+    """Put a state whose motion starts, which shows what balances all forces, to what steps begin with; `state` is changed in place.
+
+    The last q'' and multipliers of what predicts the next ones are others than those of the state at no other instant.
+    """
+    if state.known[0] == 1:
+        state.acceleration[:], state.multipliers[:] = state.history[0], state.past[0]
 
 
 def histories_work(system: System) -> bool:

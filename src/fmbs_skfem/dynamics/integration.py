@@ -19,13 +19,13 @@ from .checkpoint import Record, Resumed
 from .compiled_step import stepping
 from .compiled_step.jumps import jumps_of_loads
 from .compiled_step.large import Large
-from .compiled_step.pieces import Unreached, take_piece
+from .compiled_step.pieces import Unreached, release, take_piece
 from .compiled_step.single_steps import SingleSteps
 from .compiled_step.step import STEPS
 from .compiled_step.touching import HALVINGS
 from .dividing import retry_filtered
 from .histories import leading_values, signals_of_steps
-from .initial import Instant, Start, consistent_start, first_step, startable
+from .initial import Instant, Start, begin_steps, begins_by_jump, consistent_start, first_step, startable
 from .loose_rows import open_at_start
 from .names import as_text, row_names, worst
 from .observers import Look, Observer, Setting, Source, observers_of
@@ -148,8 +148,9 @@ def begun(
     n, m = system.size, model.constraints
     none = np.zeros(n)
     first = Instant(0.0, x, v, open_at_start(model, x), memory, first=True)
+    by_jump = begins_by_jump(model)
     start = (
-        consistent_start(model, scheme, first)
+        consistent_start(model, scheme, first, False if by_jump else None)
         if resume is None
         else Start(system.x0, system.v0, none, np.zeros(m), np.zeros((2, n)))
     )
@@ -161,8 +162,9 @@ def begun(
     tracer, room = tracer_of(model, scheme, steps, len(kept), few) if few else (None, len(kept))
     step = first_step(model, start, method_of(scheme, newton, scheme.step, model), room, kept_by_forces)
     step.space.off[:] = first.off
-    step.job.out[0, 0, model.order], step.job.out[1:, 0] = step.state.x, (start.v, start.a)
-    step.job.multipliers[0], step.job.memory[0] = start.multipliers, step.state.memory
+    a, multipliers = start.shown
+    step.job.out[0, 0, model.order], step.job.out[1:, 0] = step.state.x, (start.v, a)
+    step.job.multipliers[0], step.job.memory[0] = multipliers, step.state.memory
     # factors of sparse models live here, outside of the packed step
     large = Large(model, newton.solver) if model.pattern else None
     run = OpenRun(
@@ -181,6 +183,8 @@ def begun(
         tracer=tracer,
         jumps=jumps_of_loads(setting.system, scheme.step, steps),
     )
+    if by_jump and resume is None:
+        release(run, 0.0)
     for one in observers:
         one.begin(run)
     if resume is not None:
@@ -214,6 +218,7 @@ def march(run: OpenRun, many: int) -> None:
                 take_step(run)
         return
     end = run.done + many
+    begin_steps(run.step.state)
     while run.done < end:
         run.make_room(run.done + 1)
         if run.done in run.jumps:
@@ -237,6 +242,7 @@ def take_steps(run: OpenRun, many: int) -> int:
 def take_step(run: OpenRun) -> None:
     """Take one step, at which observers look; SolverError where it cannot be taken."""
     try:
+        begin_steps(run.step.state)
         for one in run.close:
             one.before(run)
         assert run.source is not None

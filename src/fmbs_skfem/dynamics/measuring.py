@@ -227,5 +227,5 @@ def balanced(run: OpenRun, time: float) -> Trajectory:
     """The same with the accelerations and reactions that balance its forces: those of a short piece of a step are noise."""
     now = motion_of(run, time)
     off = run.step.space.off > 0.0
-    start = consistent_start(run.model, run.scheme, Instant(time, now.x[0], now.v[0], off, run.step.state.memory))
+    start = consistent_start(run.model, run.scheme, Instant(time, now.x[0], now.v[0], off, run.step.state.memory), False)
     return replace(now, a=start.a[None], multipliers=start.multipliers[None])

@@ -34,7 +34,7 @@ from ..systems.signals import driving_inputs, inputs_of
 from ..systems.system import System
 from ..systems.terms import turning
 from ..systems.terms.turning import Turning
-from . import forces, numbers, outputs, signals, terms
+from . import forces, numbers, outputs, refusals, signals, terms
 from .numbers import Numbers
 from .outputs import Column
 from .pieces import Array, Piece, joined
@@ -164,25 +164,17 @@ def distinct(names: Iterable[str]) -> list[str]:
     return found
 
 
-def check(case: Case, where: str) -> None:
+def check(given: Numbers, where: str) -> None:
     """InputError for what a C file cannot do, and a notice where it does it less well: loads that jump within a step."""
-    system = case.system
-    if case.scheme.local_error > 0.0:
-        remedy = "train the model with steps of one length, `accuracy` left out"
-        raise InputError(say(where, "equal steps", f"steps in parts (local error {case.scheme.local_error:g})", remedy))
+    case, system = given.case, given.case.system
     if not isinstance(system.mass, np.ndarray) and system.size > 0 and len(system.components) == 0 and system.elastic:
         raise InputError(say(where, "a reduced model", "a full one", "reduce it with fmbs reduce"))
-    parts = ("events", system.triggers), ("joints that are let loose", system.locks), ("monitors", system.monitors)
-    # inputs of a kind of their own are given by what runs beside the steps
-    controlled = [one.name for one in inputs_of(system).values() if type(one) is not Input]
-    for what, there in (*parts, ("controllers", controlled)):
-        if there:
-            raise InputError(say(where, f"a model without {what}", f"{len(there)}", "leave them out of the scene"))
-    if system.constraints.laws:
-        names = sorted({own.law.name.partition("|")[0] for own in system.constraints.laws})
-        raise InputError(say(where, "joints that are polynomials of positions", f"the joint law {', '.join(names)}"))
-    if found := jumps.jumps_of_loads(system, case.scheme.step, scheme.steps_in(case.scheme, case.duration)):
-        first = min(before for places in found.values() for _, before, _ in places)
+    if found := [
+        problem.at(f"{where}: {subject}") for subject, problem in refusals.find(system, case.scheme, given.model is not None)
+    ]:
+        raise InputError("\n".join(found))
+    if jumping := jumps.jumps_of_loads(system, case.scheme.step, scheme.steps_in(case.scheme, case.duration)):
+        first = min(before for places in jumping.values() for _, before, _ in places)
         text = f"{where}: loads jump, first at t = {first:.6g} s; C files take them at the ends of steps, late by up to one of them"
         notify(f"{text}, where runs end a step at each jump")
 
@@ -254,14 +246,14 @@ def write(case: Case | ParametricCase, name: str, title: str, description: str =
     contact, and joints by a law.
     """
     given = Numbers(case) if isinstance(case, Case) else Numbers(case.nominal, case)
-    check(given.case, title)
+    check(given, title)
     case, memory = at_start(given, title)
     given = replace(given, case=case)
     system = case.system
     frame, inputs = frame_of(case, title), inputs_of(system)
     pieces = [write_elastic(frame, given, k) for k in range(len(system.elastic))]
     for k, force in enumerate(system.loads.forces):
-        pieces.append(forces.write_force(force, k, sum(one.kept for one in pieces), given, title))
+        pieces.append(forces.write_force(force, k, sum(one.kept for one in pieces), given))
     reading, columns, left_out = outputs.write_outputs(system)
     numbered = {one: k for k, one in enumerate(inputs)}
     timed = signals.write_signals(system, numbered, given)
@@ -302,9 +294,6 @@ def at_start(given: Numbers, where: str) -> tuple[Case, np.ndarray | None]:
         raise InputError(say(where, "joints of which none follows from others", "redundant ones that parameters change"))
     if case.scheme.start != "equilibrium":
         return replace(case, system=system), None
-    if given.model is not None:
-        remedy = "fix the parameters with --set, or start in the reference"
-        raise InputError(say(where, "a start that no parameter changes", "`start: equilibrium`", remedy))
     x, v, memory = rest.in_equilibrium(system, case.newton)
     return replace(case, system=replace(system, x0=x, v0=v)), memory
 
@@ -421,7 +410,8 @@ def controls(
         "TRIALS": len(touching.TRIALS) - 1,
         "SMOOTH": int(frame.smooth), "STEADY": int(steady), "READS_RATES": int(frame.damped),
         "HAS_DAMPING": int(as_dense(system.damping).any()), "HAS_SPRINGS": int(as_dense(system.stiffness).any()),
-        "FILTERED": int(initial.is_filtered(system)), "TURNING": 0 if turn is None else len(turn.table),
+        "FILTERED": int(initial.is_filtered(system)), "MASSLESS": int(initial.has_massless_directors(system)),
+        "TURNING": 0 if turn is None else len(turn.table),
     }  # fmt: skip
     lines = [f"#define {key} {number(value)}" for key, value in reals.items()]
     lines += [f"#define {key} {int(value)}" for key, value in counts.items()]

@@ -9,7 +9,7 @@ from typing import Any
 import sympy
 
 from ..core.compiling.symbols import chosen, less, not_more
-from ..core.errors import InputError, say
+from ..core.values.problems import Problem
 from ..systems.forces import force_symbols as written
 from ..systems.forces import responses
 from ..systems.forces.force_laws import LawForces
@@ -18,6 +18,7 @@ from .numbers import Numbers
 from .pieces import Array, Piece
 from .text import block, statements
 
+LEAVE_OUT = "leave it out of the scene"
 #: coordinates of forces: how many rows, and c of these
 COORDINATES: dict[str, tuple[int, Callable[[Any], Any]]] = {
     "torsion_spring": (2, lambda y: sympy.atan2(y[1], y[0])),
@@ -105,17 +106,34 @@ def symbols_of(name: str) -> ForceSymbols | None:
 
 
 @singledispatch
-def write_force(force: Any, number: int, kept: int, given: Numbers, where: str) -> Piece:
-    """A force in C, whose numbers of accepted states begin at `kept`. Types of forces register here; InputError for another one."""
-    raise InputError(say(where, "loads, springs and motors that a C file can hold", type(force).__name__, "leave it out"))
+def write_force(force: Any, number: int, kept: int, given: Numbers) -> Piece:
+    """A force in C, whose numbers of accepted states begin at `kept`. Types of forces register here; others are refused before."""
+    raise TypeError(type(force))
+
+
+@singledispatch
+def refuse(force: Any) -> Problem | None:
+    """What speaks against a force in C: none has it whose type has not registered with `write_force`.
+
+    Types of which only some have it register here.
+    """
+    if write_force.dispatch(type(force)) is not write_force.dispatch(object):
+        return None
+    return Problem("loads, springs and motors that a C file can hold", type(force).__name__, LEAVE_OUT)
+
+
+@refuse.register
+def _(force: LawForces) -> Problem | None:
+    if symbols_of(force.law.name) is not None and force.law.judge is None:
+        return None
+    expected = f"one of the forces {', '.join(BUILT_IN)} or an expression of the state"
+    return Problem(expected, f"'{force.law.name.partition('|')[0]}'", LEAVE_OUT)
 
 
 @write_force.register
-def _(force: LawForces, place: int, kept: int, given: Numbers, where: str) -> Piece:
+def _(force: LawForces, place: int, kept: int, given: Numbers) -> Piece:
     symbols = symbols_of(force.law.name)
-    if symbols is None or force.law.judge is not None:
-        expected = f"one of the forces {', '.join(BUILT_IN)} or an expression of the state"
-        raise InputError(say(where, expected, f"'{force.law.name.partition('|')[0]}'", "leave it out"))
+    assert symbols is not None
     leaf, arrays = ("system", "loads", "forces", place, "numbers"), {}
     varied = f"FORCE_{place}" if given.varies(leaf) else ""
     if varied:

@@ -10,7 +10,8 @@ import sympy
 from ..bodies import own_laws, strain_law
 from ..bodies.laws import Law
 from ..bodies.symbolic import LawSymbols, results
-from ..core.errors import InputError, say
+from ..core.errors import InputError
+from ..core.values.problems import Problem
 from . import law_symbols
 from .text import block, number, replaced, statements, template
 
@@ -27,12 +28,16 @@ HEADS = {
 }
 
 
-def written(law: Law, dim: int, where: str) -> LawSymbols:
-    """The energy of a law in symbols; InputError, after `where`, for one that has none."""
-    found = law_symbols.symbols_of(law, dim) or own_laws.symbols_of(law.name)
-    if found is None:
-        raise InputError(say(where, "a law with its energy in symbols", f"{law.name}", "cables, membranes and shells have one"))
-    return found
+def refuse(law: Law, dim: int) -> Problem | None:
+    """What speaks against a law in C: its energy is not known in symbols, and it is no law of quadratic strains."""
+    if law is Law.BEAM or symbols_of(law, dim) is not None:
+        return None
+    return Problem("a law with its energy in symbols", law.name, "cables, beams, membranes and shells have one")
+
+
+def symbols_of(law: Law, dim: int) -> LawSymbols | None:
+    """The energy of a law in symbols, one of this package or of one's own; None of one that has none."""
+    return law_symbols.symbols_of(law, dim) or own_laws.symbols_of(law.name)
 
 
 def holds(law: Law, dim: int) -> bool:
@@ -41,10 +46,13 @@ def holds(law: Law, dim: int) -> bool:
 
 
 def functions(law: Law, dim: int, damped: bool, zeros: Sequence[int], where: str) -> tuple[str, dict[str, str]]:
-    """The name of a law, and its functions by name, of sections whose rows `zeros` are zero."""
+    """The name of a law, and its functions by name, of sections whose rows `zeros` are zero; InputError, after `where`, without."""
     if law is Law.BEAM:
         return "beam", {"beam": quadratic_strains("beam")}
-    symbols = written(law, dim, where)
+    if (problem := refuse(law, dim)) is not None:
+        raise InputError(problem.at(where))
+    symbols = symbols_of(law, dim)
+    assert symbols is not None
     parts = [law.name.lower(), str(dim), *(f"no_{law.section[k]}" for k in zeros), *(["damped"] if damped else [])]
     name = "_".join(parts)
     known = set_zero(symbols, zeros)

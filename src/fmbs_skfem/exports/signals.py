@@ -14,10 +14,10 @@ import numpy as np
 import sympy
 
 from ..core.compiling import symbols
-from ..core.errors import InputError, say
 from ..core.values import expressions
 from ..core.values.expressions import Expression
 from ..core.values.inputs import Input
+from ..core.values.problems import Problem
 from ..core.values.tables import Table
 from ..reduction import cases
 from ..reduction.cases import Place
@@ -65,21 +65,33 @@ def read_spline(x: Any, table: Any) -> Any:
 
 
 @singledispatch
-def in_symbols(signal: Any, where: str, leaf: Place, known: Known) -> Any:
-    """A function of time in symbols. Types register here; InputError for one that has not, as a function of Python.
+def in_symbols(signal: Any, leaf: Place, known: Known) -> Any:
+    """A function of time in symbols. Types register here; Problem for one that has not, as a function of Python.
 
     `leaf` is its place in the case. Curves of tables are added to those that are known.
     """
-    raise InputError(say(where, "expressions of t and of inputs", type(signal).__name__))
+    raise Problem("expressions of t and of inputs", type(signal).__name__)
+
+
+def refuse(signal: Any, drives: bool) -> Problem | None:
+    """What speaks against a function of time in C, where joints read it (`drives`) against one without derivatives."""
+    try:
+        value = sympy.sympify(in_symbols(signal, (), Known({}, {})))
+    except Problem as problem:
+        return problem
+    if drives and value.atoms(written.lookup):
+        remedy = "write `smooth: true`, which makes it a spline"
+        return Problem("smooth functions of t where they drive a joint", "a table whose second derivative jumps", remedy)
+    return None
 
 
 @in_symbols.register
-def _(signal: Input, where: str, leaf: Place, known: Known) -> Any:
+def _(signal: Input, leaf: Place, known: Known) -> Any:
     return input_symbol(signal.name)
 
 
 @in_symbols.register
-def _(signal: Expression, where: str, leaf: Place, known: Known) -> Any:
+def _(signal: Expression, leaf: Place, known: Known) -> Any:
     names: dict[str, Any] = {"t": T, "pi": sympy.pi}
     for one in signal.inputs:
         if isinstance(one, Table):
@@ -87,7 +99,7 @@ def _(signal: Expression, where: str, leaf: Place, known: Known) -> Any:
             call = partial(read_spline if one.smooth and one.drives else responses.curve, table=table)
             names |= {one.name: call(T), one.call: call}
             continue
-        names[one.name] = in_symbols(one, where, leaf, known)
+        names[one.name] = in_symbols(one, leaf, known)
     program: list[Any] = list(signal.program)
     for k, step in enumerate(program):
         if isinstance(step, float) and (*leaf, "program", k) in known.varied.values():
@@ -97,13 +109,13 @@ def _(signal: Expression, where: str, leaf: Place, known: Known) -> Any:
 
 
 @in_symbols.register
-def _(signal: Cosine, where: str, leaf: Place, known: Known) -> Any:
-    return sympy.cos(in_symbols(signal.angle, where, (*leaf, "angle"), known))
+def _(signal: Cosine, leaf: Place, known: Known) -> Any:
+    return sympy.cos(in_symbols(signal.angle, (*leaf, "angle"), known))
 
 
 @in_symbols.register
-def _(signal: Sine, where: str, leaf: Place, known: Known) -> Any:
-    return sympy.sin(in_symbols(signal.angle, where, (*leaf, "angle"), known))
+def _(signal: Sine, leaf: Place, known: Known) -> Any:
+    return sympy.sin(in_symbols(signal.angle, (*leaf, "angle"), known))
 
 
 def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> Piece:
@@ -119,11 +131,7 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
     smooth = {input_symbol(name): sympy.Function(str(input_symbol(name)))(T) for name in sorted(driving_inputs(system))}
     values, targets = [], []
     for k, signal in enumerate(system.signals):
-        value = sympy.sympify(in_symbols(signal, f"function of time {k}", ("system", "signals", k), known)).xreplace(smooth)
-        if k in driven and value.atoms(written.lookup):
-            remedy = "write `smooth: true`, which makes it a spline"
-            got = "a table whose second derivative jumps"
-            raise InputError(say(f"function of time {k}", "smooth functions of t where they drive a joint", got, remedy))
+        value = sympy.sympify(in_symbols(signal, ("system", "signals", k), known)).xreplace(smooth)
         for order in range(ORDERS + 1 if k in driven else 1):
             values.append(value.doit().xreplace(derivatives_of(smooth.values())))
             targets.append(f"m->signals[{order * count + k}] = {{}};")

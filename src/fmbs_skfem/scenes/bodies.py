@@ -23,10 +23,26 @@ from ..bodies.beams import beam as beams
 from ..bodies.beams.orientation import Orientation
 from ..bodies.body import BENDS_ALIKE, BENDS_ALIKE_REMEDY, Body
 from ..bodies.sections import BEAMS_NEED, Material, Section
+from ..core import own_words
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
-from ..core.values.fields import ANY, Count, Density, FileUnit, Length, Position, Tolerance, Vector, quantity, whole, word
+from ..core.values.fields import (
+    ANY,
+    Context,
+    Count,
+    Density,
+    FileUnit,
+    Length,
+    Position,
+    Takes,
+    Tolerance,
+    Vector,
+    quantity,
+    read_text,
+    whole,
+    word,
+)
 from ..core.values.problems import Problem, shown, unknown
 from ..shapes import curves, meshes, nurbs_file, plate_meshes, structured
 from ..shapes.surface import Surface
@@ -39,12 +55,19 @@ if TYPE_CHECKING:
     from .figures import BodyFigures
     from .schema import Scene
 
+
 CURVATURES = {law.name.lower(): law for law in laws.CABLES}
 Mass = Annotated[float, quantity("kg", "> 0")]
 LeadingModes = Annotated[int | None, whole(1, 1000), "number of shape functions, rigid motions included, in place of a tolerance"]
 SCALES = ("young_modulus", "density", "diameter", "width", "height", "thickness")  #: numbers that a part takes, see `bodies.values`
 
 
+def read_law(value: object, context: Context) -> str:
+    """The name of a law; one of the scene's own files goes before that of the package."""
+    return own_words.meant(read_text(value, context), laws.KNOWN, context.modules)
+
+
+OWN_LAW = Takes(read_law, {"type": "string"})
 STRESSES, CABLE_FIELDS = ("von_mises", "von_mises_recovered"), ("axial_force", "bending_moment")  #: that colour bodies
 
 
@@ -162,7 +185,7 @@ class Cable(OfLine):
         Literal["exact", "material", "quadratic"],
         "geometric curvature, rotation per reference length, or the norm of the second derivative",
     ] = "exact"
-    law: Annotated[str | None, "a law of `extensions`; without it that of `curvature`"] = None
+    law: Annotated[str | None, OWN_LAW, "a law of `extensions`; without it that of `curvature`"] = None
     numbers: Annotated[dict[str, Annotated[float, ANY]] | None, "numbers of the law by name, quantities"] = None
     without_material: ClassVar[str] = "or give EA, EI and rhoA (shape: given)"
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 LARGE = 500  #: functions of a plate above which sparse factors are used, which turn with it where constraints are multipliers
 MANY = 500  #: linear constraints, a dense column of the factors' inverse each, above which they are eliminated all the same
-SUBJECT = re.compile(r"(joint|load|output|controller|event|monitor) '([^']*)'")
+SUBJECT = re.compile(r"(body|joint|load|output|controller|event|monitor) '([^']*)'")
 
 
 def system(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> System:
@@ -101,11 +101,16 @@ def sources(scene: Scene) -> list[Source]:
 
 def locate_message(scene: Scene, message: str) -> str:
     """A message of the assembly, which begins with the joint, load or output that it is about, with its file and line."""
-    found = SUBJECT.match(message)
-    if found is None:
-        return message
-    keys = (f"{found[1]}s", found[2])
-    return f"{where(scene, *keys)}: {message}" if found[2] in getattr(scene, keys[0]) else message
+    keys = subject(scene, message)
+    return f"{where(scene, *keys)}: {message}" if keys and keys[0] != "bodies" else message
+
+
+def subject(scene: Scene, message: str) -> tuple[str, ...]:
+    """Keys of what a message begins with, such as "joint 'gear'"; none where that is nothing of the scene."""
+    if (found := SUBJECT.match(message)) is None:
+        return ()
+    section = "bodies" if found[1] == "body" else f"{found[1]}s"
+    return (section, found[2]) if found[2] in getattr(scene, section) else ()
 
 
 def chosen_form(scene: Scene, full: System) -> System:
@@ -211,4 +216,4 @@ def check_functions(scene: Scene) -> None:
     """Histories and drives are finite at every step of the analysis."""
     instants = scene.analysis.instants()
     for keys, function in functions(scene, ("loads", "joints"), Expression):
-        expressions.check(function, instants, f"{str(keys[0])[:-1]} '{keys[1]}'")
+        expressions.check(function, instants, f"{where(scene, *keys)}: {str(keys[0])[:-1]} '{keys[1]}'")

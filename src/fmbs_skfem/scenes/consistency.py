@@ -142,11 +142,12 @@ def _idle(scene: Scene) -> Iterator[Oddity]:
 
 
 def _within_a_rigid_body(scene: Scene, load: Load) -> str:
-    """The rigid body that carries both places of a load; nothing where there is none."""
-    at, to = (vars(load).get(key) for key in ("at", "to"))
-    if not (isinstance(at, At) and isinstance(to, At) and at.body == to.body):
+    """The rigid body that carries both places of a load, or what touches and the shape; nothing where there is none."""
+    ends = [vars(load).get(key) for key in ("at", "body", "to", "on")]
+    carriers = [end.body if isinstance(end, At) else end for end in ends if end is not None]
+    if len(carriers) != 2 or carriers[0] != carriers[1] or not isinstance(carriers[0], str):
         return ""
-    return at.body if isinstance(scene.bodies.get(at.body), PointMass | Rigid | RigidPlate) else ""
+    return carriers[0] if isinstance(scene.bodies.get(carriers[0]), PointMass | Rigid | RigidPlate) else ""
 
 
 def inputs_in(values: Iterable[Any]) -> Iterator[str]:
@@ -273,6 +274,8 @@ def _components(scene: Scene) -> Iterator[Found]:
     if reduction.components is not None:
         owner: dict[str, str] = {}
         for component, names in reduction.components.items():
+            if not names:
+                yield ("reduction", "components", component), Problem("a list of bodies", "an empty one", "delete the component")
             for i, name in enumerate(names):
                 if name not in scene.bodies:
                     yield ("reduction", "components", component, i), unknown("body", "bodies", name, scene.bodies)

@@ -14,18 +14,23 @@ import importlib
 import importlib.util
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
+from typing import TYPE_CHECKING
 
-from ..core import consents
+from ..core import consents, own_words
 from ..core.errors import InputError
 from ..core.notices import remark
+from ..core.own_words import PREFIX, file_of
 from ..core.values.problems import Found, Problem, shown
 from ..shapes import meshes
+from . import yamlfile
 
-PREFIX = "fmbs_extension_"  #: of module names; the path of the file follows as hexadecimal digits
+if TYPE_CHECKING:
+    from .schema import Scene
+
 RUN: dict[str, str] = {}  #: SHA-256 of the files that were run, by module
 
 
@@ -84,9 +89,33 @@ def load(named: object, folder: Path) -> list[Found]:
     return found
 
 
+def modules(named: Sequence[str] | None, folder: Path) -> tuple[str, ...]:
+    """Modules of the files that a scene lists, once they have been run, and of those that a call has named."""
+    listed = (module_of(meshes.path(text, folder, what="extension")) for text in named or ())
+    return tuple(dict.fromkeys([*listed, *sorted(own_words.EVERYWHERE)]))
+
+
 def module_of(path: Path) -> str:
     """The name of the module of a file."""
     return PREFIX + str(path).encode().hex()
+
+
+def own_words_in(scene: Scene) -> Iterator[str]:
+    """Words in a scene that mean those of its files, although the package has them as well."""
+    typed = set(texts_in(None if scene.node is None else yamlfile.plain(scene.node)))
+    for module in modules(scene.extensions, scene.folder):
+        if shared := sorted(own_words.SHARED.get(module, set()) & typed):
+            quoted = ", ".join(f"'{word}'" for word in shared)
+            yield f"{quoted} {'is that' if len(shared) == 1 else 'are those'} of {Path(file_of(module)).name}, not of the package"
+
+
+def texts_in(value: object) -> Iterator[str]:
+    """All texts that are values in what was read of a file."""
+    if isinstance(value, str):
+        yield value
+    inside = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    for part in inside:
+        yield from texts_in(part)
 
 
 def digest_of(path: Path) -> str:
@@ -119,11 +148,6 @@ def class_of(error: BaseException) -> str:
                 what = "class" if isinstance(owner, type) else "function"
                 return f"{file_of(owner.__module__)}, {what} {owner.__qualname__}"
     return ""
-
-
-def file_of(module: str) -> str:
-    """The path in the name of the module of an extension."""
-    return bytes.fromhex(module.removeprefix(PREFIX)).decode()
 
 
 def run(path: Path) -> None:

@@ -8,9 +8,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..core import consents
+from ..core import consents, own_words
 from ..core.errors import InputError
-from ..core.notices import notify
+from ..core.notices import notify, remark
 from ..core.values.fields import Context
 from ..core.values.mappings import read_struct
 from ..core.values.problems import Found, Problem, located, printable, shown
@@ -44,14 +44,25 @@ def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None
         return _warn(_scene(yamlfile.parse(text, "scene"), "scene", None, Path(folder), parameters or {}))
 
 
-def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, changed: Changes, repair: bool = False) -> schema.Scene:
+def _scene(
+    node: yamlfile.Node,
+    name: str,
+    path: Path | None,
+    folder: Path,
+    changed: Changes,
+    repair: bool = False,
+    modules: tuple[str, ...] | None = None,
+) -> schema.Scene:
     data = yamlfile.plain(node)
     _stop(name, node, _version(data))
     _stop(name, node, python_files.load(data.get("extensions"), folder))
+    modules = python_files.modules(data.get("extensions"), folder) if modules is None else modules
     known = parameters.resolve(data.get("parameters"), changed)
     _stop(name, node, known.found)
     values = {key: value.value for key, value in known.values.items()}
-    context = Context(2 if data.get("dimension") == 2 else 3, known.values, known.ranges, _clock(data.get("analysis")))
+    context = Context(
+        2 if data.get("dimension") == 2 else 3, known.values, known.ranges, _clock(data.get("analysis"), modules), modules=modules
+    )
     told, wrong = inputs.inputs(data.get("inputs"), context)
     given, more = inputs.steered(data.get("controllers"), context)
     listed, odd = inputs.tables(data.get("tables"), context, folder)
@@ -64,7 +75,7 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
         _stop(name, node, located(error))
         raise
     origin: dict[str, Any] = {"path": path, "folder": folder, "node": node, "repair": repair}
-    origin["read"] = partial(_scene, node, name, path, folder, repair=repair)
+    origin["read"] = partial(_scene, node, name, path, folder, repair=repair, modules=modules)
     scene: schema.Scene = replace(
         found, **origin, ranges=known.ranges, parameter_units=known.si_units(), changed=dict(changed), used=known.used()
     )
@@ -72,16 +83,19 @@ def _scene(node: yamlfile.Node, name: str, path: Path | None, folder: Path, chan
     return scene
 
 
-def _clock(analysis: Any) -> bool:
+def _clock(analysis: Any, modules: tuple[str, ...]) -> bool:
     """Whether t is a time in an analysis that is not read yet."""
     word = analysis.get(Analysis.tag) if isinstance(analysis, dict) else None
-    return Analysis.known[word].clock if isinstance(word, str) and word in Analysis.known else True
+    found = Analysis.known.get(own_words.meant(word, Analysis.known, modules)) if isinstance(word, str) else None
+    return True if found is None else found.clock
 
 
 def _warn(scene: schema.Scene) -> schema.Scene:
     """The scene, after warnings of what is hardly meant."""
     for keys, text in consistency.notices(scene):
         notify(f"{where(scene, *keys)}: {text}")
+    for text in python_files.own_words_in(scene):
+        remark(f"{where(scene, 'extensions')}: {text}")
     return scene
 
 

@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 from scipy.sparse import csr_array
 
+from ..core import own_words
 from ..core.errors import InputError, closest, say
 from ..core.notices import notify, remark
 from ..core.storage.records import dataclass
@@ -51,7 +52,8 @@ def interpolation(word: str, corners: int | tuple[int, ...], arcs: bool = False)
     """
 
     def declare(make: Make) -> Make:
-        INTERPOLATIONS[word] = PlateInterpolation((corners,) if isinstance(corners, int) else corners, make, arcs)
+        own = own_words.free(INTERPOLATIONS, word, make.__module__, lambda one: one.make.__module__)
+        INTERPOLATIONS[own] = PlateInterpolation((corners,) if isinstance(corners, int) else corners, make, arcs)
         return make
 
     return declare

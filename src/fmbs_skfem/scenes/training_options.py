@@ -70,10 +70,18 @@ def design(value: object, context: Context) -> Design:
     """Points over the ranges: a number of them, a grid, a named design, or a list."""
     _need_ranges(context)
     if isinstance(value, list):
-        return Listed(tuple(point(entry, context) for entry in value)) if value else _refuse(value)
+        return Listed(_distinct(tuple(point(entry, context) for entry in value))) if value else _refuse(value)
     if isinstance(value, dict):
         return DESIGN.read(value, context) if "design" in value and "design" not in context.ranges else _grid(value, context)
     return Spread(POINTS.read(value, context))
+
+
+def _distinct(rows: tuple[Row, ...]) -> tuple[Row, ...]:
+    """Points one by one; Problem for one that is there twice, of which nothing new is learned."""
+    for k, row in enumerate(rows):
+        if row in rows[:k]:
+            raise Problem("points that differ", f"one twice, as points {rows.index(row) + 1} and {k + 1}", "delete one")
+    return rows
 
 
 def point(value: object, context: Context) -> Row:

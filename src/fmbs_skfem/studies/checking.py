@@ -29,7 +29,7 @@ from . import job as jobs
 from . import reports
 from .job import Job
 from .result import ReportTable, Result
-from .running import estimates
+from .running import estimates, exportable
 
 if TYPE_CHECKING:
     from ..bodies.body import Body
@@ -54,11 +54,13 @@ class Check(Result):
     mechanism: Mechanism
 
 
-def check_scene(job: Job, scene: Scene) -> Check:
-    """The judgement of a scene."""
+def check_scene(job: Job, scene: Scene, target: str | None = None) -> Check:
+    """The judgement of a scene; where its model is to be exported to a `target`, InputError for what that cannot have."""
     build.check_functions(scene)
     parts = {part.name: part for part in build.parts(scene, None, job.allow_outside)}
     raw = build.of_parts(scene, list(parts.values()), pictures=False)
+    if target is not None:
+        exportable.require(scene, raw, f"--for {target}")
     raw = lighter(raw) if scene.analysis.drawn else raw
     known = plausibility.figures(scene, parts)
     warn_of_findings(scene, known)

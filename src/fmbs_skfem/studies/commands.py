@@ -29,7 +29,6 @@ from .options import (
     Units,
     ViewSource,
     examples,
-    hyper_reductions,
     ranges,
 )
 from .result import Result
@@ -46,21 +45,31 @@ SCHEMA = "scene.schema.json"
 Folder = Annotated[str | Path, Argument("DIR")]
 
 
-def check(source: SceneSource, *, duration: Duration = None, **shared: Unpack[Shared]) -> "Check":
+def check(
+    source: SceneSource,
+    *,
+    target: Annotated[
+        str | None,
+        Option("List what keeps a model of the scene from being exported so.", name="for", choices=("c", "fmu", "page")),
+    ] = None,
+    duration: Duration = None,
+    **shared: Unpack[Shared],
+) -> "Check":
     """Read a scene and its meshes, assemble it, and say what it is.
 
     SCENE is assembled in the form in which it is solved, and its initial state is checked; nothing is solved. The tables show
     masses, sizes, joints, degrees of freedom, solver, memory and time. A warning is shown for units, slenderness and cells that are
     hardly meant, for redundant joints and for bodies that no joint ties to the ground; joints that contradict each other, and
     initial motion that joints forbid, are errors. `out` gets check.json. SCENE may also be a folder with results, whose files are
-    compared with their checksums (exit code 8 where one is not as it was written).
+    compared with their checksums (exit code 8 where one is not as it was written). With `target` everything of SCENE is an error
+    that a model of it could not have outside: contact, controllers, events, joints by a law.
 
     In Python `checksums` compares those of a folder.
     """
     from . import checking
 
     with jobs.begin(source, duration=duration, **shared) as job:
-        return checking.check_scene(job, jobs.read_scene(job, plans=False))
+        return checking.check_scene(job, jobs.read_scene(job, plans=False), target)
 
 
 def checksums(folder: Folder, **shared: Unpack[OutputOptions]) -> Result:
@@ -142,9 +151,9 @@ def reduce(
     sample: Annotated[
         str | None,
         Option(
-            "Hyper-reduction instead of the scene's: elements, points, none, or exact, the polynomial of planar plates.",
+            "Hyper-reduction instead of the scene's: elements, points, none, exact, the polynomial of planar plates, or one of its "
+            "extensions.",
             "NAME",
-            choices=hyper_reductions,
         ),
     ] = None,
     basis: Annotated[

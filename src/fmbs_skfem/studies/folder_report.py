@@ -6,7 +6,6 @@ A report is a view of the files in a folder: of every JSON file that a study wro
 from __future__ import annotations
 
 import csv
-import json
 import math
 import shlex
 from collections.abc import Iterator, Mapping
@@ -20,6 +19,7 @@ from ..core.errors import FmbsError, InputError, say
 from ..core.notices import Notice
 from ..core.storage import durable
 from ..core.values.display import KEY, SI, DisplayUnits
+from ..core.values.problems import shown
 from ..core.values.units import add_unit
 from ..pages import content, report, writing
 from ..pages.writing import Page
@@ -47,7 +47,8 @@ def write(job: Job, html: Path | None, bodies: bool, instants: int) -> Result:
     path = html or folder / NAME
     if path.exists() and not job.force:
         raise InputError(say(f"--html {path}", "a new file", "one that exists", "choose another name, or --force"))
-    records = {one.name: found for one in sorted(folder.glob("*.json")) if (found := read(one)) is not None}
+    reports.verify_checksums(folder)
+    records = {one.name: found for one in sorted(folder.glob("*.json")) if (found := reports.read_record(one)) is not None}
     saved, made = models_of(folder)
     if not records and not saved:
         raise InputError(say(f"{folder}", "a folder with results of fmbs", "no report in it", "name the folder of --out"))
@@ -63,15 +64,6 @@ def write(job: Job, html: Path | None, bodies: bool, instants: int) -> Result:
     size = path.stat().st_size
     shown = {"status": "ok", "source": folder, "records": list(records), "files": [path], "bytes": size, "notices": job.notices}
     return Result(about=f"{title}: {path}", report=shown, lines=[f"written: {path} ({size / 1e6:.2g} MB)"])
-
-
-def read(path: Path) -> dict[str, Any] | None:
-    """A record of a study; None of other files."""
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as problem:
-        raise reports.corrupt(path, "JSON", problem) from problem
-    return found if isinstance(found, dict) and "status" in found else None
 
 
 def models_of(folder: Path) -> tuple[dict[str, list[ReportTable]], dict[str, dict[str, Any]]]:
@@ -115,7 +107,10 @@ def plots_of(folder: Path, title: str, display: DisplayUnits) -> tuple[Any, Any]
     heads, rows = columns(folder / OUTPUTS)
     units = read_units(folder)
     names = [head.partition(" [")[0] for head in heads]
-    values = np.array(rows, dtype=float).reshape(len(rows), len(heads))
+    try:
+        values = np.array(rows, dtype=float).reshape(len(rows), len(heads))
+    except ValueError as problem:
+        raise reports.corrupt(folder / OUTPUTS, "rows of numbers, one under each title", problem) from problem
     grouped: dict[tuple[str, str], dict[str, np.ndarray]] = {}
     for name, column in zip(names[1:], values.T[1:], strict=True):
         output = name.rpartition("_")[0] or name
@@ -128,13 +123,20 @@ def plots_of(folder: Path, title: str, display: DisplayUnits) -> tuple[Any, Any]
 def read_units(folder: Path) -> dict[str, str]:
     """The units of columns; none where their file is not there."""
     path = folder / UNITS
-    return dict(json.loads(path.read_text(encoding="utf-8"))) if path.is_file() else {}
+    found = reports.read_json(path) if path.is_file() else {}
+    for keys, expected, got in reports.misfits(found, {reports.ALL: str}):
+        raise reports.corrupt(path, f"{expected} as {'.'.join(keys) or 'its content'}", shown(got))
+    return dict(found)
 
 
 def columns(path: Path) -> tuple[list[str], list[list[str]]]:
     """Heads and rows of a table."""
-    with path.open(encoding="utf-8", newline="") as file:
-        heads, *rows = list(csv.reader(file)) or [[]]
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            heads, *rows = list(csv.reader(file)) or [[]]
+    except (UnicodeDecodeError, csv.Error, OSError) as problem:
+        remedy = "save it in UTF-8, or move it out of the folder"
+        raise InputError(say(f"{path}", "a table of text in UTF-8", problem, remedy)) from problem
     return heads, rows
 
 

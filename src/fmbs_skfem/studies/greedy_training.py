@@ -31,7 +31,7 @@ from . import holdouts, models, plans, reports
 from . import job as jobs
 from .job import Job
 from .result import ReportTable, Result, describe_error, list_files
-from .running import compiling, viewing
+from .running import compiling, exportable, viewing
 from .tables import output_errors
 from .tables import training_signals as training_signals_words
 
@@ -90,8 +90,10 @@ class TrainingResult(Result):
 
 def train_order(job: Job, order: TrainingOrder, out: Path | None, html: bool = False) -> TrainingResult:
     """The training, its hold-out points, figures, report and page (`html`); without a model the error that says why."""
+    raw = order.task.family({}).system
+    exportable.announce(job, order.scene, raw, ranged=True)
     if out is not None:
-        files.require_savable(order.task.family({}).system)
+        files.require_savable(raw)
     if compiling.announce(job, reduces=True):
         trials.compile_training(order.task)
     made = {"fingerprint": reports.fingerprint(order.scene), "provenance": reports.provenance(order.scene), "notices": job.notices}

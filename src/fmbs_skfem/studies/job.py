@@ -254,8 +254,7 @@ def with_accuracy(scene: Scene, text: str | float) -> Scene:
     from ..core.values.problems import Problem
     from ..scenes import accuracy, build
 
-    pairs = [part.split("=", 1) for part in text.split(",")] if isinstance(text, str) and "=" in text else []
-    value = {pair[0].strip(): pair[-1].strip() for pair in pairs} if pairs else text
+    value = errors_by_output(text) if isinstance(text, str) and "=" in text else text
     try:
         analysis: Any = build.history(scene)
         found = replace(scene, analysis=replace(analysis, accuracy=accuracy.accuracy(value, Context())))
@@ -263,6 +262,19 @@ def with_accuracy(scene: Scene, text: str | float) -> Scene:
             raise Problem(problem.expected, problem.got, problem.remedy)
     except Problem as problem:
         raise InputError(say("--accuracy", problem.expected, problem.got, problem.remedy)) from problem
+    return found
+
+
+def errors_by_output(text: str) -> dict[str, str]:
+    """The errors in `C=1 mm, motor=2 %`, by output; InputError for another form, and for an output that is there twice."""
+    found: dict[str, str] = {}
+    for part in text.split(","):
+        name, equals, error = map(str.strip, part.partition("="))
+        if not (name and equals):
+            raise InputError(say("--accuracy", "errors by output, C=1 mm, motor=2 %", f"'{part.strip()}' among them"))
+        if name in found:
+            raise InputError(say("--accuracy", "every output once", f"'{name}' twice", "delete one"))
+        found[name] = error
     return found
 
 

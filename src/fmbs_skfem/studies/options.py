@@ -51,29 +51,33 @@ class Option:
 
 
 def changes(texts: tuple[str, ...]) -> dict[str, str]:
-    """NAME=VALUE pairs; ValueError for another form."""
+    """NAME=VALUE pairs; ValueError for another form, and for a name that is there twice."""
+    found: dict[str, str] = {}
     for text in texts:
-        if "=" not in text:
+        name, equals, value = map(str.strip, text.partition("="))
+        if not (name and equals):
             raise ValueError(f"expected NAME=VALUE, got '{text}'")
-    return {key.strip(): value.strip() for key, _, value in (text.partition("=") for text in texts)}
+        require_new(name, found)
+        found[name] = value
+    return found
+
+
+def require_new(name: str, found: Collection[str]) -> None:
+    """ValueError for a name that was given before: of two values none is the one that is meant."""
+    if name in found:
+        raise ValueError(f"expected every name once, got '{name}' twice; delete one")
 
 
 def ranges(texts: tuple[str, ...]) -> Ranges:
-    """NAME=LOW:HIGH or NAME=LOW:HIGH:log; ValueError for another form."""
+    """NAME=LOW:HIGH or NAME=LOW:HIGH:log; ValueError for another form, and for a name that is there twice."""
     found: dict[str, Any] = {}
     for text in texts:
         match = re.fullmatch(r"\s*(\w+)\s*=([^:]+):([^:]+?)(:\s*(?:log|linear)\s*)?", text)
         if match is None:
             raise ValueError(f"expected NAME=LOW:HIGH or NAME=LOW:HIGH:log, got '{text}'")
+        require_new(match[1], found)
         found[match[1]] = (match[2].strip(), match[3].strip(), *(["log"] if "log" in (match[4] or "") else []))
     return found
-
-
-def hyper_reductions() -> Collection[str]:
-    """Words of the hyper-reductions that are known."""
-    from ..reduction.hyper import hyper_reduction
-
-    return hyper_reduction.KNOWN
 
 
 def examples() -> Collection[str]:

@@ -35,7 +35,7 @@ from . import job as jobs
 from . import models, plans, reports, tables
 from .job import Job
 from .result import ReportTable, Result, conclude, describe_error, format_value
-from .running import compiling
+from .running import compiling, exportable
 
 if TYPE_CHECKING:
     from ..scenes import Scene
@@ -76,6 +76,7 @@ def train(
     known = None if before is None else part_files.resume(before)
     if known is not None:
         part_files.recall(known, part)
+    exportable.announce_part(job, scene, part)
     compiling.announce(job)
     begun, told = time.process_time(), None
     if alone is None:

@@ -7,7 +7,9 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ..core.errors import InputError, say
+from ..core import own_words
+from ..core.errors import InputError, closest, say
+from ..core.notices import remark
 from ..core.storage.records import dataclass
 from ..reduction import NONE, Elements
 from ..reduction.accuracy.comparison import ComparisonOptions
@@ -15,7 +17,7 @@ from ..reduction.cases import Case
 from ..reduction.full_runs import FullRun, Measure, OutputMeasure, TrainingTask, errors_of_outputs, task_of
 from ..reduction.hyper import hyper_reduction
 from ..reduction.plan import USUAL, Plan, with_components
-from ..scenes import build
+from ..scenes import build, extensions
 from ..scenes.accuracy import ALL
 
 if TYPE_CHECKING:
@@ -97,7 +99,7 @@ def plan_with(
         raise InputError(say("--tolerance", "0 < eps < 1", tolerance, "1e-12 means a relative error of 1e-6"))
     if hyper is not None and not 0 <= hyper < 1:
         raise InputError(say("--hyper", "0 <= eta < 1", hyper, "1e-3 is usual, 0 means no hyper-reduction"))
-    found = plan(scene)
+    found, chosen = plan(scene), None if sample is None else sampling_named(scene, sample)
     if level == "system":
         alone = {name for joint in scene.joints.values() for name in joint.coordinates}
         found = with_components(found, {"system": tuple(scene.bodies)} | {name: [name] for name in sorted(alone)})
@@ -110,7 +112,18 @@ def plan_with(
     own = found.hyper if found.hyper.tolerance else Elements()
     if hyper is not None:
         found = replace(found, hyper=replace(own, tolerance=hyper) if hyper else NONE)
-    return found if sample is None else replace(found, hyper=hyper_reduction.named(sample, found.hyper.tolerance))
+    return found if chosen is None else replace(found, hyper=hyper_reduction.named(chosen, found.hyper.tolerance))
+
+
+def sampling_named(scene: Scene, name: str) -> str:
+    """The name of a hyper-reduction, which files of a scene may declare: they have been run when it was read."""
+    known = hyper_reduction.KNOWN
+    found = own_words.meant(name, known, extensions.modules(scene.extensions, scene.folder))
+    if found not in known:
+        raise InputError(say("--sample", f"one of {', '.join(known)}", f"'{name}'") + closest(name, known))
+    if found != name:
+        remark(f"--sample: '{name}' is '{found}' of a file that the scene lists, not that of the package")
+    return found
 
 
 def goal(scene: Scene, accuracy: Accuracy | None, tolerance: float | None, modes: int | None, hyper: float | None) -> Goal | None:

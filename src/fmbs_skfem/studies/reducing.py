@@ -27,7 +27,7 @@ from . import job as jobs
 from . import plans, reports, tables
 from .job import Job
 from .result import ReportTable, Result, format_value
-from .running import compiling
+from .running import compiling, exportable
 
 if TYPE_CHECKING:
     from ..dynamics import Trajectory
@@ -58,6 +58,7 @@ class ReductionResult(Result):
 def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Goal | None = None) -> ReductionResult:
     """A reduced model of a scene by a plan, made coarser or finer for a goal, saved in a file."""
     raw = build.system(scene, allow_outside=job.allow_outside)
+    exportable.announce(job, scene, raw)
     if path is not None:
         files.require_savable(raw)
     compiling.announce(job, reduces=True)

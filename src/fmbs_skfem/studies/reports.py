@@ -9,7 +9,7 @@ import math
 import os
 import platform
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from .. import __version__
 from ..core import installed
 from ..core.errors import CorruptFile, InputError, say
 from ..core.storage import durable
+from ..core.values.problems import shown
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,6 +25,18 @@ if TYPE_CHECKING:
     from ..scenes import Scene
 
 REPORT, CHECKSUMS = "report.json", "sha256"
+ALL = "*"
+#: what readers of records take for granted of values that are there: kinds, lists of a kind, and mappings of kinds by name
+RECORD: dict[str, Any] = {
+    **dict.fromkeys(("scene", "name", "file", "model", "fingerprint"), str),
+    "end": float,
+    "notices": [str],
+    "parameters": {ALL: object},
+    "units": {ALL: str},
+    "provenance": {"file": str, "files": {ALL: str}, "scene": {"analysis": {"duration": float}}},
+    CHECKSUMS: {ALL: str},
+}
+EXTREMES: dict[str, Any] = {"outputs": {ALL: {ALL: float}}}  #: of records that have units
 VERSIONS = ("numpy", "scipy", "numba", "scikit-fem", "scikit-learn", "pyamg", "h5py", "meshio")
 
 
@@ -73,14 +86,50 @@ def write_report(out: Path | None, found: Mapping[str, Any], record: str = REPOR
     write_json(out / record, {**found, CHECKSUMS: sums})
 
 
+def read_record(path: Path) -> dict[str, Any] | None:
+    """The record of a study in a JSON file, None of other files; CorruptFile where its readers could not go on with a value."""
+    found = read_json(path)
+    if not isinstance(found, dict) or "status" not in found:
+        return None
+    wanted = RECORD | (EXTREMES if "units" in found else {})
+    for keys, expected, got in misfits(found, wanted):
+        raise corrupt(path, f"{expected} as {'.'.join(keys)}", shown(got))
+    return found
+
+
+def read_json(path: Path) -> Any:
+    """What is in a JSON file; CorruptFile where that is none."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as problem:
+        raise corrupt(path, "JSON", problem) from problem
+    except OSError as problem:
+        raise corrupt(path, "a file that can be read", problem.strerror) from problem
+
+
+def misfits(value: Any, shape: Any) -> Iterator[tuple[tuple[str, ...], str, Any]]:
+    """Keys, what is expected, and what is there instead, of all that does not have the shape that it has in `RECORD`."""
+    if isinstance(shape, dict | list):
+        if not isinstance(value, type(shape)):
+            yield (), "a mapping" if isinstance(shape, dict) else "a list", value
+            return
+        inside = value.items() if isinstance(value, dict) else enumerate(value)
+        for key, one in inside:
+            inner = shape.get(key, shape.get(ALL)) if isinstance(shape, dict) else shape[0]
+            if one is None and isinstance(shape, list):
+                yield (str(key),), "a value", one
+            yield from (((str(key), *keys), expected, got) for keys, expected, got in misfits(one, inner))
+    elif shape is float and (isinstance(value, bool) or not isinstance(value, int | float | None)):
+        yield (), "a number", value
+    elif shape is str and (not isinstance(value, str | None) or "\0" in (value or "")):
+        yield (), "a text", value
+
+
 def verify_checksums(folder: Path) -> list[Path]:
     """The files that reports in a folder vouch for, every byte as it was written; CorruptFile names one that is not."""
     found = []
     for record in sorted(folder.glob("*.json")):
-        try:
-            content = json.loads(record.read_text(encoding="utf-8"))
-        except ValueError as problem:
-            raise corrupt(record, "JSON", problem) from problem
+        content = read_json(record)
         if not isinstance(content, dict) or not isinstance(content.get(CHECKSUMS), dict):
             continue
         for name, told in content.pop(CHECKSUMS).items():

@@ -39,7 +39,7 @@ from .forces.on_rows import joined
 from .measures import probes as probe_rules
 from .measures import readings
 from .measures.beam_sections import SweptLine, swept_line
-from .places import At, Coordinates, Draft, ProbeRows, TermCollector, vector
+from .places import At, Coordinates, Draft, Origin, ProbeRows, TermCollector, vector
 from .prepared import remembered
 from .signals import as_drive
 from .system import (
@@ -62,6 +62,7 @@ FACETS = 2  #: quadrilaterals a direction that picture a cell of a surface
 SAMPLES = 201  #: points of a centre line in pictures and position errors
 LIGHT = 1e-9  #: part of the metric of unknowns without mass in the kinetic energy of changes of initial velocities
 KEPT = "kept linear rows"  #: under which a system remembers them
+ORIGINS = "origins"  #: the same of what joints and loads have put into it
 MOVED = 1e-6  #: gap of a linear constraint at the start, over the size of the mechanism, that is named
 SAME_PLACE = 1e-12  #: differences of functions at two places of a body that are one
 SNAP = 1e-12  #: distance from a break, over the length of a line, that is round-off
@@ -171,11 +172,17 @@ def assemble(
     )
     if brought:
         system = replace(system, v0=rates_of_unknowns(system, sum(one.reference.size for one in brought)))
+    remembered(system, ORIGINS, lambda: tuple(draft.origins))
     if any(knows_more(part) for part in bodies):
         given = joints, loads, damping, outputs, initial, False
         make = lambda: assemble(map(finer, bodies), *given, **more)  # noqa: E731
         finer_systems.note(system, make)
     return system
+
+
+def origins_of(system: System) -> tuple[Origin, ...]:
+    """What joints and loads have put into a system as it was assembled; of one that was changed since, nothing is known."""
+    return remembered(system, ORIGINS, tuple)
 
 
 def unknowns_of(joints: Sequence[Joint], layout: Coordinates) -> list[Body]:
@@ -189,21 +196,26 @@ def unknowns_of(joints: Sequence[Joint], layout: Coordinates) -> list[Body]:
 def constrain(draft: Draft, joints: Sequence[Joint]) -> None:
     """Add the rows of all joints to a draft, and those that keep frames of bodies orthonormal."""
     for joint in joints:
-        require_two_places("joint", joint, draft)
-        joint.constrain(draft)
+        require_two_places(f"joint '{joint.name}'", joint, draft)
+        with draft.origin(f"joint '{joint.name}'"):
+            joint.constrain(draft)
     for part in draft.layout.bodies.values():
         orthonormal(part, draft)
 
 
-def require_two_places(kind: str, one: Joint | Load, draft: Draft) -> None:
-    """InputError for a joint or a load between a place and itself, however that is called: `right`, or an arc length."""
-    at, to = getattr(one, "at", None), getattr(one, "to", None)
-    if not (isinstance(at, At) and isinstance(to, At) and at.body == to.body):
-        return
-    where = f"{kind} '{one.name}'"
-    apart = at != to and abs(draft.layout.read(where, at) - draft.layout.read(where, to)).max() > SAME_PLACE
-    if not apart:
-        raise InputError(say(f"{where}: to", "another place", f"'{to}', which is '{at}' itself", "take a place of another body"))
+def require_two_places(where: str, one: Joint | Load | probe_rules.Probe, draft: Draft) -> None:
+    """InputError for what is between a place and itself, however that is called: `right`, or an arc length.
+
+    Contact is between a place and the one that carries its shape.
+    """
+    at = getattr(one, "at", None)
+    for key in ("to", "on"):
+        other = getattr(one, key, None)
+        if not (isinstance(at, At) and isinstance(other, At) and at.body == other.body):
+            continue
+        if at == other or abs(draft.layout.read(where, at) - draft.layout.read(where, other)).max() <= SAME_PLACE:
+            got = f"'{other}', which is '{at}' itself"
+            raise InputError(say(f"{where}: {key}", "another place", got, "take a place of another body"))
 
 
 def read_by(additions: Iterable[Addition], draft: Draft) -> tuple[readings.WantedReadings, list[tuple[Addition, list[int]]]]:
@@ -222,9 +234,10 @@ def push(draft: Draft, loads: Iterable[Load]) -> None:
     """Add the forces of all loads to a draft."""
     for load in loads:
         require_sound("load", getattr(load, "name", ""), load, Load, draft.layout.dim)
-        require_two_places("load", load, draft)
+        require_two_places(f"load '{load.name}'", load, draft)
         first = draft.probes.count
-        load.push(draft)
+        with draft.origin(f"load '{load.name}'"):
+            load.push(draft)
         draft.pushed[load.name] = range(first, draft.probes.count)
     draft.require_rows()
 
@@ -234,6 +247,7 @@ def sense(draft: Draft) -> dict[str, Output]:
     sensed = dict[str, Output]()
     for name, probe in draft.outputs.items():
         require_sound("output", name, probe, probe_rules.Probe, draft.layout.dim)
+        require_two_places(f"output '{name}'", probe, draft)
         sensed[name] = probe.sense(name, draft)
         if not all(isinstance(unit, str) for unit in probe.units(name, sensed[name])):
             raise InputError(say(f"output '{name}': unit", "a text such as 'm'", repr(probe.units(name, sensed[name]))))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
-from ..core.algebra.linalg import Array, as_dense, is_sparse
+from ..core.algebra.linalg import Array, as_csr, as_dense, is_sparse
 from ..core.compiling.structs import packed
 from ..core.storage import container
 from ..core.storage.records import dataclass
@@ -589,8 +589,17 @@ def tangent(
     may be those of another state, as in `elastic_tangent`.
     """
     # exact, for equilibria and modes, where a step may take one that is rotated or old
-    K = csr_array(elastic_tangent(model, x, gh, held)) + csr_array(model.system.stiffness)
-    return csr_array(K + probe_tangent(model, x, multipliers, t, gh, memory, v) + gh * csr_array(model.system.damping))
+    K = csr_array(elastic_tangent(model, x, gh, held))
+    # sums of sparse arrays take longer than small tangents: most systems have neither springs nor damping by mass
+    for part, factor in ((model.system.stiffness, 1.0), (model.system.damping, gh)):
+        if factor and as_csr(part).nnz:
+            K = K + factor * csr_array(part)
+    return csr_array(K + probe_tangent(model, x, multipliers, t, gh, memory, v)) if reads_slopes(model) else K
+
+
+def reads_slopes(model: Compiled) -> bool:
+    """Whether joints or forces on probe rows have second derivatives or slopes."""
+    return bool(len(model.pairs)) or any(force.low.terms for force in model.forces)
 
 
 def probe_tangent(
@@ -610,7 +619,7 @@ def probe_tangent(
     """
     P = csr_array(model.system.probes.matrix)
     # linear joints and constant loads: nothing is evaluated
-    if not len(model.pairs) and not any(force.low.terms for force in model.forces):
+    if not reads_slopes(model):
         return csr_array((len(x), len(x)))
     found, table = place(model, x, v, t, memory, multipliers)
     found.space.gh[0] = gh

@@ -168,12 +168,13 @@ def sparse_basis(Z: np.ndarray) -> np.ndarray:
 def motion(system: System, z: np.ndarray) -> FreeMotion:
     """The motion z (z,) by bodies: of every body c translations [m] and 1 or 3 turns times the size of the system [m].
 
-    Bodies that do not move are left out.
+    Bodies that do not move are left out; what is round-off beside the largest of a body's numbers, all of them lengths, is zero.
     """
     dim, size = system.dim, system.scale
     moving, places = {}, {}
     for (name, first, last), own in zip(system.coordinates, z.reshape(len(system.coordinates), -1), strict=True):
-        if np.abs(own).max() > ranks.STATED and is_body(system, first, last):
+        if (most := np.abs(own).max()) > ranks.STATED and is_body(system, first, last):
+            own = np.where(np.abs(own) > ranks.STATED * most, own, 0.0)
             moving[name], places[name] = (own[:dim], own[dim:] / size), center(system, first, last) + system.origin
     return FreeMotion(moving, places)
 
@@ -181,7 +182,7 @@ def motion(system: System, z: np.ndarray) -> FreeMotion:
 def said(name: str, v: np.ndarray, w: np.ndarray, place: np.ndarray) -> str:
     """`beam turns about (0, 0)` or `mass moves along (1, 0)`."""
     rate = float(np.linalg.norm(w))
-    if rate * float(np.linalg.norm(v) + 1.0) <= ranks.STATED or rate <= ranks.STATED * np.linalg.norm(v):
+    if rate == 0.0:
         return f"{name} moves along {listed(v / np.linalg.norm(v))}"
     spin = w if len(w) == 3 else np.array([0.0, 0.0, w[0]])
     spin, wide = np.sign(spin[np.argmax(np.abs(spin))]) * np.stack([spin, np.pad(v, (0, 3 - len(v)))])

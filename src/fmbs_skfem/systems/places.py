@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -296,6 +297,14 @@ class Gauge:
     free: float  #: length or angle from which its stretch counts [m, rad]
 
 
+class Origin(NamedTuple):
+    """What a joint or a load has put into a system: its forces, before those of one kind were joined, and its functions of time."""
+
+    subject: str  #: as messages name it, such as "load 'floor'"
+    forces: tuple[Any, ...]
+    signals: range
+
+
 @dataclass
 class Draft:
     """A system while it is assembled: joints and loads add their probe rows, constraint rows, forces and signals to it.
@@ -312,11 +321,19 @@ class Draft:
     markers: list[tuple[str, str, tuple[int, ...]]] = field(default_factory=list)
     gauges: dict[str, Gauge] = field(default_factory=dict)  #: of loads by name
     pushed: dict[str, range] = field(default_factory=dict)  #: probe rows of loads by name
+    origins: list[Origin] = field(default_factory=list)  #: of forces and signals, by joints and loads
     outputs: Mapping[str, Any] = field(default_factory=dict)  #: by name, for expressions of the state
     inputs: Mapping[str, Source] = field(default_factory=dict)  #: by name, for the same
     locks: Sequence[Lock] = ()  #: of joints that events lock
     loose: tuple[str, ...] = ()  #: joints that may be let loose in a motion
     acting: Sequence[tuple[str, At]] = ()  #: joints and loads, as messages name them, and the places that they act on
+
+    @contextmanager
+    def origin(self, subject: str) -> Iterator[None]:
+        """What a joint or a load, as messages name it, puts into the draft within is noted as its own."""
+        forces, signals = len(self.forces.terms), len(self.signals)
+        yield
+        self.origins.append(Origin(subject, tuple(self.forces.terms[forces:]), range(signals, len(self.signals))))
 
     def require_rows(self) -> None:
         """InputError where joints or loads have rows or functions that there are none of: compiled code reads them unasked."""

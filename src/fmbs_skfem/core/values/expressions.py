@@ -48,6 +48,7 @@ BINARY = {"<": 1, "<=": 1, ">": 1, ">=": 1, "+": 2, "-": 2, "*": 3, "/": 3, "**"
 UNARY = 4  #: precedence of a sign: below a power, above a product
 ARITY = FUNCTIONS | dict.fromkeys(BINARY, 2) | {"neg": 1}
 COMPARISONS = ("<", "<=", ">", ">=")
+DIVISIONS = ("/", "mod")
 SWITCHES = (*COMPARISONS, "sign", "floor", "mod")  #: what jumps
 RESERVED = frozenset(FUNCTIONS) | {TABLE, "t", "pi"}
 OUTPUTS = "outputs are read by loads such as control_force, control_torque and actuator, by controllers and by events"
@@ -229,22 +230,37 @@ def value_of(program: Program, names: Mapping[str, Any]) -> float:
             return float(evaluate(program, lifted, ARRAY, np.float64))
 
 
+def require_defined(program: Program, values: Mapping[str, float], text: str) -> None:
+    """Raises a Problem for a program that is no number whatever the names are that have no value here."""
+    _fold(program, values, text)
+
+
 def _fold(program: Program, values: Mapping[str, float], text: str) -> Program:
-    """The program with constants computed once; a constant part that is not finite is refused."""
-    stack: list[Program] = []
+    """The program with constants computed once; a constant part that is not finite is refused, and a divisor that is always 0.
+
+    A divisor is not where a condition chooses: where(t < T, t/T, 1) is a step for T = 0.
+    """
+    stack: list[tuple[Program, Problem | None]] = []
     for step in program:
         if isinstance(step, str) and step in ARITY:
             first = len(stack) - ARITY[step]
-            parts, constant = stack[first:], not any(isinstance(piece, str) for part in stack[first:] for piece in part)
+            parts, wrong = zip(*stack[first:], strict=True)
+            constant = not any(isinstance(piece, str) for part in parts for piece in part)
             joined: Program = (*(piece for part in parts for piece in part), step)
-            stack[first:] = [(_finite(value_of(joined, {}), text),) if constant else joined]
+            problem = next(filter(None, wrong[:1] if step == "where" else wrong), None)
+            if step in DIVISIONS and parts[-1] == (0.0,) and not constant:
+                problem = Problem("a divisor other than 0", f"{shown(text)}, where it is always 0", "guard it with where(...)")
+            stack[first:] = [((_finite(value_of(joined, {}), text),) if constant else joined, problem)]
         elif is_call(step):
-            stack[-1] = (*stack[-1], step)
+            stack[-1] = ((*stack[-1][0], step), stack[-1][1])
         elif isinstance(step, str):
-            stack.append((step,) if step not in values else (_finite(values[step], text),))
+            stack.append(((step,) if step not in values else (_finite(values[step], text),), None))
         else:
-            stack.append((_finite(step, text),))
-    return stack[0]
+            stack.append(((_finite(step, text),), None))
+    found, undefined = stack[0]
+    if undefined is not None:
+        raise undefined
+    return found
 
 
 def _finite(value: float, text: str) -> float:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import field
 from typing import Annotated, Any, TypeAlias
 
+from .. import own_words
 from ..errors import closest
 from ..storage.records import dataclass
 from . import expressions, functions, quantities, units
@@ -38,6 +39,7 @@ class Context:
     ranges: Mapping[str, Parameter] = field(default_factory=dict)
     clock: bool = True  #: whether t is a time; in statics it stands for the load factor
     inputs: Mapping[str, Source] = field(default_factory=dict)
+    modules: tuple[str, ...] = ()  #: of the Python files that the scene lists
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +168,7 @@ def word(known: Collection[str]) -> Takes:
         if not isinstance(value, str) or value not in known:
             hint = closest(value, known) if isinstance(value, str) else ""
             raise Problem(f"one of {', '.join(known)}", shown(value) + hint)
-        return value
+        return own_words.meant(value, known, context.modules)
 
     return Takes(read, lambda: {"enum": list(known), "type": "string"})
 

@@ -19,6 +19,7 @@ import types
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from .. import own_words
 from ..declared import Declared
 from ..errors import InputError, closest, say
 from . import synonyms
@@ -254,7 +255,7 @@ def read_family(family: type[Declared], value: object, context: Context) -> Any:
         raise Problem(f"a {family.__name__.lower()} of an extension", "none that is declared", remedy)
     if family.tag not in value:
         raise Problem(f"the key '{family.tag}'", "no such key", f"write one of {', '.join(words)}")
-    word = str(value[family.tag])
+    word = own_words.meant(str(value[family.tag]), known, context.modules)
     if word not in family.known:
         near = synonyms.meant(word, synonyms.WORDS.get(family.__name__, {}), known) or meant(word, family)
         raise Problems([((family.tag,), Problem(f"one of {', '.join(words)}", f"{shown(word)}{near}"))])

@@ -6,6 +6,7 @@ Kp * (goal - hinge.angle) - Kd * hinge.rate
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
@@ -78,6 +79,9 @@ def of_state(
     text = value if isinstance(value, str) else repr(float(value))
     program = expressions.parse(text, Names(known))
     given = {name: known[name] for name in dict.fromkeys(program) if isinstance(name, str) and name in known}
+    fixed = {name: float(one.value if isinstance(one, Quantity) else one) for name, one in given.items()}
+    fixed |= {"pi": math.pi} | {step: one.value for step, one in expressions.quantities(program).items()}
+    expressions.require_defined(program, fixed, text)
     strict = (strict or bool(unit)) and all(isinstance(one, Quantity) for one in given.values())
     values = tuple(
         (name, one if isinstance(one, Quantity) else Quantity(float(one), NUMBER.exponents)) for name, one in given.items()

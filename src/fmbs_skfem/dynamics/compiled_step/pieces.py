@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dividing import restart, retry_filtered
+from ..dividing import put, restart, retry_filtered
 from ..histories import leading_signals
 from . import stepping
+from .step import State
 from .touching import TINY, go_by_series
 
 if TYPE_CHECKING:
@@ -45,15 +46,34 @@ def take_piece(run: OpenRun, place: float, to: float) -> None:
     go_on(run, begin, h * (run.done + to) - begin)
 
 
-def jump_over(run: OpenRun, behind: float) -> None:
-    """Accelerations and reactions of the present state with loads as they are behind a jump [s]; see `stepping.jump`."""
+def jump_over(run: OpenRun, behind: float) -> int:
+    """Accelerations and reactions of the present state with loads as they are behind a jump [s]; the status of `stepping.jump`."""
     signals, _ = leading_signals(run.model.system, np.array([behind]), run.scheme.step)
     if not len(signals):
         raise Unreached(stepping.NOT_FINITE)
     run.packed.give(signals, UNSTORED)
-    if run.packed.call(stepping.jump) != stepping.DONE:
+    if (status := run.packed.call(stepping.jump)) != stepping.DONE:
         run.model.check()
     restart(run.step.state, run.step.work)
+    return status
+
+
+def release(run: OpenRun, time: float) -> None:
+    """Give a motion that starts from the present state, at a time [s], what its steps begin with, see `initial.begin_steps`.
+
+    All forces jump onto rest: (M + (gh C + K) / bh) q'' + Phi_q^T lambda = -f. What the state shows, M p + Phi_q^T mu = -f, stays,
+    and is what steps begin with where nothing holds what begins to move, q'' (gh C + K) q'' = bh q'' M (p - q'') < 0.
+    """
+    state, counters = run.step.state, run.step.job.counters.copy()
+    shown = State(*(part.copy() for part in state))
+    for part in (state.a, state.acceleration, state.multipliers, state.history, state.past):
+        part[:] = 0.0
+    status = jump_over(run, time)
+    a, multipliers, back = state.acceleration.copy(), state.multipliers.copy(), np.argsort(run.model.order)
+    put(state, shown)
+    run.step.job.counters[:] = counters
+    if status == stepping.DONE and a[back] @ (run.model.system.mass @ (shown.acceleration - a)[back]) >= 0.0:
+        state.a[:], state.history[0], state.past[0] = a, a, multipliers
 
 
 def go_on(run: OpenRun, begin: float, span: float) -> None:

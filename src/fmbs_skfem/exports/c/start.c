@@ -48,13 +48,52 @@ static void find_curvature(NAME_memory *m, double second, double third, double *
         out[k] -= whole[k];
 }
 
-/* Accelerations and multipliers of the start:
- *     [ M J^T; J 0 ] (q'', lambda) = - (f, D2),   M + (K + gh C) / bh in place of M where a step resolves no waves,
- * and what puts velocities and algorithmic accelerations onto the path of the joints. */
+/* Accelerations and multipliers that balance the forces f of the start, in moved_twice, and in rhs what change with time they have:
+ *     [ M J^T; J 0 ] (q'', lambda) = - (f, D2),   M + (K + gh C) / bh in place of M where they are filtered */
+static int balance(NAME_memory *m, int filtered)
+{
+    const double scale = filtered ? m->bh : 1.0, c = m->c;
+    double *mu = m->rhs + UNKNOWNS;
+    m->c = 1.0;
+    EACH (i, ENTRIES)
+        m->W[i] = MASS[i];
+    if (filtered)
+        assemble(m, 0);
+    m->c = c;
+    if (factorise(m))
+        return 1;
+    find_curvature(m, 1.0, 0.0, mu);
+    EACH (i, UNKNOWNS)
+        m->rhs[i] = -scale * m->moved_twice[i];
+    solve(m);
+    EACH (i, UNKNOWNS)
+        m->now.acceleration[i] = m->rhs[i];
+    EACH (k, EQUATIONS)
+        m->now.multipliers[k] = mu[k] / scale * c;
+    find_curvature(m, 0.0, 1.0, mu);
+    EACH (i, UNKNOWNS)
+        m->rhs[i] = 0.0;
+    solve(m);
+    return 0;
+}
+
+/* What has been found is what the first step begins with, see `begin_steps`; its change waits in the row behind. */
+static void begin_with_these(NAME_memory *m)
+{
+    EACH (i, UNKNOWNS) {
+        m->now.history[0][i] = m->now.acceleration[i];
+        m->now.history[1][i] = m->rhs[i];
+    }
+    EACH (k, EQUATIONS)
+        m->now.past[0][k] = m->now.multipliers[k];
+}
+
+/* Accelerations and multipliers of the start, those that steps begin with, without the waves that none of them resolves where
+ * bodies are elastic, and what puts velocities and algorithmic accelerations onto the path of the joints. */
 static int find_accelerations(NAME_memory *m)
 {
-    const double late = ALPHA_M - ALPHA_F, h = m->h, scale = FILTERED ? m->bh : 1.0, step_c = m->c;
-    double *mu = m->rhs + UNKNOWNS;
+    const double late = ALPHA_M - ALPHA_F, h = m->h, c = m->c;
+    int held = FILTERED;
     EACH (i, UNKNOWNS) {
         m->trial_x[i] = m->now.x[i];
         m->trial_v[i] = m->now.v[i];
@@ -70,34 +109,34 @@ static int find_accelerations(NAME_memory *m)
     keep_forces(m);
     m->c = 1.0;
     find_residual(m);
-    EACH (i, ENTRIES)
-        m->W[i] = MASS[i];
-    if (FILTERED)
-        assemble(m, 0);
-    m->c = step_c;
-    if (factorise(m))
-        return 1;
+    m->c = c;
     EACH (i, UNKNOWNS)
         m->moved_twice[i] = m->rhs[i];
-    find_curvature(m, 1.0, 0.0, mu);
-    EACH (i, UNKNOWNS)
-        m->rhs[i] = -scale * m->moved_twice[i];
-    solve(m);
-    EACH (i, UNKNOWNS)
-        m->now.acceleration[i] = m->now.a[i] = m->rhs[i];
-    EACH (k, EQUATIONS)
-        m->now.multipliers[k] = m->now.past[0][k] = mu[k] / scale * m->c;
-    find_curvature(m, 0.0, 1.0, mu);
-    EACH (i, UNKNOWNS)
-        m->rhs[i] = 0.0;
-    solve(m);
+    if (FILTERED) {
+        if (balance(m, 1))
+            return 1;
+        begin_with_these(m);
+    }
+    if (FILTERED && !MASSLESS) {
+        /* what is left of M q'' + J^T lambda + f is - K q'' / bh: nothing holds what begins to move where q'' K q'' < 0 */
+        EACH (i, UNKNOWNS)
+            m->trial_acceleration[i] = m->now.acceleration[i];
+        EACH (k, EQUATIONS)
+            m->trial_multipliers[k] = m->now.multipliers[k];
+        find_residual(m);
+        held = dot(m->trial_acceleration, m->rhs, UNKNOWNS) <= 0.0;
+    }
+    if (!MASSLESS && balance(m, 0))
+        return 1;
+    if (!held)
+        begin_with_these(m);
     EACH (i, UNKNOWNS) {
-        m->now.history[0][i] = m->now.acceleration[i];
-        m->now.history[1][i] = m->now.history[2][i] = 0.0;
+        m->now.a[i] = m->now.history[0][i];
         if (!STEADY) {
-            m->now.v[i] += h * h * (1.0 / 6.0 - BETA - 0.5 * late) * m->rhs[i];
-            m->now.a[i] += late * h * m->rhs[i];
+            m->now.v[i] += h * h * (1.0 / 6.0 - BETA - 0.5 * late) * m->now.history[1][i];
+            m->now.a[i] += late * h * m->now.history[1][i];
         }
+        m->now.history[1][i] = m->now.history[2][i] = 0.0;
     }
     EACH (k, EQUATIONS)
         m->now.past[1][k] = m->now.past[2][k] = 0.0;

@@ -864,6 +864,15 @@ static NAME_status take_parts(NAME_memory *m, double span, double parts, int who
     return NAME_OK;
 }
 
+/* What is shown of the start balances all forces; steps begin without the waves that none of them resolves. */
+static void begin_steps(NAME_memory *m)
+{
+    EACH (i, UNKNOWNS)
+        m->now.acceleration[i] = m->now.history[0][i];
+    EACH (k, EQUATIONS)
+        m->now.multipliers[k] = m->now.past[0][k];
+}
+
 NAME_status NAME_step(NAME_memory *m, double span)
 {
     const double begin = m->time;
@@ -886,6 +895,8 @@ NAME_status NAME_step(NAME_memory *m, double span)
         parts = -math_floor(-span / NAME_STEP);
     const int whole = size_of(span - parts * NAME_STEP) <= 1e-9 * span;
     const double h = whole ? NAME_STEP : span / parts;
+    if (m->now.known == 1) /* at no other instant they differ */
+        begin_steps(m);
     if (size_of(h - m->h) > 1e-12 * m->h)
         change_step(m, h);
     /* inputs that a step has not been taken with are as if they had not been given: the caller may try it again */

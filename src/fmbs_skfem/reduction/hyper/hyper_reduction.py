@@ -17,6 +17,7 @@ from typing import ClassVar, TypeVar
 
 import numpy as np
 
+from ...core import own_words
 from ...core.errors import InputError, closest, say
 from ...core.storage.records import dataclass
 from ...systems.system import System, multiply_out
@@ -98,6 +99,7 @@ def register(kind: Kind) -> Kind:
 
     It has to be made without arguments, which gives the usual options.
     """
+    kind.name = own_words.free(KNOWN, kind.name, kind.__module__, lambda one: one.__module__)
     KNOWN[kind.name] = kind
     return kind
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import webbrowser
@@ -158,6 +157,7 @@ def of_folder(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
     A run that takes seconds stores no states. What is run again is what the report names: InputError where that has changed.
     """
     folder = job.path
+    reports.verify_checksums(folder)
     if job.changes:
         raise InputError(say("--set", "none beside a folder of results", ", ".join(job.changes), "name the scene instead"))
     if segments.exists(folder):
@@ -165,7 +165,7 @@ def of_folder(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
         asked = manifest.job
         same = {name: asked[name] for name in ("changes", "allow_outside", "repair", "duration")}
         own = replace(job, path=Path(asked["scene"]), **same)
-        own.plan = Planned(**asked["plan"]) if asked.get("plan") else None
+        own.plan = read_plan(folder / segments.FOLDER, asked["plan"]) if asked.get("plan") else None
         scene, task = planned(own)
         require_same(folder, asked["fingerprint"], task)
         rows = segments.read(folder, manifest).rows
@@ -186,10 +186,18 @@ def of_folder(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
     analysis = report.get("provenance", {}).get("scene", {}).get("analysis", {})
     own.duration = analysis.get("duration")
     plan = report.get("accuracy")
-    own.plan = Planned(**plan) if plan else None
+    own.plan = read_plan(folder / reports.REPORT, plan) if plan else None
     scene, task = planned(own)
-    require_same(folder, report["fingerprint"], task)
+    require_same(folder, str(report.get("fingerprint")), task)
     return scene, task, None
+
+
+def read_plan(path: Path, found: Any) -> Planned:
+    """What was found for an accuracy, of a file at a path."""
+    try:
+        return Planned(**found)
+    except TypeError as problem:
+        raise reports.corrupt(path, "what was found for an accuracy", problem) from problem
 
 
 def planned(own: Job) -> tuple[Scene, RunTask]:
@@ -206,18 +214,15 @@ def read_report(folder: Path) -> dict[str, Any]:
     path = folder / reports.REPORT
     if not path.is_file():
         raise InputError(say(f"{folder}", f"a folder of fmbs run, with {reports.REPORT}", "none", "give the scene instead"))
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as problem:
-        raise reports.corrupt(path, "JSON", problem) from problem
-    if not isinstance(found, dict) or "end" not in found:
+    found = reports.read_record(path)
+    if found is None or found.get("end") is None:
         raise InputError(say(f"{path}", "the report of a motion", "another one", "give the scene instead"))
     return found
 
 
 def mark_of(facts: Any) -> str:
     """The identity of a saved model that was run."""
-    return str(facts["fingerprint"]).partition(" ")[0]
+    return str(facts.get("fingerprint")).partition(" ")[0]
 
 
 def require_same(folder: Path, then: str, task: RunTask, now: str = "") -> None:
