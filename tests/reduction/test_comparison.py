@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import paper
 import pytest
 
 from fmbs_skfem import reduction
@@ -129,7 +130,7 @@ def test_what_is_finer_than_the_reference_is_no_worse(small: Comparison) -> None
     assert rows["step-2.5e-4"][4] == f"({small['step-2.5e-4'].max_error:.2e})"
     assert rows["step-1e-3"][4] == f"{small['step-1e-3'].max_error:.2e}"
     size = small["full"].dofs
-    told = tables.origin_of({"source": "S", "models": {"full": {"dofs": [2 * size]}}}, small)
+    told = paper.origin_of({"source": "S", "models": {"full": {"dofs": [2 * size]}}}, small)
     assert told.startswith(f"paper: S; here: {size} coordinates in the full model, {2 * size} there, compiled Python on ")
 
 

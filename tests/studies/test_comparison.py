@@ -7,19 +7,20 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+import paper
 import pytest
 
 from fmbs_skfem import scenes
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.reduction.accuracy.comparison import Comparison, ModelRecord
-from fmbs_skfem.studies import comparison, figures, tables
+from fmbs_skfem.studies import comparison, figures
 from fmbs_skfem.studies.planning import truth
 from tests.cli.calls import EXAMPLES
 
 
 def test_published_products_follow_the_formula() -> None:
     """p = sum N (w r + r^2) of the source's own figures."""
-    for model in tables.read_published()["double-pendulum"]["models"].values():
+    for model in paper.read_published()["double-pendulum"]["models"].values():
         assert model["p"] == sum(n * (model["w"] * r + r**2) for n, r in zip(model["dofs"], model["r"], strict=True))
 
 
@@ -84,7 +85,7 @@ def test_a_slider_is_followed_along_its_guide(tmp_path: Path) -> None:
 
 def test_published_totals_hold_their_parts() -> None:
     """Table 4: force, solves and products are part of the total; coarse meshes are compared with the same figures."""
-    for model in tables.read_published()["crank-slider"]["models"].values():
+    for model in paper.read_published()["crank-slider"]["models"].values():
         assert model["force_s"] + model["solve_s"] + model.get("product_s", 0.0) < model["total_s"]
 
 

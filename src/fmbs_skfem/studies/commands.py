@@ -410,7 +410,7 @@ def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> Result:
 def demo(
     *,
     copy: Annotated[bool, Option("Copy the example scenes and their meshes into the folder instead, to begin from.")] = False,
-    tables: Annotated[bool, Option("Print all tables: those of the paper, and the errors of all outputs.")] = False,
+    tables: Annotated[bool, Option("Print all tables, with the errors of all outputs.")] = False,
     **shared: Unpack[OutputOptions],
 ) -> Result:
     """Show an example: a flexible double pendulum in full and reduced.

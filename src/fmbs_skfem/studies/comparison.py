@@ -1,8 +1,4 @@
-"""Full, reduced, coarser and larger-step models of one scene, the error beside the time.
-
-The tables have the layout of those of doi 10.1016/j.cma.2019.112690; where a scene is one of its examples, the published figures
-stand beside ours.
-"""
+"""Full, reduced, coarser and larger-step models of one scene, the error beside the time."""
 
 from __future__ import annotations
 
@@ -138,7 +134,7 @@ def comparison(
             return [*page, *(gallery.go_on(study, folder) if gallery else [])]
 
         missing = jobs.deliver(job, report, figures=drawn, orders=orders if html or gallery else None, record=RECORD)
-    view = [*tables.tables(scene, study), *summarise(report), *list_files(report)]
+    view = [*tables.compared(study, scene.display), *summarise(report), *list_files(report)]
     about = f"{report['scene']}: {', '.join(record.name for record in study.records)}"
     return ComparisonResult(about=about, report=report, lines=view, figures=drawn, error=missing, study=study)
 
