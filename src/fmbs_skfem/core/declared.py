@@ -19,6 +19,7 @@ from dataclasses import fields
 from typing import Any, ClassVar
 
 from .errors import InputError, say
+from .values import arguments
 from .values.problems import Problem
 
 WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
@@ -62,5 +63,6 @@ def require_sound(what: str, name: str, item: Any, family: type[Declared], dim: 
     """Refuse what is no joint, load or output, and those with problems."""
     if not isinstance(item, family):
         raise InputError(say(f"{what} '{name}'" if name else f"{what}s", f"a {family.__name__.lower()}", type(item).__name__))
+    arguments.check_fields(item, f"{what} '{name}'")
     for key, problem in item.problems(dim):
         raise InputError(problem.at(f"{what} '{name}'" + (f".{key if isinstance(key, str) else '.'.join(key)}" if key else "")))

@@ -25,6 +25,7 @@ from ..core.errors import InputError, listed, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
 from ..core.values import fields
+from ..core.values.arguments import checked
 from ..core.values.problems import shown
 from ..shapes import line, surface
 from ..shapes.surface import Surface
@@ -68,6 +69,7 @@ SNAP = 1e-12  #: distance from a break, over the length of a line, that is round
 
 
 @dataclass(frozen=True)
+@checked
 class Rayleigh:
     """Rayleigh damping: mass-proportional [1/s] and stiffness-proportional [s], which acts on strains only."""
 
@@ -80,6 +82,7 @@ class Rayleigh:
 
 
 @dataclass(frozen=True)
+@checked
 class Motion:
     """Rigid velocity field of a body at the start, v = velocity + angular_velocity x (r - center).
 
@@ -91,6 +94,7 @@ class Motion:
     center: Annotated[tuple[float, ...], fields.vector("m")] | None = None
 
 
+@checked
 def assemble(
     bodies: Iterable[Body],
     joints: Iterable[Joint] = (),
@@ -469,6 +473,7 @@ def picture_skin(part: Body, layout: Coordinates) -> Skin:
     return Skin(part.name, rows, slice(first, first + part.reference.size), facets, thickness, cells.law, section)
 
 
+@checked
 def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     """The system without its time-independent linear constraints: x = T y + d with sparse T (n, r), found by `echelon.solve`.
 

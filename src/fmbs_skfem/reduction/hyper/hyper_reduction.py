@@ -19,6 +19,7 @@ import numpy as np
 
 from ...core.errors import InputError, closest, say
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...systems.system import System, multiply_out
 from ..spaces.component import projected
 from .ecsw import Selection
@@ -55,6 +56,7 @@ class Rule:
 
 
 @dataclass(frozen=True)
+@checked
 class HyperReduction(ABC):
     """A way to evaluate elastic forces; derive a frozen dataclass from it and `register` it.
 
@@ -98,6 +100,8 @@ def register(kind: Kind) -> Kind:
 
     It has to be made without arguments, which gives the usual options.
     """
+    if not (isinstance(kind, type) and issubclass(kind, HyperReduction)):
+        raise InputError(say("register", "a class with the base HyperReduction", repr(kind)))
     KNOWN[kind.name] = kind
     return kind
 
