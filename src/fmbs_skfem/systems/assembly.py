@@ -24,7 +24,7 @@ from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
-from ..core.values import fields
+from ..core.values import arguments, fields
 from ..core.values.arguments import checked
 from ..core.values.problems import shown
 from ..shapes import line, surface
@@ -94,7 +94,6 @@ class Motion:
     center: Annotated[tuple[float, ...], fields.vector("m")] | None = None
 
 
-@checked
 def assemble(
     bodies: Iterable[Body],
     joints: Iterable[Joint] = (),
@@ -114,6 +113,10 @@ def assemble(
     is linear. InputError for no body, bodies of different dimensions or of one name, joints of one name, columns of one name,
     places and names that do not exist, and keywords that nothing registers.
     """
+    for name, value, kind in (("bodies", bodies, Iterable[Body]), ("joints", joints, Iterable), ("loads", loads, Iterable)):
+        arguments.require(f"assemble: {name}", value, kind)
+    arguments.require("assemble: outputs", outputs, Mapping[str, Any] | None)
+    arguments.require("assemble: initial", initial, Mapping[str, Any] | None)
     bodies, joints, loads = list(bodies), list(joints), list(loads)
     damping = Rayleigh() if damping is None else damping
     require_kind("damping", damping, Rayleigh)

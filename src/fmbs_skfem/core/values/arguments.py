@@ -7,8 +7,8 @@
 
 Without it a wrong argument is an AttributeError or a TypeError of whatever uses it first, or nothing at all. What a declaration
 does not say (signs, shapes, names) is checked by whoever knows it. Numbers are finite, and may be those of NumPy; a sequence is all
-that can be gone through but a text, an array what NumPy makes finite numbers of. A name that only type checkers know is compared
-with those of the value's classes. What an iterator gives is not looked at.
+that can be gone through but a text, an array what NumPy makes finite numbers of. Names that only type checkers know are not looked
+at, nor what an iterator gives.
 """
 
 from __future__ import annotations
@@ -99,14 +99,14 @@ def fields_of(kind: type) -> dict[str, Any]:
 
 
 def hints_of(owner: Any) -> dict[str, Any]:
-    """What annotations stand for; where only a type checker knows it the name itself, or Any."""
+    """What annotations stand for; Any where only a type checker knows it."""
     found: dict[str, Any] = {}
     for name, hint in inspect.get_annotations(owner).items():
         alone = type("Alone", (), {"__annotations__": {name: hint}})
         try:
             found[name] = get_type_hints(alone, vars(sys.modules[owner.__module__]))[name]
         except (NameError, TypeError):
-            found[name] = hint if isinstance(hint, str) and hint.isidentifier() else Any
+            found[name] = Any
     return found
 
 
@@ -175,8 +175,6 @@ def misfit(value: Any, kind: Any) -> str:
     """What was expected of a value that is not of a kind, an annotation; empty where it is."""
     kind = kind.__origin__ if get_origin(kind) is Annotated else kind
     origin, parts = get_origin(kind) or kind, get_args(kind)
-    if isinstance(kind, str):
-        return "" if kind in {base.__name__ for base in type(value).__mro__} else f"a {kind}"
     if origin in (Union, UnionType) and kind != ArrayLike:
         return misfit_of_union(value, parts)
     if origin is Literal:
@@ -184,7 +182,7 @@ def misfit(value: Any, kind: Any) -> str:
     rule = ArrayLike if kind == ArrayLike else SAME.get(origin, origin)
     if rule not in RULES and (not isinstance(rule, type) or rule is Any or getattr(rule, "_is_protocol", False)):
         return ""
-    fits, word = RULES.get(rule, (lambda one: isinstance(one, rule), f"a {getattr(rule, '__name__', '')}"))
+    fits, word = RULES.get(rule, (lambda one: isinstance(one, rule), called(getattr(rule, "__name__", ""))))
     if not fits(value):
         return word
     if is_fixed(parts) and rule is Sequence and len(value) != len(parts):
@@ -199,6 +197,11 @@ def inner(value: Any, rule: Any, parts: tuple[Any, ...]) -> Iterator[tuple[Any, 
         yield from (pair for item in value.items() for pair in zip(item, parts, strict=False))
     elif rule in (Iterable, Sequence) and isinstance(value, list | tuple | Mapping | np.ndarray):
         yield from zip(value, parts if is_fixed(parts) else len(value) * parts[:1], strict=False)
+
+
+def called(name: str) -> str:
+    """A class with its article."""
+    return f"{'an' if name[:1] in 'AEIOU' else 'a'} {name}"
 
 
 def is_fixed(parts: tuple[Any, ...]) -> bool:
