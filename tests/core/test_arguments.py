@@ -71,7 +71,7 @@ def test_a_checked_function_says_which_argument_is_wrong() -> None:
 
     assert size([1.0, 2.0]) == (3.0, math.inf, None)
     assert size(np.ones(2), limit=math.inf) == (2.0, math.inf, None)
-    with pytest.raises(InputError, match=r"size: limit: expected a number, got '3'"):
+    with pytest.raises(InputError, match=r"size: limit: expected a finite number, got '3'"):
         size(np.ones(2), "3")
     with pytest.raises(InputError, match=r"size: x: expected an array of finite numbers, got nothing"):
         size(x=None)
@@ -139,5 +139,5 @@ def test_wrong_calls_are_bad_input(name: str) -> None:
 
 def test_a_reward_is_a_number() -> None:
     plant = Plant(cart(), GeneralizedAlpha(1e-3), ["cart"], lambda outputs, inputs: None, 1.0)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="what it gives: expected a number, got nothing"):
+    with pytest.raises(InputError, match="what it gives: expected a finite number, got nothing"):
         plant.step([0.1])

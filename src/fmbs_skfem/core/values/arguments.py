@@ -63,13 +63,22 @@ def checked_function(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def checked_dataclass(kind: type) -> type:
-    """A dataclass, before it is one, whose fields are checked when an item is made, before its own `__post_init__`."""
+    """A dataclass, before it is one, whose fields are checked when an item is made.
+
+    Its own `__post_init__`, whose words are better, goes first; it may not stand what fields cannot hold.
+    """
     then = getattr(kind, "__post_init__", None)
 
     def __post_init__(self: Any) -> None:
+        try:
+            if then is not None:
+                then(self)
+        except InputError:
+            raise
+        except (AttributeError, TypeError, ValueError):
+            check_fields(self)
+            raise
         check_fields(self)
-        if then is not None:
-            then(self)
 
     setattr(kind, "__post_init__", __post_init__)  # noqa: B010
     return kind
@@ -149,7 +158,7 @@ def is_array(value: object) -> bool:
 
 #: kind -> whether a value is of it, and how it is called
 RULES: dict[Any, tuple[Callable[[Any], bool], str]] = {
-    float: (is_number, "a number"),
+    float: (is_number, "a finite number"),
     int: (is_whole, "a whole number"),
     bool: (lambda value: isinstance(value, bool | np.bool_), "true or false"),
     str: (lambda value: isinstance(value, str) and is_text(value), "a text"),
