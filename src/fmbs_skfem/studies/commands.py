@@ -30,6 +30,7 @@ from .options import (
     ViewSource,
     examples,
     ranges,
+    study,
 )
 from .result import Result
 
@@ -46,6 +47,7 @@ SCHEMA = "scene.schema.json"
 Folder = Annotated[str | Path, Argument("DIR")]
 
 
+@study
 def check(
     source: SceneSource,
     *,
@@ -73,6 +75,7 @@ def check(
         return checking.check_scene(job, jobs.read_scene(job, plans=False), target)
 
 
+@study
 def checksums(folder: Folder, **shared: Unpack[OutputOptions]) -> Result:
     """Compare the results in a folder with their checksums.
 
@@ -84,6 +87,7 @@ def checksums(folder: Folder, **shared: Unpack[OutputOptions]) -> Result:
         return checking.compare_checksums(job)
 
 
+@study
 def run(
     source: SceneSource,
     *,
@@ -122,6 +126,7 @@ def run(
         return runs.run_source(job, step, picture, html)
 
 
+@study
 def resume(
     folder: Folder, *, plots: Plots = True, units: Units = False, time_limit: TimeLimit = inf, **shared: Unpack[OutputOptions]
 ) -> "Run":
@@ -138,6 +143,7 @@ def resume(
         return resuming.resume_run(job)
 
 
+@study
 def reduce(
     source: SceneSource,
     *,
@@ -183,6 +189,7 @@ def reduce(
         return reducing.reduce_scene(job, scene, path, plan, plans.goal(scene, job.wanted, tolerance, modes, hyper))
 
 
+@study
 def train(
     source: SceneSource,
     *,
@@ -216,6 +223,7 @@ def train(
         return greedy_training.train_order(job, order, greedy_training.folder(job, scene, resume), compare, html)
 
 
+@study
 def compare(
     source: SceneSource,
     *,
@@ -239,6 +247,7 @@ def compare(
         return comparison.compare_scene(job, quick, picture, true, html)
 
 
+@study
 def sweep(
     source: SceneSource,
     *,
@@ -252,7 +261,7 @@ def sweep(
             choices=("sobol", "lhs", "grid", "list", "saltelli"),
         ),
     ] = None,
-    table: Annotated[Path | None, Option("Samples from a table.", "FILE.csv", "list")] = None,
+    table: Annotated[str | Path | None, Option("Samples from a table.", "FILE.csv", "list")] = None,
     seed: Annotated[int, Option("Seed of sobol and lhs.", least=0)] = 0,
     ranges: Annotated[Ranges | None, Option("Range of a parameter.", "NAME=LOW:HIGH[:log]", "range", read=ranges)] = None,
     scheduler: Annotated[
@@ -293,6 +302,7 @@ def sweep(
         return sweeping.sweep_points(job, members, points, seed, options, resume, indices, surfaces)
 
 
+@study
 def render(
     source: SceneSource,
     *,
@@ -319,6 +329,7 @@ def render(
         return runs.render_scene(job, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale, html)
 
 
+@study
 def view(
     source: ViewSource,
     *,
@@ -343,6 +354,7 @@ def view(
         return viewing.view(job, None if html is None else Path(html), instants, open)
 
 
+@study
 def report(
     folder: Folder,
     *,
@@ -363,6 +375,7 @@ def report(
         return folder_report.write(job, None if html is None else Path(html), bodies, instants)
 
 
+@study
 def export(
     source: SceneSource,
     *,
@@ -382,6 +395,7 @@ def export(
         return runs.export_scene(job, frames)
 
 
+@study
 def verify(
     names: Annotated[Sequence[str], Option("A case; may be given several times.", "NAME", "case", read=tuple)] = (),
     groups: Annotated[Sequence[str], Option("A group of cases; may be given several times.", "GROUP", "group", read=tuple)] = (),
@@ -403,11 +417,13 @@ def verify(
         return verifying.verify_cases(job, names, groups)
 
 
+@study
 def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> "Verification":
     """The cases of the verification suite and what they are; nothing is solved."""
     return verify(names, groups, listed=True)
 
 
+@study
 def demo(
     *,
     copy: Annotated[bool, Option("Copy the example scenes and their meshes into the folder instead, to begin from.")] = False,
@@ -430,6 +446,7 @@ def demo(
         return comparison.show_demo(job, tables)
 
 
+@study
 def new(
     folder: Annotated[str | Path, Argument("NAME")],
     *,
@@ -450,6 +467,7 @@ def new(
         return projects.copy_example(job, like)
 
 
+@study
 def warm(**shared: Unpack[OutputOptions]) -> Result:
     """Compile ahead what ordinary scenes need, so that no first run has to.
 
@@ -463,6 +481,7 @@ def warm(**shared: Unpack[OutputOptions]) -> Result:
         return warming.compile_ahead(job)
 
 
+@study
 def describe_scenes(
     *,
     page: Annotated[bool, Option("Print a page for people (Markdown) instead: every key with what it takes.")] = False,

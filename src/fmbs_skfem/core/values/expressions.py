@@ -26,6 +26,7 @@ import numpy.typing as npt
 from ..errors import Reason, SolverError, closest, listed, say
 from ..storage.container import storable
 from ..storage.records import dataclass
+from .arguments import checked
 from .inputs import Source, timed
 from .problems import Problem, shown
 from .units import UNITS, Quantity, measure
@@ -133,6 +134,7 @@ class Expression:
 storable(Expression, inputs=lambda values: ())
 
 
+@checked
 def of_time(
     text: str | float, parameters: Mapping[str, float] | None = None, inputs: Mapping[str, Source] | None = None
 ) -> Expression:

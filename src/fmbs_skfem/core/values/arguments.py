@@ -1,0 +1,227 @@
+"""Arguments of public functions are what their annotations declare: the door at which others are bad input.
+
+    @checked
+    def integrate(system: System, scheme: GeneralizedAlpha, duration: float, ...) -> Trajectory: ...
+
+    integrate("a.yaml", ...)        InputError: integrate: system: expected a System, got 'a.yaml'
+
+Without it a wrong argument is an AttributeError or a TypeError of whatever uses it first, or nothing at all. What a declaration
+does not say (signs, shapes, names) is checked by whoever knows it. Numbers are finite, and may be those of NumPy; a sequence is all
+that can be gone through but a text, an array what NumPy makes finite numbers of. Names that only type checkers know are not looked
+at, nor what an iterator gives.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import os
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields
+from numbers import Integral, Real
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import InputError, say
+from .problems import shown
+
+T = TypeVar("T", bound=Callable[..., Any])
+LIKE_ARRAYS = set(get_args(ArrayLike))
+
+
+def checked(one: T) -> T:
+    """A function that takes only what its annotations declare, or a dataclass that holds only that.
+
+    InputError names the argument or field that is something else. Of a dataclass it stands below `@dataclass`.
+    """
+    return cast(T, checked_dataclass(one) if isinstance(one, type) else checked_function(one))
+
+
+def checked_function(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function whose arguments are checked before it is called."""
+    title = function.__qualname__.rpartition("<locals>.")[2].removesuffix(".__init__")
+
+    @functools.wraps(function)
+    def call(*given: Any, **named: Any) -> Any:
+        names = [*parameters_of(function), *len(given) * [""]]
+        placed = [take(name, value) for name, value in zip(names, given, strict=False)]
+        return function(*placed, **{name: take(name, value) for name, value in named.items()})
+
+    def take(name: str, value: Any) -> Any:
+        kind, default = parameters_of(function).get(name, (Any, value))
+        if is_default(value, default):
+            return value
+        require(f"{title}: {name}", value, kind)
+        return np.asarray(value) if isinstance(value, list | tuple) and np.ndarray in (kind, *get_args(kind)) else value
+
+    return call
+
+
+def checked_dataclass(kind: type) -> type:
+    """A dataclass, before it is one, whose fields are checked when an item is made.
+
+    Its own `__post_init__`, whose words are better, goes first; it may not stand what fields cannot hold.
+    """
+    then = getattr(kind, "__post_init__", None)
+
+    def __post_init__(self: Any) -> None:
+        try:
+            if then is not None:
+                then(self)
+        except InputError:
+            raise
+        except (AttributeError, TypeError, ValueError):
+            check_fields(self)
+            raise
+        check_fields(self)
+
+    setattr(kind, "__post_init__", __post_init__)  # noqa: B010
+    return kind
+
+
+def check_fields(item: Any, where: str = "") -> None:
+    """InputError for a field of a dataclass that is not what it is declared to be; `where` names the item, its class by default."""
+    kind_of_item: Any = type(item)
+    for name, kind in fields_of(kind_of_item).items():
+        if not is_default(value := getattr(item, name), getattr(type(item), name, inspect.Parameter.empty)):
+            require(f"{where or type(item).__name__}.{name}", value, kind)
+
+
+@functools.cache
+def parameters_of(function: Callable[..., Any]) -> dict[str, tuple[Any, Any]]:
+    """Kind and default of the parameters of a function, by name, in their order."""
+    known = hints_of(function)
+    single = [one for one in inspect.signature(function).parameters.values() if one.kind != one.VAR_POSITIONAL]
+    return {one.name: (known.get(one.name, Any), one.default) for one in single}
+
+
+@functools.cache
+def fields_of(kind: type) -> dict[str, Any]:
+    """Kinds of the fields of a dataclass, also of those that it inherits."""
+    known = {name: hint for base in reversed(kind.__mro__) for name, hint in hints_of(base).items()}
+    return {name: known[name] for name in (one.name for one in fields(kind)) if name in known}
+
+
+def hints_of(owner: Any) -> dict[str, Any]:
+    """What annotations stand for; Any where only a type checker knows it."""
+    found: dict[str, Any] = {}
+    for name, hint in inspect.get_annotations(owner).items():
+        alone = type("Alone", (), {"__annotations__": {name: hint}})
+        try:
+            found[name] = get_type_hints(alone, vars(sys.modules[owner.__module__]))[name]
+        except (NameError, TypeError):
+            found[name] = Any
+    return found
+
+
+# ------------------------------------------------------------------------------------------------------------------------ kinds
+def is_default(value: object, default: object) -> bool:
+    """Whether a value is the default, which says itself what else may be there: infinity, or None."""
+    return value is default or (isinstance(value, float) and isinstance(default, float) and value == default)
+
+
+def is_number(value: object) -> bool:
+    """Whether a value is a finite real number, perhaps as an array without axes."""
+    single: Any = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if isinstance(single, bool) or not isinstance(single, Real):
+        return False
+    number: Any = single
+    return bool(abs(number) < np.inf)
+
+
+def is_whole(value: object) -> bool:
+    """Whether a value is a whole number."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
+def is_text(value: object) -> bool:
+    """Whether a value is a text, or a path, that can be the name of a file: without zeros and halves of letters."""
+    try:
+        return isinstance(value, str | Path) and b"\0" not in os.fsencode(value)
+    except UnicodeEncodeError:
+        return False
+
+
+def is_array(value: object) -> bool:
+    """Whether NumPy makes an array of finite real numbers of a value, or such a number."""
+    try:
+        found = np.asarray(value)
+    except (TypeError, ValueError):
+        return False
+    return found.dtype.kind in "biuf" and bool(np.isfinite(found).all())
+
+
+#: kind -> whether a value is of it, and how it is called
+RULES: dict[Any, tuple[Callable[[Any], bool], str]] = {
+    float: (is_number, "a finite number"),
+    int: (is_whole, "a whole number"),
+    bool: (lambda value: isinstance(value, bool | np.bool_), "true or false"),
+    str: (lambda value: isinstance(value, str) and is_text(value), "a text"),
+    Path: (lambda value: isinstance(value, Path) and is_text(value), "a path"),
+    NoneType: (lambda value: value is None, "None"),
+    np.ndarray: (lambda value: is_array(value) and np.ndim(value) > 0, "an array of finite numbers"),
+    ArrayLike: (is_array, "finite numbers"),
+    Callable: (callable, "a function"),
+    Mapping: (lambda value: isinstance(value, Mapping), "a mapping"),
+    Iterable: (lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes), "a sequence"),
+    Sequence: (lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes | Mapping), "a sequence"),
+}
+SAME = {dict: Mapping, Collection: Iterable, tuple: Sequence, list: Sequence}  #: kinds that have the rule of another one
+
+
+def require(where: str, value: Any, kind: Any) -> None:
+    """InputError where a value is not of a kind."""
+    if wanted := misfit(value, kind):
+        raise InputError(say(where, wanted, shown(value)))
+
+
+def misfit(value: Any, kind: Any) -> str:
+    """What was expected of a value that is not of a kind, an annotation; empty where it is."""
+    kind = kind.__origin__ if get_origin(kind) is Annotated else kind
+    origin, parts = get_origin(kind) or kind, get_args(kind)
+    if origin in (Union, UnionType) and kind != ArrayLike:
+        return misfit_of_union(value, parts)
+    if origin is Literal:
+        return "" if isinstance(value, str | int) and value in parts else " or ".join(map(repr, parts))
+    rule = ArrayLike if kind == ArrayLike else SAME.get(origin, origin)
+    if rule not in RULES and (not isinstance(rule, type) or rule is Any or getattr(rule, "_is_protocol", False)):
+        return ""
+    fits, word = RULES.get(rule, (lambda one: isinstance(one, rule), called(getattr(rule, "__name__", ""))))
+    if not fits(value):
+        return word
+    if is_fixed(parts) and rule is Sequence and len(value) != len(parts):
+        return f"{len(parts)} values"
+    wanted = next(filter(None, (misfit(item, part) for item, part in inner(value, rule, parts))), "")
+    return f"{word}, in it {wanted}" if wanted else ""
+
+
+def inner(value: Any, rule: Any, parts: tuple[Any, ...]) -> Iterator[tuple[Any, Any]]:
+    """What is in a mapping or sequence that is there as a whole, with the kinds of it."""
+    if rule is Mapping:
+        yield from (pair for item in value.items() for pair in zip(item, parts, strict=False))
+    elif rule in (Iterable, Sequence) and isinstance(value, list | tuple | Mapping | np.ndarray):
+        yield from zip(value, parts if is_fixed(parts) else len(value) * parts[:1], strict=False)
+
+
+def called(name: str) -> str:
+    """A class with its article."""
+    return f"{'an' if name[:1] in 'AEIOU' else 'a'} {name}"
+
+
+def is_fixed(parts: tuple[Any, ...]) -> bool:
+    """Whether a tuple is declared item by item."""
+    return len(parts) > 1 and parts[-1] is not ...
+
+
+def misfit_of_union(value: Any, parts: tuple[Any, ...]) -> str:
+    """The same of several kinds, one of which may be whatever NumPy takes for an array."""
+    kinds = [*parts]
+    if set(parts) >= LIKE_ARRAYS:
+        kinds = [ArrayLike, *(part for part in parts if part not in LIKE_ARRAYS)]
+    wanted = [misfit(value, part) for part in kinds]
+    return " or ".join(dict.fromkeys(one for one in wanted if one != "None")) if all(wanted) else ""
