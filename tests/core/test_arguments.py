@@ -15,7 +15,7 @@ from fmbs_skfem import bodies, dynamics, reduction, scenes, studies, systems
 from fmbs_skfem.control.environments import Plant
 from fmbs_skfem.control.live import start
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.core.values.arguments import checked, misfit
+from fmbs_skfem.core.values.arguments import checked, rule_of
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton
 from fmbs_skfem.families import parametric_model
 from fmbs_skfem.reduction import files
@@ -60,8 +60,8 @@ def cart() -> systems.System:
     ],
 )
 def test_kinds(kind: Any, right: list[Any], wrong: list[Any]) -> None:
-    assert [misfit(one, kind) for one in right] == [""] * len(right)
-    assert all(misfit(one, kind) for one in wrong)
+    assert [rule_of(kind)(one) for one in right] == [""] * len(right)
+    assert all(rule_of(kind)(one) for one in wrong)
 
 
 def test_a_checked_function_says_which_argument_is_wrong() -> None:

@@ -22,7 +22,7 @@ from dataclasses import fields
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,7 @@ from ..errors import InputError, say
 from .problems import shown
 
 T = TypeVar("T", bound=Callable[..., Any])
+Rule: TypeAlias = Callable[[Any], str]  #: says what was expected of a value, and nothing of one that is right
 LIKE_ARRAYS = set(get_args(ArrayLike))
 
 
@@ -53,11 +54,12 @@ def checked_function(function: Callable[..., Any]) -> Callable[..., Any]:
         return function(*placed, **{name: take(name, value) for name, value in named.items()})
 
     def take(name: str, value: Any) -> Any:
-        kind, default = parameters_of(function).get(name, (Any, value))
-        if is_default(value, default):
+        rule, default, array = parameters_of(function).get(name, (None, value, False))
+        if is_default(value, default) or rule is None:
             return value
-        require(f"{title}: {name}", value, kind)
-        return np.asarray(value) if isinstance(value, list | tuple) and np.ndarray in (kind, *get_args(kind)) else value
+        if wanted := rule(value):
+            raise InputError(say(f"{title}: {name}", wanted, shown(value)))
+        return np.asarray(value) if array and isinstance(value, list | tuple) else value
 
     return call
 
@@ -86,25 +88,27 @@ def checked_dataclass(kind: type) -> type:
 
 def check_fields(item: Any, where: str = "") -> None:
     """InputError for a field of a dataclass that is not what it is declared to be; `where` names the item, its class by default."""
-    kind_of_item: Any = type(item)
-    for name, kind in fields_of(kind_of_item).items():
-        if not is_default(value := getattr(item, name), getattr(type(item), name, inspect.Parameter.empty)):
-            require(f"{where or type(item).__name__}.{name}", value, kind)
+    for name, rule, default in fields_of(cast(Any, type(item))):
+        value = getattr(item, name)
+        if not is_default(value, default) and (wanted := rule(value)):
+            raise InputError(say(f"{where or type(item).__name__}.{name}", wanted, shown(value)))
 
 
 @functools.cache
-def parameters_of(function: Callable[..., Any]) -> dict[str, tuple[Any, Any]]:
-    """Kind and default of the parameters of a function, by name, in their order."""
+def parameters_of(function: Callable[..., Any]) -> dict[str, tuple[Rule, Any, bool]]:
+    """Rule and default of the parameters of a function, and whether it wants an array, by name, in their order."""
     known = hints_of(function)
     single = [one for one in inspect.signature(function).parameters.values() if one.kind != one.VAR_POSITIONAL]
-    return {one.name: (known.get(one.name, Any), one.default) for one in single}
+    kinds = {one.name: (known.get(one.name, Any), one.default) for one in single}
+    return {name: (rule_of(kind), default, np.ndarray in (kind, *get_args(kind))) for name, (kind, default) in kinds.items()}
 
 
 @functools.cache
-def fields_of(kind: type) -> dict[str, Any]:
-    """Kinds of the fields of a dataclass, also of those that it inherits."""
+def fields_of(kind: type) -> tuple[tuple[str, Rule, Any], ...]:
+    """Names, rules and defaults of the fields of a dataclass, also of those that it inherits."""
     known = {name: hint for base in reversed(kind.__mro__) for name, hint in hints_of(base).items()}
-    return {name: known[name] for name in (one.name for one in fields(kind)) if name in known}
+    names = [one.name for one in fields(cast(Any, kind)) if one.name in known]
+    return tuple((name, rule_of(known[name]), getattr(kind, name, inspect.Parameter.empty)) for name in names)
 
 
 def hints_of(owner: Any) -> dict[str, Any]:
@@ -122,11 +126,13 @@ def hints_of(owner: Any) -> dict[str, Any]:
 # ------------------------------------------------------------------------------------------------------------------------ kinds
 def is_default(value: object, default: object) -> bool:
     """Whether a value is the default, which says itself what else may be there: infinity, or None."""
-    return value is default or (isinstance(value, float) and isinstance(default, float) and value == default)
+    return value is default or (type(value) is float and type(default) is float and value == default)
 
 
 def is_number(value: object) -> bool:
     """Whether a value is a finite real number, perhaps as an array without axes."""
+    if type(value) is float:
+        return -np.inf < value < np.inf
     single: Any = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(single, bool) or not isinstance(single, Real):
         return False
@@ -175,53 +181,66 @@ SAME = {dict: Mapping, Collection: Iterable, tuple: Sequence, list: Sequence}  #
 
 
 def require(where: str, value: Any, kind: Any) -> None:
-    """InputError where a value is not of a kind."""
-    if wanted := misfit(value, kind):
+    """InputError where a value is not of a kind, an annotation."""
+    if wanted := rule_of(kind)(value):
         raise InputError(say(where, wanted, shown(value)))
 
 
-def misfit(value: Any, kind: Any) -> str:
-    """What was expected of a value that is not of a kind, an annotation; empty where it is."""
+@functools.cache
+def rule_of(kind: Any) -> Rule:
+    """What says of a value what was expected where it is not of a kind, an annotation, and nothing where it is."""
     kind = kind.__origin__ if get_origin(kind) is Annotated else kind
     origin, parts = get_origin(kind) or kind, get_args(kind)
     if origin in (Union, UnionType) and kind != ArrayLike:
-        return misfit_of_union(value, parts)
+        return rule_of_union(parts)
     if origin is Literal:
-        return "" if isinstance(value, str | int) and value in parts else " or ".join(map(repr, parts))
+        return lambda value: "" if isinstance(value, str | int) and value in parts else " or ".join(map(repr, parts))
     rule = ArrayLike if kind == ArrayLike else SAME.get(origin, origin)
     if rule not in RULES and (not isinstance(rule, type) or rule is Any or getattr(rule, "_is_protocol", False)):
-        return ""
+        return lambda value: ""
     fits, word = RULES.get(rule, (lambda one: isinstance(one, rule), called(getattr(rule, "__name__", ""))))
-    if not fits(value):
-        return word
-    if is_fixed(parts) and rule is Sequence and len(value) != len(parts):
-        return f"{len(parts)} values"
-    wanted = next(filter(None, (misfit(item, part) for item, part in inner(value, rule, parts))), "")
-    return f"{word}, in it {wanted}" if wanted else ""
+    if rule in (Mapping, Iterable, Sequence) and parts:
+        return rule_of_many(fits, word, rule, parts)
+    return lambda value: "" if fits(value) else word
 
 
-def inner(value: Any, rule: Any, parts: tuple[Any, ...]) -> Iterator[tuple[Any, Any]]:
-    """What is in a mapping or sequence that is there as a whole, with the kinds of it."""
-    if rule is Mapping:
-        yield from (pair for item in value.items() for pair in zip(item, parts, strict=False))
-    elif rule in (Iterable, Sequence) and isinstance(value, list | tuple | Mapping | np.ndarray):
-        yield from zip(value, parts if is_fixed(parts) else len(value) * parts[:1], strict=False)
+def rule_of_many(fits: Callable[[Any], bool], word: str, rule: Any, parts: tuple[Any, ...]) -> Rule:
+    """The same of what holds others: of a mapping or sequence that is there as a whole all items are looked at."""
+    rules, fixed = [rule_of(part) for part in parts], len(parts) > 1 and parts[-1] is not ...
+
+    def misfit(value: Any) -> str:
+        if not fits(value):
+            return word
+        found: Iterator[str] = iter(())
+        if rule is Mapping:
+            found = (each(one) for item in value.items() for each, one in zip(rules, item, strict=False))
+        elif isinstance(value, list | tuple | Mapping | np.ndarray):
+            if fixed and rule is Sequence and len(value) != len(parts):
+                return f"{len(parts)} values"
+            found = (each(one) for each, one in zip(rules if fixed else len(value) * rules[:1], value, strict=False))
+        wanted = next(filter(None, found), "")
+        return f"{word}, in it {wanted}" if wanted else ""
+
+    return misfit
+
+
+def rule_of_union(parts: tuple[Any, ...]) -> Rule:
+    """The same of several kinds, one of which may be whatever NumPy takes for an array."""
+    if set(parts) >= LIKE_ARRAYS:
+        parts = (ArrayLike, *(part for part in parts if part not in LIKE_ARRAYS))
+    rules = [rule_of(part) for part in parts]
+
+    def misfit(value: Any) -> str:
+        wanted = []
+        for each in rules:
+            if not (text := each(value)):
+                return ""
+            wanted.append(text)
+        return " or ".join(dict.fromkeys(one for one in wanted if one != "None"))
+
+    return misfit
 
 
 def called(name: str) -> str:
     """A class with its article."""
     return f"{'an' if name[:1] in 'AEIOU' else 'a'} {name}"
-
-
-def is_fixed(parts: tuple[Any, ...]) -> bool:
-    """Whether a tuple is declared item by item."""
-    return len(parts) > 1 and parts[-1] is not ...
-
-
-def misfit_of_union(value: Any, parts: tuple[Any, ...]) -> str:
-    """The same of several kinds, one of which may be whatever NumPy takes for an array."""
-    kinds = [*parts]
-    if set(parts) >= LIKE_ARRAYS:
-        kinds = [ArrayLike, *(part for part in parts if part not in LIKE_ARRAYS)]
-    wanted = [misfit(value, part) for part in kinds]
-    return " or ".join(dict.fromkeys(one for one in wanted if one != "None")) if all(wanted) else ""
