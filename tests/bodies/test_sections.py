@@ -43,7 +43,7 @@ def test_given_is_taken_as_it_is() -> None:
         (lambda: Rectangular(1.0, math.inf), r"section\.height"),
         (lambda: Given(1.0, -1.0, 1.0), r"section\.EI"),
         (lambda: Circular(1.0).of_cable(None), "material: expected a Material"),
-        (lambda: cable("beam", "none.msh", "round", MATERIAL), "Circular, Rectangular or Given, got str"),
+        (lambda: cable("beam", "none.msh", "round", MATERIAL), "cable: section: expected a Section, got 'round'"),
     ],
 )
 def test_bad_values_are_named(make: Callable[[], object], named: str) -> None:

@@ -12,7 +12,7 @@ import pytest
 from fmbs_skfem import dynamics
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.families import parametric_model
-from fmbs_skfem.reduction import files
+from fmbs_skfem.reduction import files, parameters
 from fmbs_skfem.studies import models
 from fmbs_skfem.studies.running import solving
 
@@ -136,7 +136,7 @@ def test_refused(model: Path, options: tuple[str, ...], told: str, tmp_path: Pat
 @pytest.fixture
 def any_sign(monkeypatch: pytest.MonkeyPatch) -> None:
     """Negative moduli, which are refused, are the surest way to a run that fails."""
-    monkeypatch.setattr(models, "require_sign", lambda *given: None)
+    monkeypatch.setattr(parameters, "require_sign", lambda *given: None)
 
 
 @pytest.mark.usefixtures("any_sign")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pkgutil
 import signal
 import socket
 import subprocess
@@ -17,6 +18,7 @@ import pytest
 from fmbs_skfem.core import consents, processes
 from fmbs_skfem.core.processes import WorkerProcess
 
+from ..cli.calls import scene
 from ..hard_cases import alive
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and sockets of POSIX")
@@ -178,6 +180,97 @@ def test_what_lies_in_the_current_folder_is_not_imported(tmp_path: Path) -> None
     done = subprocess.run([sys.executable, str(script)], cwd=folder, env=kept, capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("9\n", "")
     assert not (folder / "imported").exists()
+
+
+#: that Python has looked for beside its `-m` before this package is loaded, and the package
+OF_PYTHON = [
+    "importlib",
+    "warnings",
+    "contextlib",
+    "collections",
+    "keyword",
+    "operator",
+    "reprlib",
+    "functools",
+    "types",
+    "fmbs_skfem",
+]
+#: every command, in the order in which they need each other
+COMMANDS = """
+--help
+check cantilever.yaml
+run cantilever.yaml --out run --html --checkpoint 0
+check run
+view run --html view.html
+report run
+resume run
+reduce cantilever.yaml --out model.h5
+rom info model.h5
+rom run model.h5 --out rom --picture
+rom export model.h5 --c c
+rom export model.h5 --fmu model.fmu
+train cantilever.yaml --out family
+sweep cantilever.yaml --out sweep --samples 2 --workers 2
+compare cantilever.yaml --out compare --quick
+export cantilever.yaml --out vtk
+render cantilever.yaml --out pictures --frames 2
+part train cantilever.yaml --body beam --alone --runs 1 --samples 12 --duration 0.02
+part info beam.part.h5
+part check beam.part.h5 cantilever.yaml --body beam
+new project
+demo --copy
+schema
+verify --list
+"""
+
+
+def plant(folder: Path) -> set[str]:
+    """Files with the names of all modules that there are, which leave a mark and fail where they are run; their names."""
+    names = {*sys.stdlib_module_names, *(one.name for one in pkgutil.iter_modules())} - {"antigravity", "this"}
+    for name in names:
+        (folder / f"{name}.py").write_text(f"open('{name}.imported', 'w').close()\nraise ImportError\n")
+    return names
+
+
+def call_beside(folder: Path, *start: str) -> tuple[int, set[str]]:
+    """The exit code of a process that starts in a folder, and the modules that are imported from there."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"} | {"PYTHONPATH": str(SOURCE)}
+    done = subprocess.run([sys.executable, *start], cwd=folder, env=kept, capture_output=True, text=True, check=False)
+    return done.returncode, {one.stem for one in folder.glob("*.imported")}
+
+
+def script_of(folder: Path) -> str:
+    """The program `fmbs` as it is installed: in a folder of its own."""
+    script = folder / "bin" / "fmbs"
+    script.parent.mkdir(parents=True, exist_ok=True)
+    script.write_text("from fmbs_skfem.cli.main import main\nif __name__ == '__main__':\n    main(prog_name='fmbs')\n")
+    return str(script)
+
+
+def test_modules_beside_a_scene_are_not_imported(tmp_path: Path) -> None:
+    """Of `python -m` those that Python itself imports are out of reach."""
+    folder = tmp_path / "beside"
+    folder.mkdir()
+    assert len(plant(folder)) > 400
+    assert call_beside(folder, script_of(tmp_path), "--help") == (0, set())
+    for name in OF_PYTHON:
+        (folder / f"{name}.py").unlink(missing_ok=True)
+    assert call_beside(folder, "-m", "fmbs_skfem", "--help") == (0, set())
+
+
+def test_no_command_imports_modules_beside_a_scene(tmp_path: Path) -> None:
+    """Slow: all commands, with the processes that they start."""
+    folder = tmp_path / "beside"
+    folder.mkdir()
+    path = scene(folder, "{type: dynamic, duration: 10 ms, step: 1 ms}")
+    training = "{candidates: {design: sobol, count: 4}, samples: 2, iterations: 2, max_samples: 4, tolerance: 0.5, holdout: 1}"
+    ranged = path.read_text().replace("load: 0.5 N", "load: {value: 0.5 N, range: [0.3 N, 0.6 N]}")
+    ranged = ranged.replace("  clamp: {type: reaction, joint: clamp}\n", "")
+    path.write_text(f"{ranged}reduction: {{snapshots: 1 ms}}\ntraining: {training}\n")
+    plant(folder)
+    found = {line: call_beside(folder, script_of(tmp_path), *line.split()) for line in COMMANDS.strip().splitlines()}
+    assert {line: names for line, (_, names) in found.items() if names} == {}
+    assert {line: code for line, (code, _) in found.items() if code not in (0, 7)} == {}
 
 
 def test_cores_are_those_of_affinity_and_quota(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -198,7 +198,7 @@ def test_plants_without_an_end_or_a_reward_are_refused(given: dict[str, Any]) ->
 def test_steps_and_actions_that_are_none_are_refused() -> None:
     one, run = plant(), start(system(), GeneralizedAlpha(H))
     for action in ([1.0], [1.0, np.nan], 1.0):
-        with pytest.raises(InputError, match=r"Plant.step: expected an action of 2 numbers, u, w"):
+        with pytest.raises(InputError, match=r"Plant.step: expected an action of 2 finite numbers, u, w"):
             one.step(np.array(action))
     for count in (-1, 0, 1.5, None):
         with pytest.raises(InputError, match=r"run.step: count: expected a whole number of steps"):

@@ -294,7 +294,9 @@ def test_more_states_than_memory_are_refused(step: float, every: int, monkeypatc
         integrate(models.spin_up(20), GeneralizedAlpha(step), 1.0, every=every)
 
 
-@pytest.mark.parametrize("duration", [math.inf, math.nan, 0.0])
-def test_durations_without_steps(duration: float) -> None:
-    with pytest.raises(InputError, match="at least one step"):
+@pytest.mark.parametrize(
+    "duration, told", [(math.inf, "duration: expected a finite number"), (math.nan, "a finite number"), (0.0, "at least one step")]
+)
+def test_durations_without_steps(duration: float, told: str) -> None:
+    with pytest.raises(InputError, match=told):
         integrate(models.spin_up(2), GeneralizedAlpha(1e-3), duration)

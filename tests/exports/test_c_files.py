@@ -556,9 +556,9 @@ def test_names_that_are_alike_in_c_stay_distinct(plant: System, tmp_path: Path) 
     CRun(model, tmp_path).run(1)
 
 
-@pytest.mark.parametrize("name", ["set", "take", "stddef", "math", "elastic"])
+@pytest.mark.parametrize("name", ["set", "take", "stddef", "math", "elastic", "Math", "con", "LPT1"])
 def test_names_that_collide_are_prefixed(name: str, small: System, tmp_path: Path) -> None:
-    """Words of the file begin with them, or they are those of headers: the file compiles and moves as with any name."""
+    """Words of the file begin with them, or they are headers or devices: the file compiles and moves as with any name."""
     model = c_files.write(case_of(small), name, "a model")
     assert model.name == f"model_{name}"
     run = CRun(model, tmp_path, ("-std=c99", "-O0"))

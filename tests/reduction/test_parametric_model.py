@@ -102,8 +102,18 @@ def test_unknown_parameters_are_refused(saved: Path) -> None:
     with pytest.raises(InputError, match=r"one of E, force, got 'forse'; did you mean 'force'\?") as caught:
         parametric_model.run(loaded, forse=1.0)
     assert caught.value.exit_code == 3
-    with pytest.raises(InputError, match="parameter 'E': expected a positive number, got -1"):
+    with pytest.raises(InputError, match="parameter 'E': expected a positive number, as all of its range"):
         parametric_model.run(loaded, E=-1)
+
+
+def test_a_sign_that_no_value_of_the_range_has_is_refused(saved: Path) -> None:
+    """Of a linear range, too."""
+    loaded = parametric_model.load(saved)
+    linear = tuple(replace(one, scale=Scale.LINEAR) for one in loaded.model.parameters)
+    rom = replace(loaded, model=replace(loaded.model, parameters=linear))
+    with pytest.raises(InputError, match=r"parameter 'E': expected a positive number, as all of its range, 5e\+08 to 2e\+09 Pa"):
+        parametric_model.case_of(rom, {"E": -1.0})
+    parametric_model.case_of(rom, {"force": -0.5})
 
 
 def test_a_notice_outside_of_the_training(saved: Path) -> None:

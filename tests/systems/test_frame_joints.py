@@ -165,7 +165,7 @@ def test_planetary_gear() -> None:
         ),
         (2, joints.Cylindrical("tube", A1, (0, 0, 1)), "expected a spatial scene"),
         (2, joints.Gear("wheels", A1, B1, (12, 0)), r"'wheels'\.teeth: expected two whole numbers"),
-        (2, joints.Gear("wheels", A1, B1, (1.5, 2)), r"'wheels'\.teeth: expected two whole numbers"),  # type: ignore[arg-type]
+        (2, joints.Gear("wheels", A1, B1, (1.5, 2)), r"'wheels'\.teeth: expected a sequence, in it a whole number"),  # type: ignore[arg-type]
         (3, joints.Gear("wheels", A1, B1, (1, 2), RIM, (0, 0, 1)), r"'wheels'\.carrier: expected wheels on the ground in space"),
         (3, joints.Gear("wheels", A1, BEAM, (1, 2), None, (1, 0, 0)), "a direction normal to the axis"),
         (2, joints.Edge("hold", "plate", ("lft",)), "one of its edges .*got 'lft'; did you mean 'left'"),

@@ -168,7 +168,7 @@ def test_a_pin_elsewhere_moves_the_initial_state_with_a_notice() -> None:
         (2, joints.Pin("pin", At("a", "lft")), "body 'a': expected one of its points .*did you mean 'left'"),
         (2, joints.Pin("pin", At("a", 1.2)), "an arc length between 0 and 1 m"),
         (2, joints.Pin("pin", A0, (0.0, 0.0, 0.0)), "joint 'pin': expected 2 finite numbers"),
-        (2, joints.Pin("pin", A0, (0.0, np.nan)), "joint 'pin': expected 2 finite numbers"),
+        (2, joints.Pin("pin", A0, (0.0, np.nan)), "joint 'pin'.to: expected an At or a sequence, in it a finite number"),
         (3, joints.Pin("pin", A0, B1), r"joint 'pin': expected a.left and b.right at one point, got a gap of 2 m"),
         (3, joints.Weld("weld", A1, C0), "parallel slopes in space, got an angle of 36.87 deg"),
         (2, joints.Clamp("clamp", BOB), "body 'bob': expected a body with a slope"),

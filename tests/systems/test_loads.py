@@ -99,7 +99,7 @@ def test_a_moment_works_on_the_rotation_normal_to_the_slope(stretch: float) -> N
     [
         (3, loads.Gravity((0.0, -9.81)), "load 'gravity': expected 3 finite numbers"),
         (2, loads.PointForce("push", A1, (1.0, 0.0, 0.0)), "load 'push': expected 2 finite numbers"),
-        (2, loads.PointForce("push", BOB, (np.inf, 0.0)), "load 'push': expected 2 finite numbers"),
+        (2, loads.PointForce("push", BOB, (np.inf, 0.0)), "load 'push'.force: expected a sequence, in it a finite number"),
         (3, loads.Follower("gradient", A1, (1.0, 2.0)), "load 'gradient': expected 1 finite numbers"),
         (2, loads.Follower("gradient", BOB, (1.0, 2.0)), "body 'bob': expected a body with a slope"),
         (3, loads.Moment("couple", A1, 1.0), "load 'couple': expected 3 finite numbers"),

@@ -37,7 +37,7 @@ def test_tangents_are_derivatives_of_forces_and_constraints() -> None:
 
 def test_wrong_shapes_are_refused() -> None:
     system = models.spin_up(2)
-    with pytest.raises(InputError, match=r"x: expected one value an unknown, \(\d+,\), got shape \(3,\)"):
+    with pytest.raises(InputError, match=r"x: expected one finite number an unknown, \(\d+,\), got shape \(3,\)"):
         systems.force(system, np.zeros(3))
-    with pytest.raises(InputError, match="multipliers: expected one a constraint"):
+    with pytest.raises(InputError, match="multipliers: expected one finite number a constraint"):
         systems.tangent(system, system.x0, multipliers=np.zeros(99))

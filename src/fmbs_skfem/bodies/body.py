@@ -27,6 +27,8 @@ from ..core.notices import notify
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from ..core.storage.validation import Attributes, Indices, Inside, Range, Reals, Sizes, also, require
+from ..core.values import arrays
+from ..core.values.arguments import checked
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
 from ..shapes.table import Curve, Table
@@ -196,6 +198,7 @@ class Body:
         return self.reference if self.spread is None else np.asarray(self.spread @ self.reference)
 
 
+@checked
 def cable(
     name: str,
     mesh: meshes.LineMesh | curves.Line | str | Path,
@@ -257,13 +260,16 @@ def cable(
     )
 
 
+@checked
 def point_mass(name: str, mass: float, position: np.ndarray, radius: float = 0.03) -> Body:
     """A mass point at a position (c,) [m]; its only place is `center`.
 
     `mass` [kg] is positive and finite, else InputError; `radius` [m] is that of its picture.
     """
     positive(f"body '{name}'", mass=mass)
-    at = np.asarray(position, dtype=float)[None, :]
+    at = arrays.finite(position, f"body '{name}': position", "2 or 3 finite numbers [m]", None)[None, :]
+    if at.size not in (2, 3):
+        raise InputError(say(f"body '{name}': position", "2 or 3 finite numbers [m]", f"{at.size} of them"))
     return Body(name, at, csr_array(np.array([[mass]])), np.ones(1), {"center": 0.0}, radius=radius)
 
 
@@ -294,8 +300,10 @@ def place(where: str, points: np.ndarray, dim: int, origin: np.ndarray | None, r
     if dim == 2 and points.shape[1] == 3 and np.abs(points[:, 2]).max() > 1e-12 * np.ptp(points):
         raise InputError(say(where, "points in the plane z = 0", f"z up to {np.abs(points[:, 2]).max():.3g} m", "use dimension 3"))
     wide = np.pad(points[:, :dim], ((0, 0), (0, max(0, dim - points.shape[1]))))
-    moved = wide if rotation is None else wide @ np.asarray(rotation, dtype=float).T
-    return moved if origin is None else moved + np.asarray(origin, dtype=float)
+    moved = (
+        wide if rotation is None else wide @ arrays.finite(rotation, f"{where}.rotation", f"a matrix ({dim}, {dim})", dim, dim).T
+    )
+    return moved if origin is None else moved + arrays.finite(origin, f"{where}.origin", f"{dim} finite numbers [m]", dim)
 
 
 def placed_line(

@@ -25,6 +25,7 @@ from ..core.algebra.linalg import distinct, entries, is_identity
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..core.values.fields import Names, Position
 from ..shapes import nurbs, smoothing
 from ..shapes import surface as surfaces
@@ -41,6 +42,7 @@ UNSEEN = 1e-9  #: trace of a function, over its values beside the edge, that cou
 
 
 @dataclass(frozen=True)
+@checked
 class Rim:
     """Edges that move as one rigid frame: names of edge groups, and its origin (the centre of a circle, or the middle) [m].
 

@@ -15,6 +15,7 @@ import numpy as np
 from ..core.declared import Declared
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..core.values.fields import Density, Length, quantity
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ def positive(where: str, **values: float) -> None:
 
 
 @dataclass(frozen=True)
+@checked
 class Material:
     """Linear elastic material."""
 
@@ -140,6 +142,7 @@ class Section(Declared, ABC):
 
 
 @dataclass(frozen=True)
+@checked
 class Circular(Section):
     """Solid circular section (round, rod, wire). A = pi d^2/4, I = pi d^4/64.
 
@@ -163,6 +166,7 @@ class Circular(Section):
 
 
 @dataclass(frozen=True)
+@checked
 class Rectangular(Section):
     """Solid rectangular section (square, flat, strip). A = w h, I = w h^3/12.
 
@@ -193,6 +197,7 @@ class Rectangular(Section):
 
 
 @dataclass(frozen=True)
+@checked
 class Given(Section):
     """Stiffnesses and mass per length of a cable given directly; a material is not needed.
 

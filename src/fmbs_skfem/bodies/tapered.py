@@ -9,11 +9,13 @@ from typing import Annotated, Any
 
 from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..core.values.mappings import at_fractions, takes
 from .sections import BeamSection, Given, Material, Offset, Pieces, Section
 
 
 @dataclass(frozen=True)
+@checked
 class Tapered(Section):
     """A section that tapers: sections of one shape at fractions of the length, with dimensions that are linear in between.
 

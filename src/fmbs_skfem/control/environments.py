@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from ..core.errors import InputError, SolverError, listed, say
+from ..core.values import arguments, arrays
+from ..core.values.arguments import checked
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..systems.signals import inputs_of
 from ..systems.system import System
@@ -50,6 +52,7 @@ class Plant(Env):
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  (as gymnasium declares it)
 
+    @checked
     def __init__(
         self,
         system: System,
@@ -70,10 +73,8 @@ class Plant(Env):
             )
         if not is_count(every):
             raise InputError(say("Plant: every", "a whole number of steps, 1 or more", every))
-        if not 0.0 < duration < np.inf:
-            raise InputError(say("Plant: duration", "a positive time with an end [s]", duration))
-        if not (callable(reward) and callable(ends)):
-            raise InputError(say("Plant: reward and ends", "functions of outputs", f"{reward!r} and {ends!r}"))
+        if not duration > 0.0:
+            raise InputError(say("Plant: duration", "a positive time [s]", duration))
         self.names, self.observed = tuple(ranges), tuple(observed)
         self.reward, self.ends, self.duration, self.every = reward, ends, duration, every
         self.run = start(system, scheme, newton)
@@ -82,8 +83,11 @@ class Plant(Env):
         self.action_space = Box(self.low, self.high, dtype=np.float64)
         self.observation_space = Box(-np.inf, np.inf, (len(self.last),), np.float64)
 
+    @checked
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
-        """The observation at the start."""
+        """The observation at the start; InputError for a seed below 0."""
+        if seed is not None and seed < 0:
+            raise InputError(say("Plant.reset: seed", "0 or more", seed))
         super().reset(seed=seed)
         self.run.state = self.first
         self.last = self.run.outputs(self.observed)
@@ -96,17 +100,22 @@ class Plant(Env):
 
     def step(self, action: np.ndarray | Sequence[float]) -> Answer:
         """The plant after an action (j,), which is cut to its range [SI]."""
-        values = np.asarray(action, float)
-        if values.shape != self.low.shape or np.isnan(values).any():
-            raise InputError(say("Plant.step", f"an action of {len(self.low)} numbers, {', '.join(self.names)}", action))
+        expected = f"an action of {len(self.low)} finite numbers, {', '.join(self.names)}"
+        values = arrays.finite(action, "Plant.step", expected, len(self.low))
         given = dict(zip(self.names, np.clip(values, self.low, self.high).tolist(), strict=True))
         try:
             self.run.step(given, self.every)
         except SolverError as error:
-            return self.observation, self.reward(self.last, given), True, False, {"error": str(error)}
+            return self.observation, self.worth(given), True, False, {"error": str(error)}
         self.last = self.run.outputs(self.observed)
         late = self.run.time > self.duration - 0.5 * self.run.run.scheme.step
-        return self.observation, self.reward(self.last, given), self.run.ended or self.ends(self.last), late, {}
+        return self.observation, self.worth(given), self.run.ended or bool(self.ends(self.last)), late, {}
+
+    def worth(self, given: Columns) -> float:
+        """The reward of the last outputs and of inputs that led to them; InputError for one that is no finite number."""
+        found = self.reward(self.last, given)
+        arguments.require("Plant: reward, what it gives", found, float)
+        return float(found)
 
 
 class Plants(VectorEnv):
@@ -117,17 +126,20 @@ class Plants(VectorEnv):
 
     metadata: dict[str, Any] = {"autoreset_mode": NEXT_STEP}  # noqa: RUF012
 
+    @checked
     def __init__(self, make: Callable[[], Plant], count: int, threads: int = 1) -> None:
         if count < 1 or threads < 1:
             raise InputError(say("Plants: count and threads", "at least 1 of each", f"{count} and {threads}"))
         self.plants, self.num_envs = [make() for _ in range(count)], count
+        if bad := [plant for plant in self.plants if not isinstance(plant, Plant)]:
+            raise InputError(say("Plants: make", "a function that makes a Plant", f"one that makes {bad[0]!r}"))
         one = self.plants[0]
         self.single_action_space, self.single_observation_space = one.action_space, one.observation_space
         self.action_space = Box(np.tile(one.low, (count, 1)), np.tile(one.high, (count, 1)), dtype=np.float64)
         self.observation_space = Box(-np.inf, np.inf, (count, *one.observation_space.shape), np.float64)
         self.done = np.zeros(count, bool)
         self.shares = [share.tolist() for share in np.array_split(np.arange(count), min(threads, count))]
-        self.pool = ThreadPoolExecutor(len(self.shares))
+        self.pool, self.closed_threads = ThreadPoolExecutor(len(self.shares)), False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
         """The observations (p, k) at the start."""
@@ -136,6 +148,10 @@ class Plants(VectorEnv):
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """All plants after their actions (p, j): observations (p, k), rewards, ends and time limits (p,), and reasons."""
+        p, j = self.action_space.shape
+        actions = arrays.finite(actions, "Plants.step", f"actions of {p} plants, ({p}, {j}) finite numbers", p, j)
+        if self.closed_threads:
+            raise InputError(say("Plants.step", "plants whose threads are there", "those that were closed", "make them anew"))
         found: list[Answer] = [
             answer for part in self.pool.map(lambda share: self.take(share, actions), self.shares) for answer in part
         ]
@@ -152,4 +168,5 @@ class Plants(VectorEnv):
 
     def close(self, **more: Any) -> None:
         """End the threads."""
+        self.closed_threads = True
         self.pool.shutdown()

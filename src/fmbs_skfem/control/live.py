@@ -12,18 +12,21 @@ from __future__ import annotations
 
 import sys
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..core.errors import InputError, closest, listed, say
 from ..core.notices import Notice
+from ..core.values import arguments
+from ..core.values.arguments import checked
 from ..core.values.inputs import Held
 from ..dynamics.checkpoint import Checkpoint
 from ..dynamics.integration import begun, take_step
 from ..dynamics.measuring import Meter, RowMeter, motion_of
 from ..dynamics.observers import Observer, Setting
+from ..dynamics.outputs import require_known
 from ..dynamics.run import cost_of, moment, restore
 from ..dynamics.scheme import GeneralizedAlpha, Newton
 from ..dynamics.trajectory import Happening, Trajectory
@@ -37,6 +40,7 @@ DOUBTFUL = ".* too far apart to count the turns"  #: a warning of a meter that i
 OFTEN = 64  #: steps after which turns are counted, at most
 
 
+@checked
 def start(
     system: System,
     scheme: GeneralizedAlpha,
@@ -150,6 +154,7 @@ class LiveRun:
 
     @state.setter
     def state(self, held: Checkpoint) -> None:
+        arguments.require("run.state", held, Checkpoint)
         restore(self.run, held)
         self.beside = []  # which stand elsewhere
         self.meter.take_up(self.run, held.arrays)
@@ -164,6 +169,8 @@ class LiveRun:
         """
         if names is None:
             return self.measured(self.meter)
+        if not isinstance(names, Iterable):
+            raise InputError(say("run.outputs", "names of outputs", repr(names)))
         key = (names,) if isinstance(names, str) else tuple(names)
         meter = self.meters.get(key) or self.meter_of(key)
         if isinstance(meter, Meter):
@@ -215,10 +222,7 @@ class LiveRun:
     def meter_of(self, names: tuple[str, ...]) -> Meter | RowMeter:
         """What reads outputs of some names, made when they are first asked for."""
         system = self.run.model.system
-        for name in names:
-            if name not in system.outputs:
-                expected = f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
-                raise InputError(say("run.outputs", expected, f"'{name}'") + closest(name, system.outputs))
+        require_known("run.outputs", system, names)
         formulas = [formula_of(system.outputs[name], system.dim) for name in names]
         known = [(name, system.outputs[name], one) for name, one in zip(names, formulas, strict=True) if one is not None]
         if len(known) == len(names):

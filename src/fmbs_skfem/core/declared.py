@@ -20,6 +20,7 @@ from typing import Any, ClassVar
 
 from . import own_words
 from .errors import InputError, say
+from .values import arguments
 from .values.problems import Problem
 
 WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
@@ -64,5 +65,18 @@ def require_sound(what: str, name: str, item: Any, family: type[Declared], dim: 
     """Refuse what is no joint, load or output, and those with problems."""
     if not isinstance(item, family):
         raise InputError(say(f"{what} '{name}'" if name else f"{what}s", f"a {family.__name__.lower()}", type(item).__name__))
-    for key, problem in item.problems(dim):
-        raise InputError(problem.at(f"{what} '{name}'" + (f".{key if isinstance(key, str) else '.'.join(key)}" if key else "")))
+    where = f"{what} '{name}'"
+    for key, problem in problems_of(item, where, dim):
+        raise InputError(problem.at(where + (f".{key if isinstance(key, str) else '.'.join(key)}" if key else "")))
+    arguments.check_fields(item, where)
+
+
+def problems_of(item: Any, where: str, dim: int) -> list[tuple[str | tuple[str, ...], Problem]]:
+    """The problems that an item knows of, which may not stand what its fields cannot hold."""
+    try:
+        return list(item.problems(dim))
+    except InputError:
+        raise
+    except (AttributeError, TypeError, ValueError):
+        arguments.check_fields(item, where)
+        raise

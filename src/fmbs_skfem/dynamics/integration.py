@@ -12,6 +12,7 @@ import numpy as np
 from ..core import machine_memory
 from ..core.errors import InputError, Reason, SolverError, say
 from ..core.notices import Notice, Progress
+from ..core.values.arguments import checked
 from ..systems.compiled import accepted, compile_system
 from ..systems.system import System, loose_rows
 from . import rest
@@ -45,6 +46,7 @@ WHOLE = stepping.REMEASURE  #: steps are taken in multiples of this number, so t
 PACE = 0.2  #: time between two looks at a run that is watched [s]
 
 
+@checked
 def integrate(
     system: System,
     scheme: GeneralizedAlpha,
@@ -292,6 +294,8 @@ def give_up(run: OpenRun, status: int) -> NoReturn:
 def kept_steps(every: int | np.ndarray, steps: int) -> np.ndarray:
     """Numbers of the steps after which states are kept, 0 first: those listed, or every so many and the last one."""
     if isinstance(every, np.ndarray):
+        if every.ndim != 1 or every.dtype.kind not in "iu":
+            raise InputError(say("steps to keep", "a list of whole numbers", f"an array {every.shape} of {every.dtype}"))
         kept = np.union1d(0, every.astype(np.int64))
         if kept[0] < 0 or kept[-1] > steps:
             raise InputError(say("steps to keep", f"numbers from 0 to {steps}", f"{kept[0]} to {kept[-1]}"))

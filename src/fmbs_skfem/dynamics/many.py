@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import Progress
+from ..core.values.arguments import checked
 from ..systems.system import System
 from .integration import integrate
 from .scheme import GeneralizedAlpha, Newton
@@ -24,6 +25,7 @@ from .trajectory import Trajectory
 Result: TypeAlias = Trajectory | SolverError
 
 
+@checked
 def integrate_many(
     systems: Sequence[System],
     schemes: GeneralizedAlpha | Sequence[GeneralizedAlpha],

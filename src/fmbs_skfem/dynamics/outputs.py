@@ -15,7 +15,8 @@ import numpy as np
 
 from ..core.algebra.linalg import distinct, is_zero, narrowed, rows_at
 from ..core.compiling.structs import Routine
-from ..core.errors import InputError, say
+from ..core.errors import InputError, closest, listed, say
+from ..core.values.arguments import checked
 from ..systems import evaluation, work
 from ..systems.compiled import Compiled, compile_system, memories, signal_table
 from ..systems.evaluation import Samples
@@ -31,6 +32,7 @@ FEW = 9  #: stored states, below which nothing is said of a rise or fall of the 
 DELTA = 1e-6  #: relative time difference for Phi_t
 
 
+@checked
 def energies(trajectory: Trajectory) -> np.ndarray:
     """Kinetic, strain, potential (from the start) and balance (kinetic + strain + potential - work + lost) [J], (s, 4)."""
     found = balance_of(trajectory)
@@ -180,6 +182,7 @@ def size_of(stored: np.ndarray) -> float:
     return max(float(stored[:, 0].max()), float(np.ptp(stored[:, 1:], axis=0).max()))
 
 
+@checked
 def energy_drift(trajectory: Trajectory) -> float:
     """Largest change of the energy balance [J]."""
     return energy_errors(trajectory).drift
@@ -193,6 +196,7 @@ class EnergyErrors(NamedTuple):
     fall: float  #: largest fall, over that size
 
 
+@checked
 def energy_errors(trajectory: Trajectory) -> EnergyErrors:
     """Errors of the energy balance: a rise is one of the step, a fall is what the method damps, unasked.
 
@@ -225,6 +229,7 @@ def residual_samples(
     return found[:, np.argsort(model.order)]
 
 
+@checked
 def reactions(trajectory: Trajectory) -> dict[tuple[str, str], np.ndarray]:
     """Force of every constraint row on the system, - lambda (s,), by (joint, coordinate).
 
@@ -310,9 +315,19 @@ def read_sensors(trajectory: Trajectory) -> tuple[np.ndarray, np.ndarray, np.nda
     return y + system.sensors.offset[rows], rate, change
 
 
+def require_known(where: str, system: System, names: Sequence[str]) -> None:
+    """InputError for a name that is none of the outputs."""
+    for name in names:
+        if name not in system.outputs:
+            expected = f"one of the outputs {listed(system.outputs, name, 'of which there are none')}"
+            raise InputError(say(where, expected, f"'{name}'") + closest(name, system.outputs))
+
+
+@checked
 def outputs(trajectory: Trajectory, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
     """Named outputs, all by default: column name -> values (s,)."""
     columns, system = dict[str, np.ndarray](), trajectory.system
+    require_known("outputs", system, names or ())
     y, rate, change = read_sensors(trajectory)
     read = rows_read(system)
     require_distinct_columns(system.outputs)

@@ -15,6 +15,7 @@ from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..systems.compiled import Compiled
 from ..systems.lengths import DIGITS
 from ..systems.system import System
@@ -48,6 +49,7 @@ Start: TypeAlias = Literal["reference", "equilibrium"]  #: where a motion does s
 
 @storable
 @dataclass(frozen=True)
+@checked
 class GeneralizedAlpha:
     """Step h [s], and spectral radius rho_inf at infinite frequency, 0 (asymptotic annihilation) to 1 (no damping).
 
@@ -93,6 +95,7 @@ class GeneralizedAlpha:
 
 @storable
 @dataclass(frozen=True)
+@checked
 class Newton:
     """Iteration control; the tolerance is an error of the positions, root mean square, relative to the size of the mechanism.
 
@@ -112,6 +115,9 @@ class Newton:
             pardiso.require()
         if not 0 < self.tolerance < 1e-2:
             raise InputError(say("newton.tolerance", "a number between 0 and 0.01", self.tolerance))
+        if self.iterations < 1 or (self.slow is not None and not self.slow >= 0):
+            got = f"{self.iterations} and {self.slow}"
+            raise InputError(say("newton: iterations and slow", "1 or more, and a contraction that is not negative", got))
 
 
 def steps_in(scheme: GeneralizedAlpha, duration: float) -> int:
@@ -219,6 +225,7 @@ def round_off(system: System) -> float:
     return DIGITS * max(float(np.abs(places).max(initial=0.0)), system.scale)
 
 
+@checked
 def acceleration_noise(scheme: GeneralizedAlpha, system: System) -> float:
     """Noise of q'', and over the mass of reactions, that the round-off of positions makes, root mean square [m/s2]: d / (beta h^2).
 

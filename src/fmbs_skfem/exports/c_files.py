@@ -118,6 +118,8 @@ HEADERS = frozenset(
         "wordexp",
     ]
 )
+#: that Windows takes for devices, whatever the ending of a file
+DEVICES = frozenset(["aux", "con", "nul", "prn", *(f"{port}{k}" for port in ("com", "lpt") for k in range(10))])
 # a planar arm of two links under random torques, 3 corrections a step: 0.5 and 0.03 at most, where its tip is off by 2 mm, else
 # 3e-3 and 0.1 mm; what does not shrink is on its way to numbers that are none
 SHRINKS = 0.9  #: size of the last of a given number of corrections over that of the one before, above which they do not shrink
@@ -148,10 +150,13 @@ def identifier(name: str) -> str:
 
 
 def model_name(name: str, texts: Iterable[str]) -> str:
-    """A name for a model and its files: one with which words of their texts begin, or that of a header, is prefixed."""
+    """A name for a model and its files: one with which words of their texts begin, that of a header or a device, is prefixed.
+
+    Windows and macOS take large and small letters of files for the same.
+    """
     found = identifier(name)
     code = (re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) for text in (*texts, *map(template, BESIDE)))
-    own = found in HEADERS or any(re.search(rf"\b{found}_", text) for text in code)
+    own = found.lower() in HEADERS | DEVICES or any(re.search(rf"\b{found}_", text) for text in code)
     return f"model_{found}" if own else found
 
 

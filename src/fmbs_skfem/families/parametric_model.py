@@ -22,6 +22,7 @@ from ..core import installed
 from ..core.errors import InputError, say
 from ..core.storage import container, durable
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..core.values.ranges import Parameter
 from ..dynamics.trajectory import Trajectory
 from ..reduction import affine, cases, files
@@ -44,6 +45,7 @@ class ParametricModel:
     notes: dict[str, Any] = field(default_factory=dict)
 
 
+@checked
 def save(rom: ParametricModel, path: str | Path) -> Path:
     """Write a parametric model; versions of the libraries are noted, the form with all multipliers is left out.
 
@@ -56,6 +58,7 @@ def save(rom: ParametricModel, path: str | Path) -> Path:
     return container.write(path, KIND, model=replace(model, nominal=nominal, varying=varying), notes=notes)
 
 
+@checked
 def load(path: str | Path) -> ParametricModel:
     """The parametric model of a file, made once at nominal values; CorruptFile where it is not as it was written.
 
@@ -79,16 +82,19 @@ def run(
     return cases.run(case, every)
 
 
+@checked
 def case_of(
     rom: ParametricModel, values: Mapping[str, float], duration: float | None = None, step: float | None = None
 ) -> tuple[Case, list[str]]:
     """The case at values of the parameters, nominal where none is given, and where it leaves the training, with a notice.
 
     `values` by name [SI]; `duration` and `step` [s] are those of the training by default. InputError for a name that is no
-    parameter.
+    parameter, and for a value of another sign than all of its range has.
     """
     model = rom.model
     point = boxes.completed(model.parameters, values)
+    for parameter in model.parameters:
+        boxes.require_sign(parameter, point[parameter.name], f"parameter '{parameter.name}'")
     far = boxes.outside(model.parameters, point)
     beyond = [f"{p.name} = {point[p.name]:g}, {describe_distance(p, point[p.name])}" for p in model.parameters if p.name in far]
     return cases.at_times(model(point), duration, step, "reduced model", beyond)
@@ -114,6 +120,7 @@ def hashes(paths: Iterable[str | Path]) -> dict[str, str]:
     return found
 
 
+@checked
 def summary(rom: ParametricModel) -> dict[str, Any]:
     """What a model is, as plain numbers and texts: parameters, sizes, polynomials, notes.
 

@@ -18,6 +18,7 @@ from ..core.errors import InputError, say
 from ..core.notices import Progress, notify
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..core.values.expressions import Expression
 from ..dynamics.checkpoint import Record, Resumed
 from ..dynamics.integration import integrate
@@ -37,6 +38,7 @@ Leaves: TypeAlias = dict[Place, Leaf]  #: leaves that differ from those of anoth
 
 @storable
 @dataclass(frozen=True)
+@checked
 class Case:
     """One member of a family.
 

@@ -20,6 +20,7 @@ from ..core.storage import container
 from ..core.storage.container import FileKind
 from ..core.storage.records import dataclass
 from ..core.storage.validation import check
+from ..core.values.arguments import checked
 from ..core.values.problems import shown
 from ..dynamics.scheme import GeneralizedAlpha, Newton, Start
 from ..dynamics.trajectory import Trajectory
@@ -44,6 +45,7 @@ class Saved:
     notes: dict[str, Any]
 
 
+@checked
 def save(system: System, path: str | Path, **notes: Any) -> Path:
     """Write a reduced system and notes about it (numbers, texts, arrays, tuples, lists, dicts, selections) to a file.
 
@@ -60,6 +62,7 @@ def require_savable(system: System) -> None:
     container.encode(replace(system, full=None), [], "system")
 
 
+@checked
 def case_of(
     saved: Saved, duration: float | None = None, step: float | None = None, where: str = "reduced model"
 ) -> tuple[Case, list[str]]:
@@ -82,6 +85,7 @@ def case_of(
     return cases.at_times(case, duration, step, where)
 
 
+@checked
 def run(saved: Saved, every: int | np.ndarray = 1, duration: float | None = None, step: float | None = None) -> Trajectory:
     """The motion of a model over the times of its training, or others [s]; a longer run or another step with a notice.
 
@@ -143,6 +147,7 @@ def of_outputs(notes: Mapping[str, Any], kind: str) -> dict[str, Any]:
     return {name: one.get(kind) for name, one in rows if isinstance(one, Mapping)}
 
 
+@checked
 def load(path: str | Path) -> System:
     """The reduced system of a file; errors as of `read`.
 
@@ -151,6 +156,7 @@ def load(path: str | Path) -> System:
     return read(path).system
 
 
+@checked
 def read(path: str | Path) -> Saved:
     """The system of a file and its notes, checked by checksum, types and shapes.
 

@@ -21,6 +21,7 @@ import numpy as np
 from ..core.errors import InputError, SolverError, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..core.values.ranges import Parameter
 from ..dynamics.output_errors import common_times
 from ..dynamics.outputs import body_coordinates
@@ -100,6 +101,7 @@ class FullRun:
 Full: TypeAlias = Callable[[Mapping[str, float]], FullRun]
 
 
+@checked
 def task_of(case: Case, plan: Plan, interval: float | np.ndarray, form: Callable[[System], System] = eliminate) -> TrainingTask:
     """The task without parameters: one full case with all multipliers, snapshots every `interval` [s] or at its times (s,) [s].
 

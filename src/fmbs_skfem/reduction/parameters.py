@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from ..core.errors import InputError, closest, say
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..core.values.arrays import finite
 from ..core.values.ranges import Parameter, Scale
 
@@ -193,6 +194,14 @@ def completed(parameters: Sequence[Parameter], values: Mapping[str, float]) -> d
     return {parameter.name: parameter.nominal for parameter in parameters} | dict(values)
 
 
+def require_sign(parameter: Parameter, value: float, where: str) -> None:
+    """InputError where a number that is of one sign in all of its range, as a stiffness or a mass, is of another one."""
+    if parameter.low * parameter.high > 0.0 and not value * parameter.low > 0.0:
+        sign = "positive" if parameter.low > 0.0 else "negative"
+        ranged = f"as all of its range, {parameter.low:g} to {parameter.high:g} {parameter.unit}"
+        raise InputError(say(where, f"a {sign} number, {ranged}", f"{value:g}"))
+
+
 def known(parameters: Sequence[Parameter], names: Iterable[str], complete: bool = False) -> None:
     """Refuse names that are no parameters; with `complete` also parameters without a name."""
     names, mine = list(names), [parameter.name for parameter in parameters]
@@ -226,6 +235,7 @@ class Search:
     first: int  #: candidate of the first full run
 
 
+@checked
 def search(parameters: Sequence[Parameter], candidates: ArrayLike, samples: ArrayLike, first: ArrayLike | None = None) -> Search:
     """Candidates (c, d), the samples (k, d) among them and the first point (d,), by default the candidate nearest to the middle.
 

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..dynamics.scheme import Newton
 from .hyper.hyper_reduction import NONE, HyperReduction
 
@@ -31,6 +32,7 @@ USUAL = 1e-12  #: eps where nothing is said
 
 
 @dataclass(frozen=True)
+@checked
 class Plan:
     """How a reduced model is trained.
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core.values.arguments import checked
 from ..core.values.display import SI, DisplayUnits
 from ..dynamics import Shapes, Trajectory
 from . import frames as frames_
@@ -90,6 +91,7 @@ def deflection(body: Shown) -> np.ndarray:
     return np.einsum("xc,sxc->sx", n, body.points - body.points[:1])
 
 
+@checked
 def picture(shapes: Shapes, path: Path, title: str = "", display: DisplayUnits = SI) -> Path:
     """Every motion at its largest beside the outline of the state, side by side in a PNG."""
     vectors, extent = unit_vectors(shapes)

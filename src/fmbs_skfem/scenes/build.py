@@ -18,6 +18,7 @@ from ..bodies.body import Body
 from ..core.errors import InputError, say
 from ..core.notices import notify
 from ..core.values import expressions
+from ..core.values.arguments import checked
 from ..core.values.expressions import Expression
 from ..core.values.inputs import Source
 from ..shapes import meshes
@@ -39,6 +40,7 @@ MANY = 500  #: linear constraints, a dense column of the factors' inverse each, 
 SUBJECT = re.compile(r"(body|joint|load|output|controller|event|monitor) '([^']*)'")
 
 
+@checked
 def system(scene: Scene, cells: int | None = None, allow_outside: bool = False) -> System:
     """The system of a scene with all multipliers; `chosen_form` makes of it the one that is solved.
 

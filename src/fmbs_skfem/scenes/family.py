@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ..core.values.arguments import checked
 from . import schema
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from ..reduction.cases import Case, Family
 
 
+@checked
 def family(
     scene: schema.Scene, *, cells: int | None = None, allow_outside: bool = False, duration: float | None = None
 ) -> tuple[tuple[Parameter, ...], Family]:

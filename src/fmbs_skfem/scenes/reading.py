@@ -11,6 +11,7 @@ from typing import Any
 from ..core import consents, own_words
 from ..core.errors import InputError
 from ..core.notices import notify, remark
+from ..core.values.arguments import checked
 from ..core.values.fields import Context
 from ..core.values.mappings import read_struct
 from ..core.values.problems import Found, Problem, located, printable, shown
@@ -23,6 +24,7 @@ from .yamlfile import location, where
 MOST = 50  #: problems that one message lists
 
 
+@checked
 def read(
     path: Path | str, parameters: Changes | None = None, repair: bool = False, *, extensions: str | None = None
 ) -> schema.Scene:
@@ -38,6 +40,7 @@ def read(
         return _warn(_scene(yamlfile.read(path), str(path), path, path.parent, parameters or {}, repair))
 
 
+@checked
 def loads(text: str, folder: Path | str = ".", parameters: Changes | None = None, *, extensions: str | None = None) -> schema.Scene:
     """The scene in a text, as `read`; mesh paths are relative to `folder`."""
     with consents.given(extensions):

@@ -21,6 +21,7 @@ from ruamel.yaml.events import SequenceStartEvent as ListStartEvent
 from ..core.errors import InputError, say
 from ..core.storage import container
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..core.values.problems import Keys, printable
 
 if TYPE_CHECKING:
@@ -132,6 +133,7 @@ def line(node: Node, path: Sequence[str | int]) -> int:
     return node.line
 
 
+@checked
 def where(scene: Scene, *keys: str | int) -> str:
     """`file:line: key.key` of the value at a path of keys and indices of the scene, for messages."""
     return location(str(scene.path or "scene"), scene.node, keys)

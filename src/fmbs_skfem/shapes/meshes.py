@@ -26,6 +26,7 @@ from ..core import errors, remembered_files
 from ..core.algebra.linalg import distinct
 from ..core.notices import notify
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from ..foreign import door, exchange
 from . import msh, vtu
 from .msh import Floats, Ints, MshCells, Raw
@@ -61,6 +62,7 @@ def polyline(points: Floats) -> LineMesh:
     return LineMesh(points=np.asarray(points, dtype=float), cells=cells, point_groups=ends)
 
 
+@checked
 def segment(cells: int, start: Sequence[float] = (0.0, 0.0, 0.0), end: Sequence[float] = (1.0, 0.0, 0.0)) -> LineMesh:
     """Equal cells from `start` to `end` [m] with the point groups `left` and `right`."""
     a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
@@ -125,6 +127,7 @@ def path(text: str, folder: Path, allow_outside: bool = False, what: str = "mesh
     return target
 
 
+@checked
 def read(path: Path | str, repair: bool = False, unit: float = 1.0) -> LineMesh:
     """The audited mesh in a `.msh` or `.vtu` file; InputError names the file, and the ids and positions of what is wrong.
 

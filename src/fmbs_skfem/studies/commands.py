@@ -30,6 +30,7 @@ from .options import (
     ViewSource,
     examples,
     ranges,
+    study,
 )
 from .result import Result
 
@@ -45,6 +46,7 @@ SCHEMA = "scene.schema.json"
 Folder = Annotated[str | Path, Argument("DIR")]
 
 
+@study
 def check(
     source: SceneSource,
     *,
@@ -72,6 +74,7 @@ def check(
         return checking.check_scene(job, jobs.read_scene(job, plans=False), target)
 
 
+@study
 def checksums(folder: Folder, **shared: Unpack[OutputOptions]) -> Result:
     """Compare the results in a folder with their checksums.
 
@@ -83,6 +86,7 @@ def checksums(folder: Folder, **shared: Unpack[OutputOptions]) -> Result:
         return checking.compare_checksums(job)
 
 
+@study
 def run(
     source: SceneSource,
     *,
@@ -121,6 +125,7 @@ def run(
         return runs.run_source(job, step, picture, html)
 
 
+@study
 def resume(
     folder: Folder, *, plots: Plots = True, units: Units = False, time_limit: TimeLimit = inf, **shared: Unpack[OutputOptions]
 ) -> "Run":
@@ -137,6 +142,7 @@ def resume(
         return resuming.resume_run(job)
 
 
+@study
 def reduce(
     source: SceneSource,
     *,
@@ -182,6 +188,7 @@ def reduce(
         return reducing.reduce_scene(job, scene, path, plan, plans.goal(scene, job.wanted, tolerance, modes, hyper))
 
 
+@study
 def train(
     source: SceneSource,
     *,
@@ -214,6 +221,7 @@ def train(
         return greedy_training.train_order(job, order, greedy_training.folder(job, scene, resume), html)
 
 
+@study
 def compare(
     source: SceneSource,
     *,
@@ -237,6 +245,7 @@ def compare(
         return comparison.compare_scene(job, quick, picture, true, html)
 
 
+@study
 def sweep(
     source: SceneSource,
     *,
@@ -250,7 +259,7 @@ def sweep(
             choices=("sobol", "lhs", "grid", "list", "saltelli"),
         ),
     ] = None,
-    table: Annotated[Path | None, Option("Samples from a table.", "FILE.csv", "list")] = None,
+    table: Annotated[str | Path | None, Option("Samples from a table.", "FILE.csv", "list")] = None,
     seed: Annotated[int, Option("Seed of sobol and lhs.", least=0)] = 0,
     ranges: Annotated[Ranges | None, Option("Range of a parameter.", "NAME=LOW:HIGH[:log]", "range", read=ranges)] = None,
     scheduler: Annotated[
@@ -291,6 +300,7 @@ def sweep(
         return sweeping.sweep_points(job, members, points, seed, options, resume, indices, surfaces)
 
 
+@study
 def render(
     source: SceneSource,
     *,
@@ -317,6 +327,7 @@ def render(
         return runs.render_scene(job, frames if gif else 0, video.SUFFIX if mp4 else ".gif", scale, html)
 
 
+@study
 def view(
     source: ViewSource,
     *,
@@ -341,6 +352,7 @@ def view(
         return viewing.view(job, None if html is None else Path(html), instants, open)
 
 
+@study
 def report(
     folder: Folder,
     *,
@@ -361,6 +373,7 @@ def report(
         return folder_report.write(job, None if html is None else Path(html), bodies, instants)
 
 
+@study
 def export(
     source: SceneSource,
     *,
@@ -380,6 +393,7 @@ def export(
         return runs.export_scene(job, frames)
 
 
+@study
 def verify(
     names: Annotated[Sequence[str], Option("A case; may be given several times.", "NAME", "case", read=tuple)] = (),
     groups: Annotated[Sequence[str], Option("A group of cases; may be given several times.", "GROUP", "group", read=tuple)] = (),
@@ -402,11 +416,13 @@ def verify(
         return verification.verify_cases(job, names, groups)
 
 
+@study
 def cases(names: Sequence[str] = (), groups: Sequence[str] = ()) -> Result:
     """The cases of the verification suite and what they are; nothing is solved."""
     return verify(names, groups, listed=True)
 
 
+@study
 def demo(
     *,
     copy: Annotated[bool, Option("Copy the example scenes and their meshes into the folder instead, to begin from.")] = False,
@@ -429,6 +445,7 @@ def demo(
         return comparison.show_demo(job, tables)
 
 
+@study
 def new(
     folder: Annotated[str | Path, Argument("NAME")],
     *,
@@ -449,6 +466,7 @@ def new(
         return projects.copy_example(job, like)
 
 
+@study
 def warm(**shared: Unpack[OutputOptions]) -> Result:
     """Compile ahead what ordinary scenes need, so that no first run has to.
 
@@ -462,6 +480,7 @@ def warm(**shared: Unpack[OutputOptions]) -> Result:
         return warming.compile_ahead(job)
 
 
+@study
 def describe_scenes(
     *,
     page: Annotated[bool, Option("Print a page for people (Markdown) instead: every key with what it takes.")] = False,

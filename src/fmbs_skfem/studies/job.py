@@ -110,13 +110,21 @@ def begin(source: Source = "", **options: Unpack[JobOptions]) -> Iterator[Job]:
     import scipy.linalg  # noqa: F401  (limits reach only libraries that are loaded)
     from threadpoolctl import threadpool_limits
 
+    from ..core.values import arguments
+
     given: dict[str, Any] = dict(options)
     consent = consents.given(given.pop("extensions", None))
-    given["changes"] = {name: str(value).strip() for name, value in given.pop("parameters", {}).items()}
+    given["changes"] = {name: str(value).strip() for name, value in (given.pop("parameters", None) or {}).items()}
     given["out"] = None if given.get("out") is None else Path(given["out"])
+    if "listener" in given:
+        arguments.check_fields(given["listener"])
     if isinstance(source, str | Path):
+        arguments.require("source", source, str | Path)
         job = Job(Path(source), **given)
     else:
+        from ..scenes import Scene
+
+        arguments.require("source", source, str | Path | Scene)
         job = Job(source.path or Path("scene"), source, **given)
         if job.changes:
             raise InputError(say("parameters", "the file of a scene", "a scene", "read it with them: scenes.read(path, changes)"))

@@ -20,6 +20,7 @@ from .options import (
     Step,
     Units,
     ValueOptions,
+    study,
 )
 from .result import Result
 
@@ -31,6 +32,7 @@ PlacedIn = Annotated[str | Path, Argument("SCENE")]
 BodyName = Annotated[str, Option("Name of the body in the scene.", "NAME")]
 
 
+@study
 def info(path: ModelFile, **shared: Unpack[OutputOptions]) -> Result:
     """Say what a saved reduced model is.
 
@@ -42,6 +44,7 @@ def info(path: ModelFile, **shared: Unpack[OutputOptions]) -> Result:
         return models.describe(job)
 
 
+@study
 def run_model(
     path: ModelFile,
     *,
@@ -64,6 +67,7 @@ def run_model(
         return models.run_saved(job, step, picture, html)
 
 
+@study
 def export_model(
     path: ModelFile,
     *,
@@ -94,6 +98,7 @@ def export_model(
         return exporting.export(job, name, *places, fmi, step, gravity)
 
 
+@study
 def train_part(
     source: SceneSource,
     *,
@@ -145,7 +150,7 @@ def train_part(
         ),
     ] = None,
     samples: Annotated[int, Option("States that are kept of a motion.", "N", least=10)] = 600,
-    seed: Annotated[int, Option("Of random directions, phases and frequencies.", "N")] = 0,
+    seed: Annotated[int, Option("Of random directions, phases and frequencies.", "N", least=0)] = 0,
     before: Annotated[
         str | Path | None, Option("Go on with the training of a part: nothing that it has seen is run again.", "FILE", "continue")
     ] = None,
@@ -169,6 +174,7 @@ def train_part(
         return parts.train(job, jobs.read_scene(job), body, excited, tolerance, modes, hyper, known)
 
 
+@study
 def describe_part(path: ModelFile, **shared: Unpack[OutputOptions]) -> "PartResult":
     """Say what a part is.
 
@@ -180,6 +186,7 @@ def describe_part(path: ModelFile, **shared: Unpack[OutputOptions]) -> "PartResu
         return parts.describe(job)
 
 
+@study
 def check_part(
     path: ModelFile,
     scene: PlacedIn,

@@ -270,16 +270,8 @@ def read_value(parameter: Parameter, given: str, option: str = "--set") -> float
         value = quantities.convert(given, units.find_dimension(parameter.unit))
     except Problem as problem:
         raise InputError(problem.at(f"{option} {parameter.name}")) from problem
-    require_sign(parameter, value, option)
+    boxes.require_sign(parameter, value, f"{option} {parameter.name}")
     return value
-
-
-def require_sign(parameter: Parameter, value: float, option: str) -> None:
-    """InputError where a number that is of one sign in all of its range, as a stiffness or a mass, is of another one."""
-    if parameter.low * parameter.high > 0.0 and not value * parameter.low > 0.0:
-        sign = "positive" if parameter.low > 0.0 else "negative"
-        ranged = f"as all of its range, {parameter.low:g} to {parameter.high:g} {parameter.unit}"
-        raise InputError(say(f"{option} {parameter.name}", f"a {sign} number, {ranged}", f"{value:g}"))
 
 
 def remarks(facts: Mapping[str, Any]) -> Sequence[str]:

@@ -8,17 +8,23 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
+import math
 import re
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypedDict, TypeVar, cast, get_args, get_type_hints
 
+from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
+from ..core.values.problems import shown
 from .job import Listener
 
 if TYPE_CHECKING:
     from .job import Source
 
+F = TypeVar("F", bound=Callable[..., Any])
 Amount: TypeAlias = str | float
 Ranges: TypeAlias = Mapping[str, tuple[Amount, Amount] | tuple[Amount, Amount, str]]  #: low, high, and "log"
 
@@ -48,6 +54,56 @@ class Option:
 
     def __repr__(self) -> str:
         return repr(self.help)
+
+
+def study(function: F) -> F:
+    """A study whose keywords are what its annotations and options say, as the command line has it; InputError names another one."""
+
+    @functools.wraps(function)
+    def call(*given: Any, **named: Any) -> Any:
+        from ..core.values.arguments import is_default
+
+        known = keywords(function)
+        for name, value in (*zip(known, given, strict=False), *named.items()):
+            if name in known:
+                kind, option, default = known[name]
+                if not is_default(value, default):
+                    require_option(f"{function.__name__}: {name}", value, kind, option)
+        return function(*given, **named)
+
+    return cast(F, call)
+
+
+@functools.cache
+def keywords(function: Callable[..., Any]) -> dict[str, tuple[Any, Option | None, Any]]:
+    """Kind, option and default of the keywords of a study by name, those that it shares with others last."""
+    found = dict[str, tuple[Any, Any]]()
+    for one in inspect.signature(function).parameters.values():
+        if one.kind is one.VAR_KEYWORD:
+            shared = get_type_hints(get_args(one.annotation)[0], include_extras=True)
+            found |= {name: (hint, one.empty) for name, hint in shared.items()}
+        else:
+            found[one.name] = one.annotation, one.default
+    return {
+        name: (hint, next((note for note in getattr(hint, "__metadata__", ()) if isinstance(note, Option)), None), default)
+        for name, (hint, default) in found.items()
+    }
+
+
+def require_option(where: str, value: Any, kind: Any, option: Option | None) -> None:
+    """InputError where a value is not of a kind, or not what its option may be."""
+    from ..core.values import arguments
+
+    arguments.require(where, value, kind)
+    if option is None or value is None:
+        return
+    choices = option.choices() if callable(option.choices) else option.choices
+    if choices and value not in choices:
+        raise InputError(say(where, f"one of {', '.join(choices)}", shown(value)))
+    least, most = (-math.inf if option.least is None else option.least), (math.inf if option.most is None else option.most)
+    if isinstance(value, int | float) and not (least < value <= most or (value == least and not option.above)):
+        span = f"above {least:g}" if option.above else f"from {least:g}"
+        raise InputError(say(where, f"a number {span} to {most:g}" if most < math.inf else f"a number {span} on", shown(value)))
 
 
 def changes(texts: tuple[str, ...]) -> dict[str, str]:
@@ -101,7 +157,7 @@ class ValueOptions(OutputOptions, total=False):
     """Options of studies whose source has parameters."""
 
     parameters: Annotated[
-        Mapping[str, Amount],
+        Mapping[str, Amount] | None,
         Option("Replace a parameter: a number in SI units, or with its unit (E=2 GPa).", "NAME=VALUE", "set", read=changes),
     ]
 

@@ -168,7 +168,7 @@ def narrow(known: Parameter, low: Amount, high: Amount, scale: str = "") -> Para
 
 
 def spread(
-    parameters: Sequence[Parameter], samples: int | str | None, design: str | None, table: Path | None, seed: int
+    parameters: Sequence[Parameter], samples: int | str | None, design: str | None, table: str | Path | None, seed: int
 ) -> np.ndarray:
     """The points (k, d) of the sweep."""
     if table is not None or design == "list":

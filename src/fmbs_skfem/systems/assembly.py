@@ -24,7 +24,8 @@ from ..core.declared import require_sound
 from ..core.errors import InputError, listed, say
 from ..core.notices import notify
 from ..core.storage.records import dataclass
-from ..core.values import fields
+from ..core.values import arguments, fields
+from ..core.values.arguments import checked
 from ..core.values.problems import shown
 from ..shapes import line, surface
 from ..shapes.surface import Surface
@@ -69,6 +70,7 @@ SNAP = 1e-12  #: distance from a break, over the length of a line, that is round
 
 
 @dataclass(frozen=True)
+@checked
 class Rayleigh:
     """Rayleigh damping: mass-proportional [1/s] and stiffness-proportional [s], which acts on strains only."""
 
@@ -81,6 +83,7 @@ class Rayleigh:
 
 
 @dataclass(frozen=True)
+@checked
 class Motion:
     """Rigid velocity field of a body at the start, v = velocity + angular_velocity x (r - center).
 
@@ -111,6 +114,10 @@ def assemble(
     is linear. InputError for no body, bodies of different dimensions or of one name, joints of one name, columns of one name,
     places and names that do not exist, and keywords that nothing registers.
     """
+    for name, value, kind in (("bodies", bodies, Iterable[Body]), ("joints", joints, Iterable), ("loads", loads, Iterable)):
+        arguments.require(f"assemble: {name}", value, kind)
+    arguments.require("assemble: outputs", outputs, Mapping[str, Any] | None)
+    arguments.require("assemble: initial", initial, Mapping[str, Any] | None)
     bodies, joints, loads = list(bodies), list(joints), list(loads)
     damping = Rayleigh() if damping is None else damping
     require_kind("damping", damping, Rayleigh)
@@ -483,6 +490,7 @@ def picture_skin(part: Body, layout: Coordinates) -> Skin:
     return Skin(part.name, rows, slice(first, first + part.reference.size), facets, thickness, cells.law, section)
 
 
+@checked
 def eliminate(system: System, tolerance: float = ranks.EXACT) -> System:
     """The system without its time-independent linear constraints: x = T y + d with sparse T (n, r), found by `echelon.solve`.
 

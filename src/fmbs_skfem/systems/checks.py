@@ -20,7 +20,8 @@ from scipy.sparse import csr_array
 
 from ..bodies.body import Body
 from ..core.algebra.linalg import as_dense
-from ..core.errors import require
+from ..core.errors import InputError, require, say
+from ..core.values.arguments import checked
 from . import compiled
 from .assembly import assemble
 from .compiled import Compiled, compile_system
@@ -36,6 +37,7 @@ DIRECTIONS = 3
 Function = Callable[[np.ndarray], np.ndarray]
 
 
+@checked
 def check_joint(bodies: Iterable[Body], joint: Joint, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
     """The contract of a joint between the given bodies; raises an InputError that names what fails.
 
@@ -44,7 +46,7 @@ def check_joint(bodies: Iterable[Body], joint: Joint, time: float = 0.3, toleran
     Derivatives are compared with fourth-order differences at a random state (`seed`) at `time` [s]; errors are relative, up to the
     `tolerance`.
     """
-    system, random = replace(assemble(bodies, [joint]), elastic=()), np.random.default_rng(seed)
+    system, random = replace(assemble(bodies, [joint]), elastic=()), generator(seed)
     where = f"check_joint({type(joint).__name__})"
     model, count = compile_system(system), len(system.constraints.names)
     require(where, "gap in the reference", float(np.abs(compiled.gap(model, system.x0)[0]).max()), 1e-9 * system.scale)
@@ -62,13 +64,14 @@ def check_joint(bodies: Iterable[Body], joint: Joint, time: float = 0.3, toleran
     require(where, f"linear rows ({is_linear(system.constraints).sum()} of {count}) as A x + a", float(error), tolerance)
 
 
+@checked
 def check_force(bodies: Iterable[Body], load: Load, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
     """The contract of a load on the given bodies; raises an InputError that names what fails.
 
     Derivatives by positions and velocities are those of its forces at a random state, and what reads velocities takes energy out,
     unless the load says that it `drives`.
     """
-    system, random = assemble(bodies, loads=[load]), np.random.default_rng(seed)
+    system, random = assemble(bodies, loads=[load]), generator(seed)
     system = replace(system, elastic=(), constraints=Constraints(), damping=csr_array(system.mass.shape))
     where, model, none = f"check_force({type(load).__name__})", compile_system(system), np.zeros(0)
     x, v = random_state(system, random), directions(system, random)[0] / AMPLITUDE
@@ -79,6 +82,7 @@ def check_force(bodies: Iterable[Body], load: Load, time: float = 0.3, tolerance
         check_loss(where, model, x, v, time, tolerance)
 
 
+@checked
 def check_system(system: System, time: float = 0.3, tolerance: float = 1e-7, seed: int = 0) -> None:
     """The contract of a system, full or reduced; raises an InputError that names what fails.
 
@@ -87,7 +91,7 @@ def check_system(system: System, time: float = 0.3, tolerance: float = 1e-7, see
     Derivatives are compared with fourth-order differences at a random state (`seed`) at `time` [s]; errors are relative, up to the
     `tolerance`. The mass becomes a dense matrix.
     """
-    where, random = "check_system", np.random.default_rng(seed)
+    where, random = "check_system", generator(seed)
     x, v = random_state(system, random), directions(system, random)[0] / AMPLITUDE
     count = len(system.constraints.names)
     check_mass(where, system)
@@ -101,6 +105,13 @@ def check_system(system: System, time: float = 0.3, tolerance: float = 1e-7, see
     check_tangent(where, "tangent of all forces", whole, x, multipliers, time, random, tolerance)
     check_rates(where, whole, x, v, time, random, tolerance)
     check_loss(where, compile_system(replace(system, loads=Loads(system.loads.constant))), x, v, time, tolerance)
+
+
+def generator(seed: int) -> Generator:
+    """Random numbers of a seed; InputError for a negative one."""
+    if seed < 0:
+        raise InputError(say("seed", "0 or more", seed))
+    return np.random.default_rng(seed)
 
 
 def random_state(system: System, random: Generator) -> np.ndarray:

@@ -15,6 +15,7 @@ from ..core.algebra.linalg import Array, as_csr, as_dense, is_sparse
 from ..core.compiling.structs import packed
 from ..core.storage import container
 from ..core.storage.records import dataclass
+from ..core.values.arguments import checked
 from . import evaluation, layouts, work
 from .connections import constraint_laws
 from .connections.constraint_laws import Constraint
@@ -149,6 +150,7 @@ def space(model: Compiled) -> Space:
     )
 
 
+@checked
 def compile_system(system: System) -> Compiled:
     """A system for compiled code, which it remembers, one for every thread: each has its own space.
 

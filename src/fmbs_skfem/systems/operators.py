@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csr_array
 
-from ..core.errors import InputError, say
+from ..core.values import arrays
+from ..core.values.arguments import checked
 from . import compiled
 from .system import System
 
 
+@checked
 def force(system: System, x: ArrayLike, v: ArrayLike | None = None, t: float = 0.0) -> np.ndarray:
     """f (n,) [N]: elastic and damping forces minus loads at unknowns x (n,) and rates v (n,), zero by default, at time t [s].
 
@@ -26,6 +28,7 @@ def force(system: System, x: ArrayLike, v: ArrayLike | None = None, t: float = 0
     return compiled.forces(compiled.compile_system(system), x, v, t)
 
 
+@checked
 def tangent(
     system: System,
     x: ArrayLike,
@@ -39,13 +42,12 @@ def tangent(
     InputError for arrays of another shape.
     """
     model = compiled.compile_system(system)
-    given = np.zeros(model.constraints) if multipliers is None else np.asarray(multipliers, dtype=float)
-    if given.shape != (model.constraints,):
-        raise InputError(say("multipliers", f"one a constraint, ({model.constraints},)", f"shape {given.shape}"))
+    given = np.zeros(model.constraints) if multipliers is None else read_multipliers(model.constraints, multipliers)
     v = None if v is None else read(system, "v", v)
     return compiled.tangent(model, read(system, "x", x), given, t, rate, v=v)
 
 
+@checked
 def constraints(system: System, x: ArrayLike, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Phi (m,) and Phi_x (m, n) at unknowns x (n,) and time t [s], in the order of `system.constraints.names`.
 
@@ -54,6 +56,7 @@ def constraints(system: System, x: ArrayLike, t: float = 0.0) -> tuple[np.ndarra
     return compiled.gap(compiled.compile_system(system), read(system, "x", x), t)
 
 
+@checked
 def strain_energy(system: System, x: ArrayLike) -> float:
     """Strain energy of all bodies [J] at unknowns x (n,), without linear springs.
 
@@ -64,7 +67,10 @@ def strain_energy(system: System, x: ArrayLike) -> float:
 
 def read(system: System, name: str, values: ArrayLike) -> np.ndarray:
     """Values (n,) of the unknowns; InputError for another shape."""
-    found = np.ascontiguousarray(values, dtype=float)
-    if found.shape != (system.size,):
-        raise InputError(say(name, f"one value an unknown, ({system.size},)", f"shape {found.shape}", "as system.x0"))
-    return found
+    wanted = f"one finite number an unknown, ({system.size},)"
+    return np.ascontiguousarray(arrays.finite(values, name, wanted, system.size, remedy="as system.x0"))
+
+
+def read_multipliers(count: int, values: ArrayLike) -> np.ndarray:
+    """Values (m,) of the multipliers of as many constraints; InputError for another shape."""
+    return arrays.finite(values, "multipliers", f"one finite number a constraint, ({count},)", count)

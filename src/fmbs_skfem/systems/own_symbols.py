@@ -71,8 +71,12 @@ def norm(vector: Any) -> Any:
     """|vector| of an array (c,) or of a matrix of symbols, in symbols one whose derivatives are numbers where it is zero, too."""
     if isinstance(vector, np.ndarray):
         return float(np.linalg.norm(vector))
+    import sympy
+
     from .forces import force_symbols
 
+    if not isinstance(vector, sympy.MatrixBase):
+        raise InputError(say("norm", "an array or a matrix of symbols", repr(vector)))
     return force_symbols.norm(vector)
 
 

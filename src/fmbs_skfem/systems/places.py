@@ -15,7 +15,8 @@ from ..bodies.body import Body, Cells, locate, probe
 from ..core.algebra.linalg import as_csr, stacked
 from ..core.errors import InputError, closest, listed, say
 from ..core.storage.records import dataclass
-from ..core.values import mappings
+from ..core.values import arrays, mappings
+from ..core.values.arguments import checked
 from ..core.values.inputs import Source
 from ..shapes.surface import Surface
 from . import row_laws
@@ -33,6 +34,7 @@ QUARTER = csr_array(np.array([[0.0, -1.0], [1.0, 0.0]]))  #: turns plane vectors
 
 
 @dataclass(frozen=True)
+@checked
 class At:
     """A point of a body: the name of a frame or of a point group of its mesh, or an arc length from its start [m].
 
@@ -188,12 +190,9 @@ def directions(part: Body, place: str | float) -> int:
     return 0 if part.space is None else 2 if isinstance(part.space, Surface) else 1
 
 
-def vector(where: str, values: object, size: int) -> np.ndarray:
+def vector(where: str, values: Any, size: int) -> np.ndarray:
     """A finite vector (size,) of values; InputError, after the place `where`, for another length or values that are not finite."""
-    array = np.asarray(values, dtype=float)
-    if array.shape != (size,) or not np.isfinite(array).all():
-        raise InputError(say(where, f"{size} finite numbers", values))
-    return array
+    return arrays.finite(values, where, f"{size} finite numbers", size)
 
 
 @dataclass

@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from typing import Any, TypeVar
 
+from ..core.values.arguments import checked
+
 Found = TypeVar("Found")
 S = TypeVar("S")  #: a system: any object that does not change
 COMPILED = "compiled"  #: where a system remembers what was found of it
@@ -63,6 +65,7 @@ def prepare(system: object) -> Prepared:
     return remembered(system, NAME, Prepared)
 
 
+@checked
 def alike(known: Prepared, system: S) -> S:
     """A system that shares what is known of the parts of another one, as `replace(other, ...)` has them: `prepare(other)`.
 

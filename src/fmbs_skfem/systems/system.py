@@ -22,9 +22,11 @@ from scipy.sparse.linalg import spsolve
 
 from ..bodies.laws import Law
 from ..core.algebra.linalg import as_csr, is_sparse, is_zero
+from ..core.errors import InputError, say
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from ..core.storage.validation import Attributes, Indices, Inside, Number, Range, Reals
+from ..core.values.arguments import checked
 from .affine import Affine, Matrix
 from .connections.constraint_laws import LawRows
 from .forces.on_rows import is_force
@@ -371,6 +373,7 @@ def keep_constraints(system: System, rows: np.ndarray) -> System:
     return replace(system, constraints=kept)
 
 
+@checked
 def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     """The same system in unknowns z (r,) with x = V z + d, equations projected by V^T: V (n, r) sparse or dense, d (n,).
 
@@ -380,6 +383,9 @@ def change_coordinates(system: System, V: Matrix, d: np.ndarray) -> System:
     exact when they lie in the range of V. InputError where an elastic term is a polynomial of the unknowns, which stays in them.
     """
 
+    if V.ndim != 2 or V.shape[0] != system.size or np.shape(d) != (system.size,):
+        got = f"V {V.shape}, d {np.shape(d)}"
+        raise InputError(say("change_coordinates", f"V ({system.size}, r) and d ({system.size},)", got))
     kept = chosen(V)
     across = V.T if isinstance(V, np.ndarray) else as_csr(V.T)
 

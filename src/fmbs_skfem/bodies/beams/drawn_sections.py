@@ -12,6 +12,7 @@ import numpy as np
 
 from ...core.storage.records import dataclass
 from ...core.values import units
+from ...core.values.arguments import checked
 from ...core.values.fields import Context, Length, Takes, array_schema, number_schema, read_quantity
 from ...core.values.mappings import list_of
 from ...core.values.problems import Problem, shown
@@ -58,6 +59,7 @@ class Drawn(Section, ABC):
 
 
 @dataclass(frozen=True)
+@checked
 class Tube(Drawn):
     """A tube (pipe, ring, hollow shaft).
 
@@ -72,6 +74,7 @@ class Tube(Drawn):
 
 
 @dataclass(frozen=True)
+@checked
 class ISection(Drawn, word="i_section"):
     """An I (H, i_beam, double tee, IPE, HEA, W): two flanges of a `width` along y at the ends of a web along z, centred.
 
@@ -88,6 +91,7 @@ class ISection(Drawn, word="i_section"):
 
 
 @dataclass(frozen=True)
+@checked
 class CSection(Drawn, word="c_section"):
     """A C (channel, U, UPN): a web along z with its back at y = 0, two flanges of a `width` along y, z = 0 midway.
 
@@ -104,6 +108,7 @@ class CSection(Drawn, word="c_section"):
 
 
 @dataclass(frozen=True)
+@checked
 class LSection(Drawn, word="l_section"):
     """An L (angle): a leg of a `width` along y, `flange` thick, and one of a `height` along z, `web` thick, from the origin.
 
@@ -120,6 +125,7 @@ class LSection(Drawn, word="l_section"):
 
 
 @dataclass(frozen=True)
+@checked
 class PolygonSection(Drawn, word="polygon"):
     """Any polygon (box, T, Z, hexagon, triangle) of points [y, z], in either direction, with holes.
 

@@ -23,6 +23,7 @@ import numpy as np
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
 from ...core.values import units
+from ...core.values.arguments import checked
 from ...core.values.fields import Context, Takes, array_schema, number_schema, quantity, read_quantity
 from ...core.values.problems import Problem, shown
 from ..sections import BeamSection, Given, Material, Offset, Pieces, Section
@@ -63,6 +64,7 @@ MASS = matrix("6 rows of 6, or the 6 of the diagonal, or 3 rows of 3 [kg/m, kg, 
 
 
 @dataclass(frozen=True)
+@checked
 class Matrices(Section):
     """Stiffness and mass of a beam as matrices, in the order N, Vy, Vz, T, My, Mz, along and about x (the line), y and z.
 
@@ -103,7 +105,10 @@ class Matrices(Section):
 
 def square(what: str, given: Matrix) -> np.ndarray:
     """A matrix (n, n) of its rows or its diagonal."""
-    found = np.asarray(given, dtype=float)
+    try:
+        found = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
     if found.shape not in ((6,), (6, 6)) + (((3, 3),) if what == "mass" else ()):
         raise InputError(say(f"section.{what}", "6 rows of 6 or the 6 of the diagonal", f"shape {found.shape}"))
     return np.diag(found) if found.ndim == 1 else found

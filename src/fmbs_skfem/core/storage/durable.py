@@ -21,6 +21,8 @@ def place(path: Path) -> Iterator[Path]:
 
     An error on the way leaves the place as it was.
     """
+    if not path.name:
+        raise InputError(say("path", "the name of a file", f"'{path}'"))
     part = path.with_name(path.name + ".part")
     try:
         yield part

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError, say
+from .problems import shown
 
 
 def finite(x: ArrayLike, where: str, wanted: str, *shape: int | None, remedy: str = "", empty: bool = False) -> NDArray[np.float64]:
@@ -13,7 +14,10 @@ def finite(x: ArrayLike, where: str, wanted: str, *shape: int | None, remedy: st
 
     Arrays without numbers are refused unless they may be `empty`.
     """
-    array = np.asarray(x, dtype=np.float64)
+    try:
+        array = np.asarray(x, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(say(where, wanted, shown(x), remedy)) from None
     fits = array.ndim == len(shape) and all(own in (None, length) for own, length in zip(shape, array.shape, strict=True))
     if not fits or not (array.size or empty or 0 in shape):
         raise InputError(say(where, wanted, f"shape {array.shape}", remedy))

@@ -26,6 +26,7 @@ import numpy.typing as npt
 from ..errors import Reason, SolverError, closest, listed, say
 from ..storage.container import storable
 from ..storage.records import dataclass
+from .arguments import checked
 from .inputs import Source, timed
 from .problems import Problem, shown
 from .units import UNITS, Quantity, measure
@@ -131,6 +132,7 @@ class Expression:
         return switches(self.program, {"t": t, **sources}, t, margins)
 
 
+@checked
 def of_time(
     text: str | float, parameters: Mapping[str, float] | None = None, inputs: Mapping[str, Source] | None = None
 ) -> Expression:

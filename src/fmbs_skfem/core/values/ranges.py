@@ -8,6 +8,7 @@ from enum import Enum
 from ..errors import InputError, say
 from ..storage.container import storable
 from ..storage.records import dataclass
+from .arguments import checked
 
 
 @storable
@@ -20,6 +21,7 @@ class Scale(Enum):
 
 @storable
 @dataclass(frozen=True)
+@checked
 class Parameter:
     """A number of a case with its range in SI units."""
 

@@ -18,6 +18,7 @@ from ...bodies.body import LIMP, STIFF
 from ...core.algebra.linalg import is_sparse
 from ...core.errors import Reason, SolverError
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...systems import free_motions
 from ...systems.system import sizes
 from ..integration import FailedStep
@@ -82,6 +83,7 @@ class Diagnosis:
     causes: tuple[Cause, ...] = ()
 
 
+@checked
 def explain(error: SolverError) -> Diagnosis:
     """The diagnosis of a failed time step, static solution or start: facts by the names of the model, and likely causes.
 

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.errors import Reason, SolverError
+from ...core.values.arguments import checked
 from ..outputs import balance_of
 from ..tracing import SOUND, Rise
 from ..trajectory import Trajectory
@@ -47,6 +48,7 @@ def last_sound(trajectory: Trajectory) -> int:
     return max(int(wrong[0]) - 1, 0) if len(wrong) else len(trajectory.times) - 1
 
 
+@checked
 def unstable(trajectory: Trajectory, step: float) -> SolverError | None:
     """The error of a motion in steps of `step` [s] whose energy balance rises tenfold, with its sound part; else None.
 

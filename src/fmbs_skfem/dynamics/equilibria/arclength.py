@@ -29,6 +29,7 @@ from ...core.algebra.linalg import Array
 from ...core.errors import InputError, Reason, SolverError, say
 from ...core.notices import Progress, notify
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...systems import compiled
 from ...systems.compiled import Compiled, compile_system
 from ...systems.connections.mechanism import refuse_held_drives
@@ -71,6 +72,7 @@ Branch = Literal["straight", "other"]
 
 
 @dataclass(frozen=True)
+@checked
 class ArcLength:
     """Steps along a path: the first one is a load increment, then the length follows the number of iterations.
 
@@ -143,6 +145,7 @@ class PathPoint:
         return self.at.negative
 
 
+@checked
 def follow_path(
     system: System,
     control: ArcLength | None = None,
@@ -187,6 +190,7 @@ def marks(trajectory: Trajectory) -> np.ndarray:
     return np.array([0, *limit_points(trajectory), len(trajectory.times) - 1])
 
 
+@checked
 def limit_points(trajectory: Trajectory) -> np.ndarray:
     """Numbers (k,) of the points of a load path where its load factor turns, as `follow_path` finds it.
 
@@ -196,6 +200,7 @@ def limit_points(trajectory: Trajectory) -> np.ndarray:
     return np.flatnonzero(rises[1:] != rises[:-1]) + 1
 
 
+@checked
 def at_load_factor(trajectory: Trajectory, factor: float, newton: Newton | None = None) -> Trajectory:
     """The equilibria at one load factor on all branches of a load path, in the order of the path.
 

@@ -17,6 +17,7 @@ import numpy as np
 from ...core.errors import InputError, SolverError, say
 from ...core.notices import Notice, Progress, notify
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...systems import compiled
 from ...systems.compiled import Compiled, compile_system
 from ...systems.connections.mechanism import refuse_held_drives
@@ -85,6 +86,7 @@ class Passed(NamedTuple):
     crossings: tuple[Crossing, ...]
 
 
+@checked
 def solve_statics(
     system: System,
     steps: int = 10,
@@ -141,6 +143,7 @@ def at_rest(problem: Problem, start: Equilibrium) -> Equilibrium | None:
     return None if found.negative else found
 
 
+@checked
 def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = None) -> Trajectory:
     """Equilibria x (s, n) at increasing times (s,) [s]: histories of loads and driven joints move on, without inertia.
 

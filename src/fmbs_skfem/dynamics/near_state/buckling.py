@@ -20,6 +20,7 @@ from ...core.algebra import ranks, saddle
 from ...core.algebra.linalg import Array
 from ...core.errors import InputError, listed, say
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...systems import compiled
 from ...systems.compiled import Compiled, compile_system
 from ...systems.connections.redundancy import scale_of, without_redundant
@@ -64,6 +65,7 @@ class BucklingModes:
     conservative: bool  #: whether the loads have a potential: others may let motions grow before
 
 
+@checked
 def buckling(system: System, count: int = 1, time: float = 1.0) -> BucklingModes:
     """The `count` load factors of least size at which K0 + k K1 is singular.
 

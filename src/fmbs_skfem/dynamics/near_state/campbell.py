@@ -19,6 +19,7 @@ import numpy as np
 
 from ...core.algebra.linalg import Array, squares
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from .modes import grows
 
 MORE = 4  #: motions beyond those asked for, among which each goes on
@@ -66,6 +67,7 @@ class CampbellDiagram:
         return sorted(found, key=lambda pair: pair[1])
 
 
+@checked
 def campbell(values: np.ndarray, find: Callable[[float, int], Found], count: int = 6) -> CampbellDiagram:
     """The `count` slowest motions at the first of the values (s,), followed over all; `find` gives so many at a value.
 

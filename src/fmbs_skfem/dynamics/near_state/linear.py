@@ -24,8 +24,10 @@ from ...core.algebra import ranks
 from ...core.algebra.linalg import as_dense, is_sparse
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
+from ...core.values import arrays
+from ...core.values.arguments import checked
 from ...core.values.fields import AXIS, quantity, vector
-from ...systems import compiled, finer_systems, matrices
+from ...systems import compiled, finer_systems, matrices, operators
 from ...systems.compiled import compile_system
 from ...systems.connections.redundancy import scale_of
 from ...systems.system import System, driven_rows
@@ -35,6 +37,7 @@ ALIKE = 1e-9  #: difference of a matrix from its transposed one, relative to its
 
 
 @dataclass(frozen=True)
+@checked
 class Spin:
     """A frame that turns steadily: about z through the origin of the scene unless an axis and a point of it are given.
 
@@ -46,6 +49,7 @@ class Spin:
     center: Annotated[tuple[float, ...], vector("m")] | None = None
 
 
+@checked
 def in_rotating_frame(system: System, spin: Spin) -> System:
     """The equations (1) of a system in a frame that turns.
 
@@ -60,7 +64,7 @@ def in_rotating_frame(system: System, spin: Spin) -> System:
         raise InputError(
             say("in_rotating_frame", "all coordinates of full bodies", got, "take the system before `eliminate`, reduce it behind")
         )
-    center = np.zeros(d) if spin.center is None else np.asarray(spin.center, dtype=float)
+    center = np.zeros(d) if spin.center is None else arrays.finite(spin.center, "Spin.center", f"{d} numbers [m]", d)
     turn = csr_array(kron(eye_array(system.size // d), skew(d, spin)))
     M, C = csr_array(system.mass), csr_array(system.damping)
     pull = csr_array(C @ turn + M @ turn @ turn)
@@ -104,6 +108,7 @@ class Linear:
     multipliers: np.ndarray | float = 0.0  #: (m,) of the equilibrium
 
 
+@checked
 def linearise(
     system: System,
     x: np.ndarray | None = None,
@@ -117,8 +122,8 @@ def linearise(
     at the load factor t of `loading.ramp`.
     """
     model = compile_system(system)
-    x = system.x0 if x is None else x
-    multipliers = np.zeros(model.constraints) if multipliers is None else multipliers
+    x = system.x0 if x is None else operators.read(system, "x", x)
+    multipliers = np.zeros(model.constraints) if multipliers is None else operators.read_multipliers(model.constraints, multipliers)
     J = compiled.gap(model, x, t)[1]
     K = compiled.tangent(model, x, multipliers, t, 0.0, memory)
     C = compiled.tangent(model, x, multipliers, t, 1.0, memory) - K
@@ -145,6 +150,7 @@ def is_left(system: System, time: float) -> bool:
     return bool((np.abs(gap) > tolerance * large).any())
 
 
+@checked
 def is_symmetric(linear: Linear) -> bool:
     """Whether undamped motions are vibrations: forces have a potential, and there are no gyroscopic terms.
 

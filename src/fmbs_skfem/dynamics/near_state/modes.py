@@ -27,6 +27,7 @@ from ...core.algebra import inertia, ranks, saddle
 from ...core.algebra.linalg import Array, scaled
 from ...core.errors import InputError, Reason, SolverError, say
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...systems import free_motions
 from ...systems.system import System
 from ..trajectory import Trajectory
@@ -67,6 +68,7 @@ class VibrationModes:
         return np.sqrt(np.maximum(self.squares, 0.0))
 
 
+@checked
 def vibration_modes(
     system: System, count: int = 10, x: np.ndarray | None = None, multipliers: np.ndarray | None = None
 ) -> VibrationModes:
@@ -81,6 +83,7 @@ def vibration_modes(
     return real_modes(linearise(system, x, multipliers), count)
 
 
+@checked
 def real_modes(linear: Linear, count: int = 10) -> VibrationModes:
     """Lowest `count` modes (1) of linear equations, their damping and what is not symmetric in their stiffness left out.
 
@@ -214,6 +217,7 @@ class ComplexModes:
         return np.asarray(np.divide(0.0 - self.eigenvalues.real, size, out=np.zeros(len(size)), where=size > 0.0))
 
 
+@checked
 def complex_modes(linear: Linear, count: int = 10) -> ComplexModes:
     """The `count` slowest motions (2) of linear equations, all where there are fewer, and one more where that parts a pair s, -s.
 

@@ -16,7 +16,9 @@ from scipy.sparse import block_diag, csr_array
 
 from ...core.algebra import ranks
 from ...core.algebra.linalg import as_dense, squares
+from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...systems import free_motions
 from ...systems.connections import mechanism
 from ...systems.system import System, project
@@ -39,6 +41,12 @@ class Shapes:
     vectors: np.ndarray  #: (n, i), complex where bodies do not move in phase
     captions: tuple[str, ...]  #: (i,) what they are, in a few words
 
+    def __post_init__(self) -> None:
+        sizes = np.shape(self.x), np.shape(self.vectors), len(self.captions)
+        if sizes != ((self.system.size,), (self.system.size, len(self.captions)), len(self.captions)):
+            expected = f"x ({self.system.size},), vectors ({self.system.size}, i) and captions (i,)"
+            raise InputError(say("Shapes", expected, f"{sizes[0]}, {sizes[1]} and ({sizes[2]},)"))
+
     def __repr__(self) -> str:
         return f"<Shapes {', '.join(self.captions)}>"
 
@@ -54,6 +62,7 @@ class Free:
     names: tuple[str, ...]  #: (f,) such as `beam turns about (0, 0)`
 
 
+@checked
 def shares(shapes: Shapes) -> dict[str, np.ndarray]:
     """Parts (i,) of every motion by (1) that belong to the bodies, to components of a model that is saved without them.
 
@@ -86,6 +95,7 @@ def in_phase(vectors: np.ndarray, metric: csr_array | np.ndarray) -> np.ndarray:
     return np.asarray(vectors * np.exp(-1j * angle))
 
 
+@checked
 def find_free(system: System, linear: Linear) -> Free:
     """The rigid motions (2) of a system about the state of its linear equations, each of as few bodies as possible.
 

@@ -27,6 +27,7 @@ from ...core.algebra import ranks, saddle
 from ...core.errors import InputError, closest, listed, say
 from ...core.storage import durable
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...systems import compiled
 from ...systems.compiled import compile_system
 from ...systems.measures import probes
@@ -75,6 +76,7 @@ class StateSpace:
 
         return signal.StateSpace(self.A, self.B, self.C, self.D)
 
+    @checked
     def states(self, motion: Trajectory) -> np.ndarray:
         """States (s, k) of a motion of the system, for feedback: amplitudes and their rates.
 
@@ -83,6 +85,7 @@ class StateSpace:
         """
         return np.concatenate([(motion.x - self.x) @ self.weights.T, motion.v @ self.weights.T], axis=1)
 
+    @checked
     def transfer(self, omega: Sequence[float] | np.ndarray) -> np.ndarray:
         """Transfer functions C (i omega - A)^-1 B + D at angular frequencies (s,) [rad/s], (s, i, j) complex."""
         one = np.eye(len(self.A))
@@ -111,6 +114,7 @@ class StateSpace:
         return path
 
 
+@checked
 def state_space(
     system: System,
     linear: Linear,

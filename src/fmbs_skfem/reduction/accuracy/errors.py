@@ -29,6 +29,7 @@ from ...core.algebra import ranks
 from ...core.algebra.linalg import distinct, is_identity
 from ...core.notices import notify
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...dynamics.output_errors import common_times
 from ...dynamics.outputs import body_coordinates, distances, lifted, positions, residual_samples
 from ...dynamics.scheme import GeneralizedAlpha
@@ -111,6 +112,7 @@ def notify_other_end(full: np.ndarray, other: np.ndarray) -> None:
         notify(f"a compared motion ends at {ends[1]:g} s, the full one at {ends[0]:g} s: errors are those until the earlier end")
 
 
+@checked
 def compare(full: Trajectory, other: Trajectory) -> Errors:
     """Errors |q - p|_M over time of `other` (reduced, coarser, or with another step) against `full`, at the times both have stored.
 
@@ -193,6 +195,7 @@ def touched(full: System, rows: np.ndarray) -> np.ndarray:
     return np.asarray(abs(entries).sum(axis=0)).ravel() > 0.0
 
 
+@checked
 def residual_norms(full: System, motion: Trajectory, scheme: GeneralizedAlpha) -> Norms:
     """Norms (s,) of c R for a motion of a reduced system over its stored states; `full` is the form with all multipliers.
 

@@ -20,6 +20,7 @@ import numpy as np
 from ...core import own_words
 from ...core.errors import InputError, closest, say
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...systems.system import System, multiply_out
 from ..spaces.component import projected
 from .ecsw import Selection
@@ -56,6 +57,7 @@ class Rule:
 
 
 @dataclass(frozen=True)
+@checked
 class HyperReduction(ABC):
     """A way to evaluate elastic forces; derive a frozen dataclass from it and `register` it.
 
@@ -99,6 +101,8 @@ def register(kind: Kind) -> Kind:
 
     It has to be made without arguments, which gives the usual options.
     """
+    if not (isinstance(kind, type) and issubclass(kind, HyperReduction)):
+        raise InputError(say("register", "a class with the base HyperReduction", repr(kind)))
     kind.name = own_words.free(KNOWN, kind.name, kind.__module__, lambda one: one.__module__)
     KNOWN[kind.name] = kind
     return kind

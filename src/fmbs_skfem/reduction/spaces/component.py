@@ -11,6 +11,7 @@ from ...core.algebra import ranks
 from ...core.algebra.linalg import distinct
 from ...core.errors import InputError, say
 from ...core.notices import notify
+from ...core.values.arguments import checked
 from ...systems import lengths
 from ...systems.system import System, linear_part, project
 from ...systems.terms import elastic as terms
@@ -19,6 +20,15 @@ from . import pod
 REST = 1e-11  #: displacement, over the size of the mechanism, up to which it is at rest: snapshots are known to 1e-12 and better
 
 
+def require_body_coordinates(where: str, system: System) -> None:
+    """InputError for a system that is in other unknowns than the coordinates of its bodies."""
+    last = max((last for _, _, last in system.coordinates), default=0)
+    if last != system.size:
+        remedy = "give the one of `assemble`, before `eliminate`"
+        raise InputError(say(where, f"a system in its {last} body coordinates", f"one in {system.size} unknowns", remedy))
+
+
+@checked
 def system_level(system: System) -> dict[str, tuple[str, ...]]:
     """One component, `system`, that holds all bodies: {component: names of bodies}.
 
@@ -27,6 +37,7 @@ def system_level(system: System) -> dict[str, tuple[str, ...]]:
     return {"system": tuple(name for name, _, _ in system.coordinates)}
 
 
+@checked
 def body_level(system: System) -> dict[str, tuple[str, ...]]:
     """Every body a component of its own: {component: names of bodies}.
 

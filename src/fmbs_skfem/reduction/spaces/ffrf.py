@@ -20,19 +20,25 @@ from scipy.sparse import csr_array
 
 from ...bodies.body import Cells
 from ...core.errors import InputError, say
+from ...core.values.arguments import checked
 from ...dynamics.near_state.modes import dense_modes
 from ...systems.affine import Affine
 from ...systems.assembly import terms_of
 from ...systems.places import TermCollector
 from ...systems.system import System, change_coordinates
+from .component import require_body_coordinates
 
 
+@checked
 def reduce_floating(system: System, modes: int = 10) -> System:
     """Floating-frame model of a full system (with all multipliers) of straight beams, with `modes` bending modes a body.
 
     Unknowns of a beam are c, e and the amplitudes m_i, c letters each (`System.components` says where). Its stiffness is
     diag(omega_i^2), its constraints those of the system and |e|^2 = 1, m_i . e = 0. InputError for a beam that is not straight.
     """
+    require_body_coordinates("reduce_floating", system)
+    if modes < 1:
+        raise InputError(say("reduce_floating: modes", "1 or more", modes))
     dim, cells = system.dim, {e.name: e.gather for e in system.elastic}
     blocks, springs, spans, terms = [], [], [], terms_of(system.constraints)
     at, before = 0, len(system.probes.offset)

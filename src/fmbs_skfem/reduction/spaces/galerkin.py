@@ -23,14 +23,16 @@ from scipy.sparse import csr_array
 from ...core.algebra.linalg import as_dense
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
+from ...core.values import arrays
+from ...core.values.arguments import checked
 from ...dynamics.outputs import body_coordinates
 from ...dynamics.trajectory import Trajectory
 from ...systems.affine import Matrix
 from ...systems.connections.redundancy import scale_of
 from ...systems.system import System, change_coordinates, is_linear, keep_constraints, linear_part, loose_rows
 from ..plan import ModeCounts, modes_of
+from . import component, kept_rows, pivots, pod
 from . import invariant as vectors
-from . import kept_rows, pivots, pod
 from .component import (
     all_directions,
     any_motion,
@@ -54,6 +56,7 @@ APART = 1e-9  #: part of a mode that is none of rigid bodies alone, from which i
 
 
 @dataclass(frozen=True)
+@checked
 class Snapshots:
     """States of a full model at training times.
 
@@ -64,6 +67,7 @@ class Snapshots:
     q: np.ndarray  #: (s, q) body coordinates
 
 
+@checked
 def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None) -> Snapshots:
     """Body coordinates (s, q) every `interval` [s], or at the times (s,) [s] listed there; all stored ones by default.
 
@@ -77,7 +81,7 @@ def snapshots(trajectory: Trajectory, interval: float | np.ndarray | None = None
     else:
         step = times[1] - times[0]
         stride = round(interval / step)
-        if stride < 1 or abs(stride * step - interval) > 1e-6 * interval:
+        if not 1 <= stride < max(2, len(times)) or abs(stride * step - interval) > 1e-6 * interval:
             raise InputError(say("reduction.snapshots", f"a multiple of the stored interval {step:.6g} s", f"{interval} s"))
         picked = np.arange(0, len(times), stride)
         picked = picked[np.abs(times[picked] - interval * np.arange(len(picked))) <= 1e-3 * step]  # the last state may stand closer
@@ -95,6 +99,7 @@ def find_places(times: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.asarray(near)
 
 
+@checked
 def bases(
     system: System,
     data: Snapshots,
@@ -111,11 +116,13 @@ def bases(
     own, also beside flexible ones in a component: there is nothing to save, and joints need them. InputError for unknown bodies
     and where nothing moves; components at rest beside others have the fewest modes that there are, and a notice.
     """
+    component.require_body_coordinates("bases", system)
+    q = arrays.finite(data.q, "snapshots", f"states (s, {system.size}) in body coordinates", None, system.size)
     found, moved = {}, {}
     for name, members in components.items():
         rows = rows_of(system, members)
         A, a = inner_constraints(system, rows)
-        states = satisfy(data.q[:, rows], A, a)
+        states = satisfy(q[:, rows], A, a)
         start, W = system.lift(system.x0)[rows], metric_of(system, rows)
         u = (states - start).T
         moved[name] = float(np.sqrt(np.maximum(np.sum(u * (W @ u), axis=0), 0.0)).max())
@@ -173,6 +180,7 @@ def classify(system: System, components: Mapping[str, Sequence[str]]) -> Classes
     return Classes(rows[inside], rows[~inside], np.flatnonzero(~is_linear(system.constraints)))
 
 
+@checked
 def reduce_system(
     system: System,
     components: Mapping[str, Sequence[str]],
@@ -187,7 +195,10 @@ def reduce_system(
     which dependent rows are looked for. InputError where a component has too few modes for the constraints that link it to others,
     or a basis belongs to another model.
     """
+    component.require_body_coordinates("reduce_system", system)
     check_components(system, components)
+    if missing := [name for name in components if name not in found]:
+        raise InputError(say("reduce_system: found", "a basis of every component", f"none of {', '.join(missing)}"))
     classes = classify(system, components)
     V, mean, spans = block_basis(system, components, found)
     check_interfaces(system, components, found, classes)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
+from ...core.values.arguments import checked
 from ...core.values.units import add_unit
 from ...results import frames, mode_shapes
 from ...results import motion as motions
@@ -72,6 +73,7 @@ class Run(Result):
             raise InputError(say("plot", "a run with outputs", self.about, "draw modes with fmbs render"))
         return self.figures[next(iter(self.figures))]
 
+    @checked
     def view(self, time: float | None = None) -> MultiBlock:
         """The bodies at the stored instant nearest to a time [s], the last one by default, as a block of pyvista for each.
 
@@ -84,6 +86,7 @@ class Run(Result):
         at = float(self.times[-1]) if time is None else time
         return frames.blocks(motions.frames(self.trajectory, nearest(self.trajectory.times, [at])))
 
+    @checked
     def save(self, folder: str | Path, force: bool = False) -> list[Path]:
         """Write outputs, report and figures into a folder, and a linear system; files of another run are kept without `force`."""
         out = reports.make_folder(Path(folder))

@@ -42,6 +42,8 @@ def force(
     """
     if function is None:
         return lambda one: force(one, energy=energy, compiled=compiled, drives=drives, resists=resists)
+    if not inspect.isfunction(function):
+        raise InputError(say("@force", "a function", repr(function)))
     own = function.__name__
     if energy and not compiled:
         raise InputError(say(f"@force {own}", "a function of forces", "an energy", "leave out compiled=False"))

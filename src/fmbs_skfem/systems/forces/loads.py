@@ -194,7 +194,8 @@ def push_moment(load: Moment | Torque, draft: Draft, size: float | Ground) -> No
     Axes of a frame share it. InputError where the place has neither a slope nor a frame.
     """
     layout = draft.layout
-    moment = np.array([float(np.asarray(size))]) if layout.dim == 2 else vector(where(load), size, 3)
+    given = size if layout.dim == 3 or np.ndim(size) else [size]
+    moment = vector(where(load), given, 1 if layout.dim == 2 else 3)
     axes = directions(layout.body(where(load), load.at), load.at.place)
     if axes == 2 and layout.dim == 3:
         raise InputError(say(where(load), "a slope or a frame", f"{load.at} on a surface", "name a rigid frame of the plate"))
