@@ -95,6 +95,11 @@ def notices(texts: Sequence[str]) -> str:
     return f"<ul class=notices>{''.join(f'<li>{escape(text)}</li>' for text in texts)}</ul>" if texts else ""
 
 
+def text(sentence: str) -> str:
+    """A sentence."""
+    return f"<p>{escape(sentence)}</p>"
+
+
 def code(text: str) -> str:
     """A command, with a button that copies it."""
     return f'<div class=code><pre><code>{escape(text)}</code></pre><button type="button" class=copy>copy</button></div>'

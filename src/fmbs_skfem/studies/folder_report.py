@@ -25,7 +25,7 @@ from ..pages import content, report, writing
 from ..pages.writing import Page
 from ..reduction import files
 from ..results.plots import Panel
-from . import models, reports
+from . import kinds, models, reports
 from .job import MODELS, Job
 from .result import ReportTable, Result
 from .running import viewing, webpages
@@ -33,7 +33,7 @@ from .running.outcome import OUTPUTS, UNITS
 
 NAME = "report.html"
 #: shown in sections of their own
-APART = ("provenance", "notices", "files", "units", "labels", "parameter_units", KEY, "fingerprint", reports.CHECKSUMS)
+APART = ("provenance", "notices", "files", "units", "labels", "round_off", "parameter_units", KEY, "fingerprint", reports.CHECKSUMS)
 LARGEST = 8_000_000  #: of a picture that is put in [bytes]
 #: record of a study -> the command that makes it; `report.json` is of several
 COMMANDS = {"compare.json": "compare", "check.json": "check", "verification.json": "verify", "info.json": "rom info"}
@@ -154,8 +154,9 @@ def sections(
     yield report.section("How to repeat it", *map(report.code, calls))
     for name, one in records.items():
         heading = "What was solved" if name == reports.REPORT else name
-        shown = {key: value for key, value in one.items() if key not in APART}
-        yield report.section(heading, report.facts("", shown | parameters_of(one, display) | extremes_of(one, display)))
+        shown = {key: value for key, value in one.items() if key not in (*APART, *kinds.KINDS)}
+        shown.pop("outputs" if "columns" in one else "", None)
+        yield report.section(heading, report.facts("", shown | parameters_of(one, display)), *results(folder / name, one, display))
     for name, tables in saved.items():
         yield report.section(name, *(report.table(one.title, one.columns, one.rows) for one in tables))
     for path in sorted(folder.glob("*.csv")):
@@ -203,15 +204,14 @@ def parameters_of(one: Mapping[str, Any], display: DisplayUnits) -> dict[str, An
     return {"parameters": {name: display.quantity(one["parameters"][name], unit) for name, unit in units.items()}} if units else {}
 
 
-def extremes_of(one: Mapping[str, Any], display: DisplayUnits) -> dict[str, Any]:
-    """The outputs of a run, as they are read; nothing of other studies."""
-    if "units" not in one or "outputs" not in one:
-        return {}
-    found = {}
-    for name, ends in one["outputs"].items():
-        head, values = display.row(add_unit(name, one["units"].get(name, "")), list(ends.values()))
-        found[head] = dict(zip(ends, values, strict=True))
-    return {"outputs": found}
+def results(path: Path, one: Mapping[str, Any], display: DisplayUnits) -> Iterator[str]:
+    """Results of all kinds in a record, as they are read; CorruptFile where it does not have what a kind reads."""
+    try:
+        found = kinds.views(one, display)
+    except (LookupError, TypeError, ValueError, AttributeError) as problem:
+        raise reports.corrupt(path, "a record as a study writes it", f"{type(problem).__name__} {problem}") from problem
+    for view in found:
+        yield report.text(view) if isinstance(view, str) else report.table(view.title, view.columns, view.rows)
 
 
 def number(text: str) -> object:

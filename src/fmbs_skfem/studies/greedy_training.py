@@ -27,13 +27,11 @@ from ..reduction.accuracy.costs import FAST, Payoff
 from ..reduction.full_runs import Measure, OutputMeasure, TrainingTask
 from ..scenes import build, points
 from ..scenes.training_options import Allowed
-from . import holdouts, models, plans, reports
+from . import holdouts, kinds, models, plans, reports
 from . import job as jobs
 from .job import Job
 from .result import ReportTable, Result, describe_error, list_files
 from .running import compiling, exportable, viewing
-from .tables import output_errors
-from .tables import training_signals as training_signals_words
 
 if TYPE_CHECKING:
     from ..families.greedy import Options
@@ -130,12 +128,12 @@ def train_order(job: Job, order: TrainingOrder, out: Path | None, html: bool = F
     page = functools.partial(viewing.of_model, job, MODEL) if html else None
     jobs.deliver(job, report, functools.partial(save_model, model), figures, page)
     view: list[ReportTable | str] = [payoff.words, *summarise(report)]
-    view += training_signals_words(report["training_signals"]) if "training_signals" in report else []
+    shown = {key: report[key] for key in ("training_signals",) if key in report}
     if checked is not None:
         view += [holdouts.table(checked, order.measure), *holdouts.trained_there(order, found)]
-        view += output_errors(holdouts.largest_of_outputs(checked), order.scene.display)
+        shown["output_errors"] = holdouts.largest_of_outputs(checked)
     about = f"{report['scene']}: {report['full_runs']} full runs, largest predicted error {found.predicted.error:.1e}"
-    view += list_files(report)
+    view += [*kinds.views(shown, order.scene.display), *list_files(report)]
     return TrainingResult(about=about, report=report, lines=view, figures=figures, model=model, training=found, holdout=checked)
 
 

@@ -32,7 +32,7 @@ from ..reduction.plan import Plan
 from ..scenes import build
 from ..systems import finer_systems
 from . import job as jobs
-from . import models, plans, reports, tables
+from . import kinds, models, plans, reports
 from .job import Job
 from .result import ReportTable, Result, conclude, describe_error, format_value
 from .running import compiling, exportable
@@ -235,7 +235,7 @@ def check(job: Job, scene: Scene, found: Part, path: Path, body: str) -> PartRes
     report |= {"beyond_training": [asdict(one) for one in beyond], "notices": job.notices}
     rows = [(key, format_value(value)) for key, value in (sizes | cpu).items()]
     times = ReportTable(f"'{body}' in {jobs.title(scene)}", ("", "value"), rows)
-    about, lines = f"{path} in {jobs.title(scene)}", [times, *tables.output_errors(errors, scene.display)]
+    about, lines = f"{path} in {jobs.title(scene)}", [times, *kinds.views(report, scene.display)]
     return conclude(PartResult(about=about, report=report, lines=lines, part=found, error=error))
 
 

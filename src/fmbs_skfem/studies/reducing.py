@@ -24,7 +24,7 @@ from ..reduction.accuracy.runs import PATIENCE, kept_steps, run_fastest
 from ..reduction.plan import newton_for
 from ..scenes import build
 from . import job as jobs
-from . import plans, reports, tables
+from . import kinds, plans, reports
 from .job import Job
 from .result import ReportTable, Result, format_value
 from .running import compiling, exportable
@@ -66,16 +66,12 @@ def reduce_scene(job: Job, scene: Scene, path: Path | None, plan: Plan, goal: Go
     report = found.report
     origin = reports.plain(reports.provenance(scene))
     facts = [
-        (key, format_value(value))
-        for key, value in report.items()
-        if key not in ("output_errors", "left_out", "budget", "training_signals", *found.payoff.report)
+        (key, format_value(value)) for key, value in report.items() if key not in ("budget", *kinds.KINDS, *found.payoff.report)
     ]
     view: list[ReportTable | str] = [found.payoff.words]
     view += [plans.budget_words(report["budget"])] if report["budget"] else []
     view += [ReportTable(f"Reduced model of {report['scene']}", ("", "value"), facts)]
-    view += tables.training_signals(report["training_signals"]) if "training_signals" in report else []
-    view += tables.left_out(report["left_out"])
-    view += tables.output_errors(report["output_errors"], scene.display)
+    view += kinds.views(report, scene.display)
     if path is not None:
         training, plain = dict(scene.parameters), reports.plain(report)
         kept, how = reports.provenance_to_keep(origin, scene), {"scheme": found.case.scheme, "newton": found.case.newton}

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.values.display import DisplayUnits, largest_of
 from ..core.values.units import add_unit
+from . import kinds
 from .result import ReportTable
 
 if TYPE_CHECKING:
@@ -24,38 +25,9 @@ def compared(study: Comparison, display: DisplayUnits) -> list[ReportTable | str
     return shown
 
 
-def output_errors(found: Mapping[str, Mapping[str, Any]], display: DisplayUnits) -> list[ReportTable]:
-    """Largest error of every output column of one model, in its unit and as a part of its range; nothing without outputs."""
-    rows = []
-    for column, one in found.items():
-        head, size = display.head(add_unit(column, one["unit"]), [one["range"]])
-        rows.append((head, part(one["error"], size), f"{one['range'] / size:.3g}", part(one["relative"])))
-    heads = ("output", "largest error", "range", "part of the range")
-    return [ReportTable("Errors of the outputs", heads, rows, names=True)] if rows else []
-
-
-def training_signals(facts: Mapping[str, Any]) -> list[ReportTable | str]:
-    """How the inputs of a plant were excited in its training, and that its errors are those under other signals."""
-    where = f"trained on {facts['runs']} runs" if "runs" in facts else "trained at every point on a run"
-    return [f"{where} with {signals(facts)}; errors are those under a random signal that it was not trained on"]
-
-
 def excitation(facts: Mapping[str, Any]) -> list[str]:
     """What the inputs of a plant have in a comparison."""
-    return [f"All models move under {signals(facts)}; so do the runs that reduced models are trained on."]
-
-
-def signals(facts: Mapping[str, Any]) -> str:
-    """Signals, ranges and frequencies in words."""
-    ranges = [f"{name} from {low:g} to {high:g}" for name, (low, high) in facts["ranges"].items()]
-    band = f"from {facts['slowest']:.3g} to {facts['fastest']:.3g} Hz (seed {facts['seed']})"
-    return f"chirps, steps and noise in {', '.join(ranges)} [SI], {band}"
-
-
-def left_out(found: Mapping[str, str]) -> list[ReportTable]:
-    """Constraint equations that a reduced model leaves out, and what that does; nothing where there are none."""
-    rows = [(name, why) for name, why in found.items()]
-    return [ReportTable("Equations left out", ("equation", "what that does"), rows)] if rows else []
+    return [f"All models move under {kinds.signals(facts)}; so do the runs that reduced models are trained on."]
 
 
 def errors_of_outputs(study: Comparison, display: DisplayUnits) -> list[ReportTable]:
@@ -71,15 +43,10 @@ def errors_of_outputs(study: Comparison, display: DisplayUnits) -> list[ReportTa
         rows = []
         for name, one in first.items():
             head, size = display.head(add_unit(name, one["unit"]), [one["range"]])
-            errors = (part(columns[name][key], size if key == "error" else 1.0) for columns in found.values())
+            errors = (kinds.part(columns[name][key], size if key == "error" else 1.0) for columns in found.values())
             rows.append((head, f"{one['range'] / size:.3g}", *errors))
         shown.append(ReportTable(title, ("output", "range", *found), rows, names=True))
     return shown
-
-
-def part(error: float | None, size: float = 1.0) -> str:
-    """An error in a unit of some size; nothing where it is unknown or has no range to refer to."""
-    return "-" if error is None or not math.isfinite(error) else f"{error / size:.2e}"
 
 
 def length_unit(study: Comparison, display: DisplayUnits) -> tuple[str, float]:

@@ -31,7 +31,6 @@ from ...dynamics.diagnoses import diagnosis
 from ...dynamics.trajectory import COLUMNS
 from .. import reports
 from ..job import Job
-from ..result import ReportTable
 from .outcome import OUTPUTS
 
 if TYPE_CHECKING:
@@ -41,7 +40,6 @@ if TYPE_CHECKING:
 FAILURE, STATE, PICTURE = "failure.json", "failure.h5", "failure.png"
 NAMES = (FAILURE, STATE, PICTURE)
 ERROR, STATES = "internal_error.json", "states.h5"
-SHORT = 3  #: entries of a list that a table shows
 
 
 def write_failure(
@@ -111,31 +109,6 @@ def plain(found: Diagnosis) -> dict[str, Any]:
     for attempt in facts["attempts"]:
         attempt["outcome"] = attempt["outcome"].value if attempt["outcome"] else "taken"
     return {**facts, "reason": found.reason.value}
-
-
-def views(found: Mapping[str, Any]) -> list[ReportTable]:
-    """The failure in a report as tables: its facts, and causes with what to try."""
-    if "failure" not in found:
-        return []
-    facts = found["failure"]
-    causes = [(cause["name"], cause["what"], cause["remedy"]) for cause in facts["causes"]]
-    return [ReportTable("Failure", ("", "value"), rows(facts)), ReportTable("Likely causes", ("cause", "what", "try"), causes)]
-
-
-def rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The facts of a failure that fit into a table."""
-    found = [("reason", facts["reason"]), (f"not reached [{facts['unit']}]", f"{facts['at']:.9g}")]
-    if facts["good"] is not None:
-        found.append((f"last good state [{facts['unit']}]", f"{facts['good']:.9g}"))
-    if facts["step"] is not None:
-        found.append(("step", str(facts["step"])))
-    for name, label in (("residuals", "worst residuals"), ("multipliers", "largest reactions"), ("null", "weakest direction")):
-        if facts[name]:
-            found.append((label, ", ".join(f"{one['name']}: {one['value']:.3g}" for one in facts[name][:SHORT])))
-    for attempt in facts["attempts"][:1] + facts["attempts"][-1:]:
-        course = " ".join(f"{value:.1e}" for value in attempt["residuals"][:5])
-        found.append((f"residuals with step {attempt['step']:.3g} s", f"{course} ({attempt['outcome']})"))
-    return found
 
 
 def rescue(job: Job, error: Exception) -> list[Path]:

@@ -16,7 +16,7 @@ from ...dynamics.near_state.shapes import say_shares, shares
 from ...results import mode_shapes, response_plots, series
 from ...results.plots import PANELS
 from .. import job as jobs
-from .. import reports
+from .. import kinds, reports
 from ..job import Job
 from ..result import Figures, ReportTable, conclude, describe_error, list_files
 from . import recording
@@ -71,7 +71,7 @@ def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = N
         report=report,
         lines=[
             ReportTable(f"{report['scene']}: {found.title}", tuple(heads), rows),
-            *crossings(found, scene.display),
+            *kinds.views(report, scene.display),
             *list_files(report),
         ],
         figures=figures,
@@ -82,17 +82,6 @@ def solve_states(job: Job, scene: Scene, analysis: States, draw: Draw | None = N
         linear=found.linear,
     )
     return conclude(made)
-
-
-def crossings(found: StateTable, display: DisplayUnits) -> list[ReportTable]:
-    """Where frequencies of a Campbell diagram are a whole number of times its parameter; nothing without any."""
-    crossed = found.facts.get("crossings")
-    if not crossed:
-        return []
-    name = found.facts["parameter"]
-    heads = ("order", "mode", add_unit(name, found.facts["unit"]), "frequency [Hz]")
-    rows = [[str(one["order"]), one["mode"], one[name], one["frequency_hz"]] for one in crossed]
-    return [ReportTable("Crossings of orders", *display.columns(heads, rows))]
 
 
 def motions(found: StateTable) -> dict[str, Any]:

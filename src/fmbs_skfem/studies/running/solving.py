@@ -8,10 +8,9 @@ What is run is a `RunTask`: full models over time and equilibria from `runs.scen
 from __future__ import annotations
 
 import contextlib
-import math
 import time
 import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -28,11 +27,10 @@ from ...dynamics import GeneralizedAlpha, Trajectory
 from ...dynamics.diagnoses import large_strains
 from ...parts import departures
 from ...results import stress_errors
-from ...results.frames import SILENT
 from ...results.segments import Recorder
 from ...systems.measures import probes
 from .. import job as jobs
-from .. import reports
+from .. import kinds, reports
 from ..job import Job
 from ..result import ReportTable, conclude, describe_error, list_files
 from . import compiling, failures, panels, recording
@@ -40,10 +38,8 @@ from .outcome import OUTPUTS, UNITS, Run, write_outputs
 
 if TYPE_CHECKING:
     from ...dynamics.checkpoint import Resumed
-    from ...dynamics.trajectory import Gap
     from ...systems import System
 
-DIGITS = float(np.finfo(np.float64).eps)  #: of a value beside the largest of its column, below which it is shown as zero
 Draw = Callable[[Trajectory, Path], Sequence[Callable[[], Path]]]  #: pictures and series in a folder, each drawn when called
 
 
@@ -119,6 +115,7 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
         **({"stress_errors": uncertain} if uncertain else {}),
         "units": probes.column_units(task.system.outputs),
         "labels": probes.column_labels(task.system.outputs),
+        "columns": {name: list(output.columns) for name, output in task.system.outputs.items()},
         "segments": len(record.manifest.segments) if record else 0,
         "notices": job.notices,
         **failure,
@@ -126,6 +123,7 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
     across, marks = "time [s]" if task.scheme else "load factor", [(one.time, one.name) for one in trajectory.events]
     noise = (report.get("acceleration_noise") or 0.0) * trajectory.system.weight
     silent = panels.find_noise(task.system.outputs, outputs, trajectory.system.scale, noise)
+    report["round_off"] = sorted(silent)
     errors = job.plan.errors if job.plan else {}
     figures = panels.figures_of(
         task.system.outputs, trajectory.times, outputs, task.title, across, marks, silent, errors, task.display
@@ -136,10 +134,7 @@ def finish(job: Job, task: RunTask, draw: Draw | None = None, record: Recorder |
 
     missing = jobs.deliver(job, report, write, figures, draw and partial(draw, trajectory))
     view: list[ReportTable | str] = [summary(task, report), *([job.plan.words] if job.plan else []), *task.remarks]
-    view += [*([table_of_events(trajectory, task.display)] if trajectory.events else [])]
-    view += describe_path(trajectory, task.display)
-    view += [*([table_of_outputs(report, task, silent)] if outputs else []), *errors_of_stresses(report)]
-    view += [*failures.views(report), *list_files(report)]
+    view += [*kinds.views(report, task.display), *list_files(report)]
     about = f"{task.title}: {len(trajectory.times)} instants, {', '.join(outputs) or 'no outputs'}"
     return conclude(
         Run(
@@ -195,44 +190,6 @@ def extremes(values: np.ndarray) -> dict[str, float]:
     return {"min": float(values.min()), "max": float(values.max()), "final": float(values[-1])}
 
 
-def table_of_outputs(report: Mapping[str, Any], task: RunTask, silent: Collection[str] = ()) -> ReportTable:
-    """Smallest, largest and last value of every column; zero where they are round-off, in all that is `silent` or beside others.
-
-    Beside them stand errors, where a run was asked for an accuracy. Columns of one output and unit are read in the same one.
-    """
-    rows, errors, units = [], report.get("accuracy", {}).get("errors", {}), report["units"]
-    for output in task.system.outputs.values():
-        for name in output.columns:
-            ends = report["outputs"][name]
-            alike = [value for one in output.columns if units[one] == units[name] for value in report["outputs"][one].values()]
-            heading, size = task.display.head(panels.heading_of(units, report["labels"], name), alike)
-            least = np.inf if name in silent else DIGITS * max(abs(value) for value in ends.values())
-            shown = [0.0 if abs(value) < least else value / size for value in ends.values()]
-            error = [errors.get(name, math.nan) / size] if errors else []
-            rows.append((heading + SILENT * (name in silent), *shown, *error))
-    return ReportTable("Outputs", ("output", "min", "max", "final", *(["+-"] if errors else [])), rows)
-
-
-def errors_of_stresses(report: Mapping[str, Any]) -> list[str]:
-    """The line that says how far stresses are off by those recovered from cells around; none without stresses."""
-    texts = [f"{name} {100.0 * part:.2g} %" for name, part in report.get("stress_errors", {}).items()]
-    return (
-        [f"error of stresses by those of cells around, as a part of the largest of the body: {', '.join(texts)}"] if texts else []
-    )
-
-
-def table_of_events(trajectory: Trajectory, units: DisplayUnits) -> ReportTable:
-    """When events happened, what they did, and the kinetic energy that they took."""
-    rows = []
-    for one in trajectory.events:
-        done = [
-            *(f"releases {name}" for name in one.release),
-            *(f"locks {name}{apart(gap)}" for name, gap in zip(one.lock, one.gaps, strict=True)),
-        ]
-        rows.append((one.name, one.time, ", ".join([*done, *(["stops the run"] if one.stop else [])]), one.loss))
-    return ReportTable("Events", *units.columns(("event", "time [s]", "what it does", "energy lost [J]"), rows))
-
-
 def path_report(trajectory: Trajectory) -> dict[str, Any]:
     """Of every equilibrium the negative pivots of its tangent and whether it is stable, and what its path has passed."""
     negative = [None if np.isnan(one) else int(one) for one in np.asarray(trajectory.negative)]
@@ -240,30 +197,6 @@ def path_report(trajectory: Trajectory) -> dict[str, Any]:
     listed = zip(trajectory.times.tolist(), negative, stable, strict=True)
     states = [{"at": at, "negative_pivots": pivots, "stable": good} for at, pivots, good in listed]
     return {"equilibria": states, "crossings": [asdict(one) for one in trajectory.crossings]}
-
-
-def describe_path(trajectory: Trajectory, units: DisplayUnits) -> list[ReportTable | str]:
-    """Whether equilibria are stable, in a line, and a table of what their path has passed; nothing of motions."""
-    if trajectory.negative is None:
-        return []
-    known = trajectory.negative[np.isfinite(trajectory.negative)]
-    wrong = int(np.sum(known > 0))
-    count = f"{len(known)} of {len(trajectory.negative)} equilibria" if len(known) < len(trajectory.negative) else "all equilibria"
-    text = f"stability (no negative pivots): {count} judged, {f'{wrong} unstable' if wrong else 'all stable'}"
-    lines: list[ReportTable | str] = [text] if len(known) else []
-    heads = ("passed", "from", "to", "way [m]", "negative pivots", "known by")
-    rows = [
-        (one.kind, one.before, one.after, one.distance, " -> ".join("?" if n is None else str(n) for n in one.negative), one.sign)
-        for one in trajectory.crossings
-    ]
-    return [*lines, *([ReportTable("On the path", *units.columns(heads, rows))] if rows else [])]
-
-
-def apart(gap: Gap) -> str:
-    """How far apart the places of a joint are where it is locked; nothing where there is no second place."""
-    parts = [(gap.distance, "m"), (gap.angle, "rad")]
-    found = " and ".join(f"{value:.3g} {unit}" for value, unit in parts if value is not None)
-    return f" {found} apart" if found else ""
 
 
 def summary(task: RunTask, report: Mapping[str, Any]) -> str:
