@@ -28,7 +28,7 @@ from ...dynamics import GeneralizedAlpha, Trajectory
 from ...dynamics.diagnoses import large_strains
 from ...parts import departures
 from ...results import stress_errors
-from ...results.frames import SILENT
+from ...results.colour_scales import SILENT
 from ...results.segments import Recorder
 from ...systems.measures import probes
 from .. import job as jobs
