@@ -85,6 +85,37 @@ def test_overlay_shows_several_instants_in_one_scene(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("opengl")
+def test_an_overlay_of_many_instants_in_the_plane_shows_the_last_one(tmp_path: Path) -> None:
+    """Thirty instants of a bar that rises stand one before the other; the last one has the full colour."""
+    points = np.stack(
+        [np.column_stack([np.linspace(0.0, 1.0, 5), np.full(5, height), np.zeros(5)]) for height in np.linspace(0, 0.2, 30)]
+    )
+    rising = lines(points)
+    options = PictureOptions(size=SIZE)
+    image = pixels(pictures.render(rising, tmp_path / "a.png", rising.times.tolist(), options))
+    job = order(rising, options)
+    view = render_child.view(job, (SIZE[0] - decor.width(job), SIZE[1]), render_child.letters(job))
+    x, y = camera.project(view, points[-1, 2]).round().astype(int)
+    assert np.abs(image[y - 2 : y + 3, x].min(axis=0) - (0, 114, 178)).max() < 60
+
+
+@pytest.mark.usefixtures("opengl")
+def test_the_arrow_of_a_load_is_there_while_it_acts(tmp_path: Path) -> None:
+    """In the first of three small scenes; nothing of it stays in the others."""
+    planar = frames.select(rollup.planar(), np.array([0, 3, 6]))
+    push = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    loaded = replace(planar, marks={"push": frames.Mark("force", planar.bodies["beam"].points[:, -1], push)})
+    options = PictureOptions(size=(900, 400))
+    image = pixels(pictures.render(loaded, tmp_path / "a.png", None, options, Arrangement.MULTIPLES))
+    columns, view = render_child.arrange(order(loaded, options))
+    red = np.abs(image - (176, 0, 88)).max(axis=2) < 40
+    width, height = view.size
+    cells = [red[k // columns * height :][:height, k % columns * width :][:, :width].sum() for k in range(3)]
+    assert cells[0] > 50
+    assert cells[1:] == [0, 0]
+
+
+@pytest.mark.usefixtures("opengl")
 def test_multiples_show_one_instant_each(tmp_path: Path) -> None:
     """Six instants in two rows of three scenes beside the key; a beam in each, no two alike."""
     path = pictures.render(

@@ -69,19 +69,14 @@ def line_bodies(
     if not system.lines:
         return {}, {}
     q, rate = expand(system, trajectory.x[rows], trajectory.v[rows])
-    now, moving, start = (
-        centre_lines(system, q),
-        centre_lines(system, rate),
-        centre_lines(system, in_scene(system, system.lift(system.x0))[None]),
-    )
-    radius = {line.name: line.radius for line in system.lines}
+    reference = in_scene(system, system.lift(system.x0))[None]
+    now, moving, start = (centre_lines(system, one) for one in (q, rate, reference))
     known = {line.name: line for line in system.lines}
     bodies = {
-        name: with_section_forces(lines(now[name], moving[name], start[name], radius[name]), known[name], now[name], start[name])
-        for name in now
+        name: with_section_forces(lines(now[name], moving[name], start[name], line.radius), line, now[name], start[name])
+        for name, line in known.items()
         if now[name].shape[2] > 1
     }
-    reference = in_scene(system, system.lift(system.x0))[None]
     for name in bodies:
         if known[name].swept is not None:
             bodies[name] = swept.skin(bodies[name], known[name], q, rate, reference)

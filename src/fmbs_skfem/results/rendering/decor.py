@@ -10,23 +10,28 @@ import math
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.markers import MarkerStyle
+from matplotlib.transforms import Affine2D
+from PIL import Image, ImageDraw, ImageFont
 
 from ...core.storage.records import dataclass
 from .. import palette
+from ..charts import plain
 from ..colour_scales import STRESSES
 from ..marks import MARKERS, SYMBOLS
 from . import camera as camera_
 from .camera import Camera
 from .job import PictureJob
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.lines import Line2D
-    from matplotlib.markers import MarkerStyle
-    from PIL.ImageFont import FreeTypeFont
 
 Pixels = np.ndarray[Any, np.dtype[np.uint8]]
 INK = "#404040"  #: of the bar and the axes
@@ -46,10 +51,7 @@ class Text:
 
 
 @lru_cache(maxsize=16)
-def _font(height: int) -> FreeTypeFont:
-    import matplotlib
-    from PIL import ImageFont
-
+def _font(height: int) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(str(Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")), height)
 
 
@@ -58,16 +60,8 @@ def measure(words: str, height: int) -> float:
     return _font(height).getlength(words)
 
 
-def plain(text: str) -> str:
-    """A text from outside as matplotlib draws it letter by letter: no formula, and no label that is hidden for its underscore."""
-    text = text.replace("$", r"\$")
-    return f" {text}" if text.startswith("_") else text
-
-
 def letter(image: Pixels, texts: list[Text]) -> Pixels:
     """`image` (height, width, 3) with the texts on it, each on a white halo."""
-    from PIL import Image, ImageDraw
-
     picture = Image.fromarray(image)
     draw = ImageDraw.Draw(picture)
     for text in texts:
@@ -83,9 +77,6 @@ def width(job: PictureJob) -> int:
 
 def key(job: PictureJob, camera: Camera, height: int) -> Pixels:
     """The key beside a scene, (height, width, 3)."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     dpi = job.options.size[1] / 7.0
     row = ROW * dpi / height
     figure = Figure(figsize=(width(job) / dpi, height / dpi), dpi=dpi, facecolor="white")
@@ -107,8 +98,6 @@ def key(job: PictureJob, camera: Camera, height: int) -> Pixels:
 
 
 def _draw_scale(axes: Axes, job: PictureJob) -> None:
-    from matplotlib.cm import ScalarMappable
-
     assert job.scale is not None
     bar = axes.figure.colorbar(ScalarMappable(norm(job), cmap(job)), cax=axes)
     bar.ax.tick_params(labelsize=9)
@@ -145,8 +134,6 @@ def bar(job: PictureJob, camera: Camera, longest: float) -> tuple[float, str]:
 
 def _handles(job: PictureJob) -> list[Line2D]:
     """Bodies that have colours of their own, joints, arrows, and gravity as it points in the picture."""
-    from matplotlib.lines import Line2D
-
     names = () if job.scale else job.frames.bodies
     found = [Line2D([], [], color=palette.colour(i), lw=4, label=plain(name)) for i, name in enumerate(names)]
     for kind, size in {mark.kind: 8 if mark.is_joint else 10 for mark in job.frames.marks.values()}.items():
@@ -160,9 +147,6 @@ def _handles(job: PictureJob) -> list[Line2D]:
 
 def _falling(job: PictureJob) -> Iterator[MarkerStyle]:
     """Markers of the gravities that act: arrows along their directions in the picture, a dot along the line of sight."""
-    from matplotlib.markers import MarkerStyle
-    from matplotlib.transforms import Affine2D
-
     for mark in job.frames.marks.values():
         size = np.linalg.norm(mark.directions, axis=1)
         if mark.kind == "gravity" and size.any():
@@ -173,17 +157,12 @@ def _falling(job: PictureJob) -> Iterator[MarkerStyle]:
 
 def norm(job: PictureJob) -> Any:
     """From values to [0, 1]."""
-    from matplotlib.colors import LogNorm, Normalize
-
     limits = job.scale.limits if job.scale else (0.0, 1.0)
     return LogNorm(*limits, clip=True) if job.scale and job.scale.logarithmic else Normalize(*limits, clip=True)
 
 
 def cmap(job: PictureJob) -> Any:
     """The colour map without its palest end, where that is yellow; unloaded plates stay pale behind their outline."""
-    import matplotlib
-    from matplotlib.colors import ListedColormap
-
     assert job.scale is not None
     stress = job.scale.field in STRESSES
     name = "coolwarm" if job.scale.diverges else "YlOrRd" if stress else "viridis"

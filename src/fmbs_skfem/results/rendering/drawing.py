@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import ListedColormap, to_rgb
 
 from ...core.storage.records import dataclass
 from .. import palette, surfaces
@@ -72,16 +73,17 @@ def instant(stage: Stage, sample: int, strength: float = 1.0, slot: int = 0) -> 
     for i, body in enumerate(job.frames.bodies.values()):
         _body(stage, i, body, sample, nearer, strength, slot)
     for j, mark in enumerate(job.frames.marks.values()):
-        symbol, style = SYMBOLS[mark.kind], STILL if mark.is_joint else FLAT
-        size = float(np.linalg.norm(mark.directions[sample]))
-        if mark.points.size and (mark.is_joint or size > 0.0):  # gravity is in the key
-            layer = 2 * symbol.layer if mark.is_joint else 8  # in the plane in front of all surfaces
-            place = mark.points[sample] + nearer + (0.0, 0.0, layer * RADIUS * thin * job.planar)
-            if mark.is_joint:
-                shape = glyph(symbol, place, RADIUS * thin)
-            else:
-                shape = SHAPES[symbol.form](place, mark.directions[sample] / size, REACH * thin, job.planar)
-            stage.plotter.add_mesh(shape, color=fade(symbol.colour, strength), name=f"mark {slot} {j}", **style)
+        symbol, name = SYMBOLS[mark.kind], f"mark {slot} {j}"
+        layer = 2 * symbol.layer if mark.is_joint else 8  # in the plane in front of all surfaces
+        lift = nearer + np.array([0.0, 0.0, layer * RADIUS * thin * job.planar])
+        tint = fade(symbol.colour, strength)
+        if mark.is_joint:
+            stage.plotter.add_mesh(glyph(symbol, mark.points[sample] + lift, RADIUS * thin), color=tint, name=name, **STILL)
+        elif mark.points.size and mark.directions[sample].any():  # gravity is in the key
+            shape = arrow(symbol, mark.points[sample] + lift, mark.directions[sample], REACH * thin, job.planar)
+            stage.plotter.add_mesh(shape, color=tint, name=name, **FLAT)
+        else:
+            stage.plotter.remove_actor(name, render=False)
 
 
 def _body(stage: Stage, i: int, body: Shown, sample: int, nearer: Array, strength: float, slot: int) -> None:
@@ -130,15 +132,11 @@ def outline(stage: Stage) -> None:
 
 def fade(colours: Any, strength: float) -> Any:
     """Red, green, blue (..., 3) in [0, 1] mixed with white; strength 1 leaves them as they are."""
-    from matplotlib.colors import to_rgb
-
     return 1.0 - strength * (1.0 - np.array(to_rgb(colours) if isinstance(colours, str) else colours))
 
 
 def _tint(job: PictureJob, body: int, strength: float) -> dict[str, Any]:
     """How a body is coloured: by its values in [0, 1], grey where there is none, or by its own colour."""
-    from matplotlib.colors import ListedColormap
-
     if not job.scale:
         return {"color": fade(palette.colour(body), strength)}
     colours = ListedColormap(fade(decor.cmap(job)(np.linspace(0.0, 1.0, 256))[:, :3], strength))
@@ -146,30 +144,16 @@ def _tint(job: PictureJob, body: int, strength: float) -> dict[str, Any]:
     return {"scalars": "values", "show_scalar_bar": False, **scale}
 
 
-def _axis(place: Array, aim: Array, reach: float, planar: bool) -> Any:
+def arrow(symbol: Symbol, place: Array, direction: Array, reach: float, planar: bool) -> Any:
+    """The form of a force, a moment or an axis along a direction (3,), of a length."""
     import pyvista
 
-    return pyvista.Line(place - 0.6 * reach * aim, place + 0.6 * reach * aim).tube(radius=0.012 * reach)
-
-
-def _force(place: Array, aim: Array, reach: float, planar: bool) -> Any:
-    import pyvista
-
-    start = place + begins(aim, planar) * reach * aim
-    return pyvista.Arrow(start=start, direction=aim, scale=reach, tip_length=0.3, tip_radius=0.1, shaft_radius=0.03)
-
-
-def begins(aim: Array, planar: bool) -> float:
-    """Where the arrow of a force along `aim` (3,) begins, over its length: at its place, or -1: it ends there.
-
-    It ends there unless it points to the eye in space: from behind a plate it would be hidden by what it pushes.
-    """
-    return -1.0 if planar or aim @ EYE <= 0.0 else 0.0
-
-
-def _ring(place: Array, aim: Array, reach: float, planar: bool) -> Any:
-    import pyvista
-
+    aim = direction / np.linalg.norm(direction)
+    if symbol.form == "axis":
+        return pyvista.Line(place - 0.6 * reach * aim, place + 0.6 * reach * aim).tube(radius=0.012 * reach)
+    if symbol.form == "arrow":
+        start = place + begins(aim, planar) * reach * aim
+        return pyvista.Arrow(start=start, direction=aim, scale=reach, tip_length=0.3, tip_radius=0.1, shaft_radius=0.03)
     across = np.cross(aim, np.eye(3)[int(np.argmin(np.abs(aim)))])
     across /= np.linalg.norm(across)
     angles = np.linspace(0.0, 1.5 * np.pi, 40)[:, None]
@@ -179,8 +163,12 @@ def _ring(place: Array, aim: Array, reach: float, planar: bool) -> Any:
     return pyvista.lines_from_points(ring).tube(radius=0.03 * reach).merge(head)
 
 
-#: of arrows, by their form: from place, unit vector, length and whether the scene is planar
-SHAPES: dict[str, Callable[[Array, Array, float, bool], Any]] = {"axis": _axis, "ring": _ring, "arrow": _force}
+def begins(aim: Array, planar: bool) -> float:
+    """Where the arrow of a force along `aim` (3,) begins, over its length: at its place, or -1: it ends there.
+
+    It ends there unless it points to the eye in space: from behind a plate it would be hidden by what it pushes.
+    """
+    return -1.0 if planar or aim @ EYE <= 0.0 else 0.0
 
 
 def _tube(points: Array, radius: float, values: Array) -> Any:

@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from ...core import imports
 from .. import frames as frames_
@@ -242,8 +243,6 @@ LAYOUTS = {"overlay": overlay, "multiples": multiples, "animation": animation}
 
 def _save(images: list[Pixels], job: PictureJob) -> None:
     """A PNG, an MP4, or a GIF that loops for ever, all its frames in one palette so that colours do not flicker."""
-    from PIL import Image
-
     if job.suffix == video.SUFFIX:
         video.write(images, job.target, job.rate)
         return

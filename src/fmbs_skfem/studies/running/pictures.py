@@ -52,7 +52,6 @@ def scene(
     rows = frames_.spread(trajectory.times, max(count, INSTANTS))
     fields = (shade,) if shade else ()
     moving = motion.frames(trajectory, rows, fields)
-    limits = colour_scales.limits(moving, shade) if shade else None
     wanted = instants(scene, trajectory)
     chosen = moving if wanted is None else motion.frames(trajectory, frames_.nearest(trajectory.times, wanted), fields)
     clock, heading = "s" if scene.analysis.clock else "load factor", jobs.title(scene)
@@ -63,7 +62,7 @@ def scene(
     label = label_of(trajectory, shade)
     options = PictureOptions(shade, label, title=heading, clock=clock, display=scene.display)
     found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, options)]
-    options = replace(options, limits=limits, size=(800, 600))
+    options = replace(options, size=(800, 600))
     return [*found, partial(pictures.animate, moving, out / names[1], count, rate, options)] if count else found
 
 
