@@ -152,6 +152,18 @@ def test_instants_of_equilibria_are_load_factors() -> None:
     assert render_child.stamps(job, times)[1] == "t = 0.25 s"
 
 
+@pytest.mark.usefixtures("opengl")
+def test_a_mass_alone_stands_in_the_middle(tmp_path: Path) -> None:
+    """Far from the origin, and large enough to be seen."""
+    alone, options = Frames(np.zeros(1), {}, {"m": frames.joint("point mass", np.ones((1, 3)))}), PictureOptions(size=SIZE)
+    image = pixels(pictures.render(alone, tmp_path / "a.png", options=options))
+    width = SIZE[0] - decor.width(order(alone, options))
+    eye = render_child.view(order(alone, options), (width, SIZE[1]), render_child.letters(order(alone, options)))
+    rows, columns = np.nonzero((image[:, :width] < 200).any(axis=2))
+    assert 10 < np.ptp(rows) < 40
+    np.testing.assert_allclose([columns.mean(), rows.mean()], camera.project(eye, np.ones(3)), atol=2.0)
+
+
 def lines(*bodies: np.ndarray) -> Frames:
     """Lines (s,x,3) as frames."""
     return Frames(np.arange(len(bodies[0]), dtype=float), {f"{i}": line(body, {}, 0.01, body[0]) for i, body in enumerate(bodies)})

@@ -45,11 +45,13 @@ def fit(points: Array, planar: bool, size: tuple[int, int], margins: Margins) ->
     """The camera that shows points (n,3) as large as they fit inside the margins (left, right, top, bottom) [pixel]."""
     view = axes(planar)
     seen = points @ view.T
-    lower, extent = seen.min(axis=0), np.ptp(seen, axis=0)
-    extent = np.maximum(extent, 1e-6 * float(np.abs(points).max()) or 1.0)  # coinciding points are still seen
+    extent = np.ptp(seen, axis=0)
+    middle = seen.min(axis=0) + extent / 2.0
+    largest = float(np.abs(points).max())
+    extent = np.maximum(extent, (1e-6 * largest if extent.any() else largest) or 1.0)  # coinciding points are still seen
     left, right, top, bottom = margins
     scale = max(extent[0] / max(size[0] - left - right, 1.0), extent[1] / max(size[1] - top - bottom, 1.0))
-    middle = lower + extent / 2.0 + np.array([right - left, top - bottom, 0.0]) / 2.0 * scale
+    middle += np.array([right - left, top - bottom, 0.0]) / 2.0 * scale
     return Camera(view, middle @ view, extent, float(scale), size)
 
 

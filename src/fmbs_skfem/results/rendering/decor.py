@@ -88,7 +88,8 @@ def key(job: PictureJob, camera: Camera, height: int) -> Pixels:
         _draw_scale(figure.add_axes((0.10, below, 0.16, TOP - below)), job)
         top = below - 1.5 * row
     if handles:
-        style: dict[str, Any] = {"frameon": False, "fontsize": 9, "handlelength": 1.2, "borderaxespad": 0.2}
+        letters = 9.0 * min(1.0, (top / row - FOOT) / (len(handles) + 1))  # smaller where there are very many
+        style: dict[str, Any] = {"frameon": False, "fontsize": letters, "handlelength": 1.2, "borderaxespad": 0.2}
         figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, top), **style)
     foot = figure.add_axes((0.0, 0.0, 1.0, FOOT * row), xlim=(0, width(job)), ylim=(0, FOOT * row * height))
     foot.set_axis_off()
