@@ -422,7 +422,6 @@ def test_arrows_of_forces_in_space_are_before_what_they_push(planar: bool, aim: 
 def test_the_key_shows_where_gravity_points_in_the_picture(aim: tuple[float, float, float], planar: bool, turn: float) -> None:
     """Down in the plane and in space, along the falling x axis of the isometric view; a gravity that begins later as well."""
     arrow = frames.Mark("gravity", np.empty((7, 0)), np.linspace(0.0, 1.0, 7)[:, None] * aim)
-    job = replace(order(replace(rollup.planar(), marks={"g": arrow})), planar=planar)
-    (marker,) = decor._falling(job)
+    marker = decor.turned("o", arrow, planar)
     across, along = marker.get_user_transform().transform((1.0, 0.0))
     assert np.degrees(np.arctan2(along, across)) == pytest.approx(turn)

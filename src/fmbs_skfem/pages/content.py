@@ -178,14 +178,9 @@ def describe_film(film: Film, middle: Array, tolerance: float, scales: Sequence[
             describe_body(name, body, shapes[name], number, middle, scales, block)
             for number, (name, body) in enumerate(frames.bodies.items())
         ],
-        "marks": [describe_mark(name, mark, middle, block) for name, mark in seen_marks(frames).items()],
+        "marks": [describe_mark(name, mark, middle, block) for name, mark in frames_.acting(frames).items()],
         "live": maps and {part: [None if one is None else block.put(one) for one in found] for part, found in maps.items()},
     }
-
-
-def seen_marks(frames: Frames) -> dict[str, Mark]:
-    """All of them without loads that never act."""
-    return {name: mark for name, mark in frames.marks.items() if mark.is_joint or np.any(mark.directions)}
 
 
 def describe_mark(name: str, mark: Mark, middle: Array, block: Block) -> dict[str, Any]:
@@ -234,7 +229,7 @@ def linear_shapes(
         maps.append(linear)
     along = {name: basis.linear(values.reshape(len(values), -1)) for name, values in basis.derivatives.items()}
     lines = [along.get(name) for name in frames.bodies]
-    marks = {name: mark_map(basis, name, mark, middle, tolerance) for name, mark in seen_marks(frames).items()}
+    marks = {name: mark_map(basis, name, mark, middle, tolerance) for name, mark in frames_.acting(frames).items()}
     if any(marks[name] is None for name in marks if frames.marks[name].is_joint):
         return shapes, None
     return shapes, {"bodies": maps, "lines": lines, "marks": list(marks.values())}

@@ -164,6 +164,11 @@ def points(frames: Frames) -> Array:
     return np.concatenate([one.reshape(-1, 3) for one in places(frames)])
 
 
+def acting(frames: Frames) -> dict[str, Mark]:
+    """All marks without loads that never act."""
+    return {name: mark for name, mark in frames.marks.items() if mark.is_joint or mark.directions.any()}
+
+
 def nearest(times: Array, wanted: Sequence[float]) -> Indices:
     """Indices of the instants (s,) [s] nearest to the `wanted` ones, sorted, each once."""
     apart = np.abs(times[None, :] - np.asarray(wanted, float)[:, None])

@@ -203,9 +203,14 @@ def spatial(vectors: np.ndarray) -> np.ndarray:
     return np.pad(vectors, [(0, 0)] * (vectors.ndim - 1) + [(0, missing)])
 
 
+def sense(system: System, x: np.ndarray) -> np.ndarray:
+    """What markers are placed by (s, i), of unknowns (s, n)."""
+    return np.asarray(system.sensors.matrix @ x.T).T + system.sensors.offset
+
+
 def joints(system: System, x: np.ndarray) -> dict[str, Mark]:
     """Every marked point of every joint; further points of a joint carry a number."""
-    y = np.asarray(system.sensors.matrix @ x.T).T + system.sensors.offset
+    y = sense(system, x)
     found = {}
     for name, kind, rows in system.markers:
         if kind in LINKS or kind in ARROWS:
@@ -219,7 +224,7 @@ def joints(system: System, x: np.ndarray) -> dict[str, Mark]:
 
 def arrows(system: System, x: np.ndarray) -> dict[str, Mark]:
     """Loads at places and gravity, and in space the axes of joints; moments in the plane are about z."""
-    y = np.asarray(system.sensors.matrix @ x.T).T + system.sensors.offset
+    y = sense(system, x)
     found = {}
     for number, (name, kind, rows) in enumerate(system.markers):
         if kind not in ARROWS or (kind == "axis" and system.dim == 2):
@@ -238,7 +243,7 @@ def links(system: System, x: np.ndarray, taken: Collection[str], moving: np.ndar
 
     Planes reach as far as points (s, x, 3) that move.
     """
-    y = np.asarray(system.sensors.matrix @ np.vstack([x, system.x0]).T).T + system.sensors.offset
+    y = sense(system, np.vstack([x, system.x0]))
     found = {}
     for name, kind, rows in system.markers:
         if kind in LINKS:

@@ -7,7 +7,6 @@ seen. All of it is laid beside or over the pixels afterwards, so that no text de
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -25,10 +24,12 @@ from matplotlib.transforms import Affine2D
 from PIL import Image, ImageDraw, ImageFont
 
 from ...core.storage.records import dataclass
+from .. import frames as frames_
 from .. import palette
 from ..charts import plain
-from ..colour_scales import STRESSES
-from ..marks import MARKERS, SYMBOLS
+from ..colour_scales import STRESSES, ColourScale
+from ..frames import Mark
+from ..marks import SYMBOLS
 from . import camera as camera_
 from .camera import Camera
 from .job import PictureJob
@@ -85,7 +86,7 @@ def key(job: PictureJob, camera: Camera, height: int) -> Pixels:
     top = TOP
     if job.scale:
         below = min(row * (FOOT + len(handles) + 2.5), 0.6)
-        _draw_scale(figure.add_axes((0.10, below, 0.16, TOP - below)), job)
+        _draw_scale(figure.add_axes((0.10, below, 0.16, TOP - below)), job.scale)
         top = below - 1.5 * row
     if handles:
         letters = 9.0 * min(1.0, (top / row - FOOT) / (len(handles) + 1))  # smaller where there are very many
@@ -98,12 +99,11 @@ def key(job: PictureJob, camera: Camera, height: int) -> Pixels:
     return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
 
 
-def _draw_scale(axes: Axes, job: PictureJob) -> None:
-    assert job.scale is not None
-    bar = axes.figure.colorbar(ScalarMappable(norm(job), cmap(job)), cax=axes)
+def _draw_scale(axes: Axes, scale: ColourScale) -> None:
+    bar = axes.figure.colorbar(ScalarMappable(norm(scale), cmap(scale)), cax=axes)
     bar.ax.tick_params(labelsize=9)
-    bar.set_label(plain(job.scale.label), fontsize=10)
-    if not job.scale.logarithmic:
+    bar.set_label(plain(scale.label), fontsize=10)
+    if not scale.logarithmic:
         bar.formatter.set_powerlimits((-3, 3))  # type: ignore[attr-defined]
         bar.ax.yaxis.get_offset_text().set(fontsize=9, horizontalalignment="left")
 
@@ -137,34 +137,30 @@ def _handles(job: PictureJob) -> list[Line2D]:
     """Bodies that have colours of their own, joints, arrows, and gravity as it points in the picture."""
     names = () if job.scale else job.frames.bodies
     found = [Line2D([], [], color=palette.colour(i), lw=4, label=plain(name)) for i, name in enumerate(names)]
-    for kind, size in {mark.kind: 8 if mark.is_joint else 10 for mark in job.frames.marks.values()}.items():
-        if kind != "gravity":
-            symbol = SYMBOLS[kind]
-            found.append(Line2D([], [], color=symbol.colour, marker=symbol.marker, ls="", ms=size, label=kind))
-    shown: dict[str, Any] = {"color": MARKERS["gravity"].colour, "ls": "", "ms": 13, "label": "gravity"}
-    found += [Line2D([], [], marker=marker, **shown) for marker in _falling(job)]
+    for kind, mark in {mark.kind: mark for mark in frames_.acting(job.frames).values()}.items():
+        marker: Any = SYMBOLS[kind].marker
+        size = 8 if mark.is_joint else 10
+        if kind == "gravity":
+            marker = turned(marker, mark, job.planar)
+            size = 13
+        found.append(Line2D([], [], color=SYMBOLS[kind].colour, ms=size, marker=marker, ls="", label=kind))
     return found
 
 
-def _falling(job: PictureJob) -> Iterator[MarkerStyle]:
-    """Markers of the gravities that act: arrows along their directions in the picture, a dot along the line of sight."""
-    for mark in job.frames.marks.values():
-        size = np.linalg.norm(mark.directions, axis=1)
-        if mark.kind == "gravity" and size.any():
-            across, along, _ = camera_.axes(job.planar) @ mark.directions[size.argmax()] / size.max()
-            marker = MARKERS["gravity"].marker if math.hypot(across, along) > 0.1 else r"$\odot$"
-            yield MarkerStyle(marker, transform=Affine2D().rotate(math.atan2(along, across)))
+def turned(marker: str, mark: Mark, planar: bool) -> MarkerStyle:
+    """The marker of an arrow to the right, along the largest direction of a mark in the picture; a dot along the line of sight."""
+    size = np.linalg.norm(mark.directions, axis=1)
+    across, along, _ = camera_.axes(planar) @ mark.directions[size.argmax()] / size.max()
+    seen = math.hypot(across, along) > 0.1
+    return MarkerStyle(marker if seen else r"$\odot$", transform=Affine2D().rotate(math.atan2(along, across)))
 
 
-def norm(job: PictureJob) -> Any:
+def norm(scale: ColourScale) -> Normalize:
     """From values to [0, 1]."""
-    limits = job.scale.limits if job.scale else (0.0, 1.0)
-    return LogNorm(*limits, clip=True) if job.scale and job.scale.logarithmic else Normalize(*limits, clip=True)
+    return (LogNorm if scale.logarithmic else Normalize)(*scale.limits, clip=True)
 
 
-def cmap(job: PictureJob) -> Any:
+def cmap(scale: ColourScale) -> ListedColormap:
     """The colour map without its palest end, where that is yellow; unloaded plates stay pale behind their outline."""
-    assert job.scale is not None
-    stress = job.scale.field in STRESSES
-    name = "coolwarm" if job.scale.diverges else "YlOrRd" if stress else "viridis"
+    name = "coolwarm" if scale.diverges else "YlOrRd" if scale.field in STRESSES else "viridis"
     return ListedColormap(matplotlib.colormaps[name](np.linspace(0.0, 0.93 if name == "viridis" else 1.0, 256)))

@@ -89,7 +89,7 @@ def instant(stage: Stage, sample: int, strength: float = 1.0, slot: int = 0) -> 
 def _body(stage: Stage, i: int, body: Shown, sample: int, nearer: Array, strength: float, slot: int) -> None:
     """A tube, or facets with lines around them."""
     job, thin, points = stage.job, stage.camera.thinnest, body.points[sample] + nearer
-    values = decor.norm(job)(body.fields[job.scale.field][sample]) if job.scale else np.zeros(len(points))
+    values = decor.norm(job.scale)(body.fields[job.scale.field][sample]) if job.scale else np.zeros(len(points))
     values = np.ma.filled(values, np.nan)
     style = {"name": f"body {slot} {i}", **_tint(job, i, strength)}
     if not body.is_surface:
@@ -139,7 +139,7 @@ def _tint(job: PictureJob, body: int, strength: float) -> dict[str, Any]:
     """How a body is coloured: by its values in [0, 1], grey where there is none, or by its own colour."""
     if not job.scale:
         return {"color": fade(palette.colour(body), strength)}
-    colours = ListedColormap(fade(decor.cmap(job)(np.linspace(0.0, 1.0, 256))[:, :3], strength))
+    colours = ListedColormap(fade(decor.cmap(job.scale)(np.linspace(0.0, 1.0, 256))[:, :3], strength))
     scale = {"clim": (0.0, 1.0), "cmap": colours, "nan_color": fade(NONE, strength)}
     return {"scalars": "values", "show_scalar_bar": False, **scale}
 
