@@ -425,3 +425,11 @@ def test_the_key_shows_where_gravity_points_in_the_picture(aim: tuple[float, flo
     marker = decor.turned("o", arrow, planar)
     across, along = marker.get_user_transform().transform((1.0, 0.0))
     assert np.degrees(np.arctan2(along, across)) == pytest.approx(turn)
+
+
+def test_the_key_leaves_out_loads_that_never_act() -> None:
+    planar = rollup.planar()
+    tip = planar.bodies["beam"].points[:, -1]
+    loads = {"none": frames.Mark("force", tip, 0.0 * tip), "some": frames.Mark("moment", tip, tip)}
+    handles = decor._handles(order(replace(planar, marks={**planar.marks, **loads})))
+    assert [one.get_label() for one in handles] == ["beam", "clamp", "moment"]
