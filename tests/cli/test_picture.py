@@ -16,8 +16,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.dynamics import GeneralizedAlpha
 from fmbs_skfem.results import motion as picture
 from fmbs_skfem.results import series
-from fmbs_skfem.results.frames import MarkKind
-from fmbs_skfem.results.pictures import Look
+from fmbs_skfem.results.pictures import PictureOptions
 from fmbs_skfem.results.rendering import painter
 from fmbs_skfem.scenes import build
 from fmbs_skfem.studies import job
@@ -36,7 +35,7 @@ def test_a_scene_of_mass_points_shows_the_rod_between_them(tmp_path: Path) -> No
     (rod,) = found.bodies.values()
     ends = rod.points
     assert_allclose(np.linalg.norm(ends[:, -1] - ends[:, 0], axis=1), 1.0, rtol=1e-9)
-    assert MarkKind.MASS in {kind for kind, _ in found.joints.values()}
+    assert "point mass" in {mark.kind for mark in found.marks.values()}
     assert series.write(found, tmp_path, "motion")
 
 
@@ -81,7 +80,7 @@ def test_rigid_bodies_are_lines_that_keep_their_shape(rigid_scene: Path) -> None
     crank, rod, shown = (found.bodies[name] for name in ("crank", "rod", "plate"))
     assert crank.reference[:, :2] == pytest.approx(np.array([[0, 0], [0.05, 0], [0.1, 0]]), abs=1e-15)
     assert rod.reference[:, :2] == pytest.approx(np.array([[0.1, 0], [0.3, 0], [0.2, 0.1], [0.1, 0]]), abs=1e-15)
-    assert found.joints["wheel"][0] == MarkKind.MASS
+    assert found.marks["wheel"].kind == "point mass"
     assert shown.reference[0] == pytest.approx(shown.reference[-1])
     outline = np.linalg.norm(np.diff(shown.reference, axis=0), axis=1)
     assert outline.sum() == pytest.approx(2 * 0.2 + 2 * np.pi * 0.035, rel=5e-3)
@@ -130,7 +129,7 @@ def test_a_scene_without_a_name_has_that_of_its_file_in_every_title(rigid_scene:
     motion = dynamics.integrate(task.system, GeneralizedAlpha(1e-3), 2e-3)
     drawn = study_pictures.scene(one, motion, tmp_path)
     assert task.title == "slow_crank"
-    assert {look.title for order in drawn for look in order.args if isinstance(look, Look)} == {"slow_crank"}
+    assert {one.title for order in drawn for one in order.args if isinstance(one, PictureOptions)} == {"slow_crank"}
     assert len(drawn) == 2
 
 

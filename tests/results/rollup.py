@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmbs_skfem.results.frames import Array, Frames, line
+from fmbs_skfem.results.frames import Array, Frames, joint, line
 
 S, X = 7, 41
 
@@ -28,7 +28,7 @@ def planar(largest: float = np.pi) -> Frames:
     velocity = (arc(curvature + step * largest) - arc(curvature - step * largest)) / (2 * step)
     fields = {"curvature": np.repeat(curvature[:, None], X, axis=1), "velocity": velocity, "strain": np.zeros((S, X))}
     lines = line(points=arc(curvature), fields=fields, radius=0.005, reference=arc(np.zeros(1))[0])
-    return Frames(times, {"beam": lines}, {"root": ("clamp", np.zeros((S, 3)))})
+    return Frames(times, {"beam": lines}, {"root": joint("clamp", np.zeros((S, 3)))})
 
 
 def spatial() -> Frames:
@@ -38,4 +38,4 @@ def spatial() -> Frames:
     tip = lines.points[:, -1]
     turned = lines.points[:, :, [1, 2, 0]] * np.array([1.0, 1.0, -1.0])
     second = line(tip[:, None] + turned, {"curvature": lines.fields["curvature"]}, 0.01, tip[0] + turned[0])
-    return Frames(first.times, {"I": lines, "II": second}, {"A": first.joints["root"], "B": ("revolute joint", tip)})
+    return Frames(first.times, {"I": lines, "II": second}, {"A": first.marks["root"], "B": joint("revolute joint", tip)})

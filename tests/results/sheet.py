@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmbs_skfem.results.frames import Array, Frames, Shown
+from fmbs_skfem.results.frames import Array, Frames, Shown, joint
 
 from . import rollup
 
@@ -46,7 +46,7 @@ def turning() -> Frames:
     moved = np.stack([turn.real, turn.imag, 0 * turn.real], axis=-1)
     stress = 1e8 * times[:, None] * points[None, :, 0]
     body = Shown(moved, {"von_mises": stress}, np.full(len(points), 0.01), points, quads)
-    return Frames(times, {"plate": body}, {"A": ("revolute joint", np.zeros((5, 3)))})
+    return Frames(times, {"plate": body}, {"A": joint("revolute joint", np.zeros((5, 3)))})
 
 
 def mixed() -> Frames:

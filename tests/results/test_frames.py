@@ -36,7 +36,7 @@ def test_instants() -> None:
     chosen = frames.select(some, np.array([0, 6]))
     np.testing.assert_array_equal(chosen.times, [0.0, 1.0])
     np.testing.assert_array_equal(chosen.bodies["beam"].fields["curvature"][:, 0], [0.0, np.pi])
-    assert chosen.joints["root"][1].shape == (2, 3)
+    assert chosen.marks["root"].points.shape == (2, 3)
     with pytest.raises(InputError, match=r"between 0 and 1 s"):
         frames.choose(some.times, [1.5])
 
@@ -71,10 +71,10 @@ def test_bad_frames_are_refused_by_name() -> None:
     with pytest.raises(InputError, match="field 'strain'"):
         replace(good, bodies={"beam": replace(lines, fields={"strain": np.zeros(3)})})
     with pytest.raises(InputError, match="did you mean 'clamp'"):
-        replace(good, joints={"root": ("clmp", np.zeros((7, 3)))})
+        replace(good, marks={"root": frames.joint("clmp", np.zeros((7, 3)))})
     with pytest.raises(InputError, match="each once"):
         replace(good, times=np.zeros(7))
     with pytest.raises(InputError, match="at least one body or joint"):
-        replace(good, bodies={}, joints={})
+        replace(good, bodies={}, marks={})
     with pytest.raises(InputError, match="two reference points"):
         replace(good, bodies={"beam": replace(lines, reference=np.zeros((1, 3)))})

@@ -16,8 +16,8 @@ from fmbs_skfem.reduction import files
 from fmbs_skfem.reduction.spaces import component, galerkin, pod
 from fmbs_skfem.results import frames
 from fmbs_skfem.results import motion as drawn
-from fmbs_skfem.results.frames import MarkKind
-from fmbs_skfem.results.rendering import decor, drawing
+from fmbs_skfem.results.marks import MARKERS
+from fmbs_skfem.results.rendering import drawing
 from fmbs_skfem.scenes import build
 from fmbs_skfem.shapes import ancf_plate
 from fmbs_skfem.systems import At
@@ -63,17 +63,17 @@ def test_loads_gravity_and_axes_are_arrows_that_turn_with_what_carries_them(dim:
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])[:dim, :dim]
     states = np.stack([system.x0, (system.x0.reshape(-1, dim) @ turn.T).ravel()])
     none = np.zeros((2, 0))
-    arrows = drawn.frames(Trajectory(system, np.array([0.0, 1.0]), states, 0 * states, 0 * states, none)).arrows.values()
+    marks = drawn.frames(Trajectory(system, np.array([0.0, 1.0]), states, 0 * states, 0 * states, none)).marks.values()
     found: dict[str, list[np.ndarray]] = {}
-    for arrow in arrows:
+    for arrow in (mark for mark in marks if not mark.is_joint):
         unit = arrow.directions / np.linalg.norm(arrow.directions, axis=1)[:, None]
         found.setdefault(arrow.kind, []).append(unit)
         assert arrow.points.shape == ((2, 0) if arrow.kind == "gravity" else (2, 3))
-    assert found.keys() == {"gravity", "force", "moment"} | ({"axis"} if dim == 3 else set())
+    assert found.keys() == {"gravity", "force", "moment"} | ({"joint axis"} if dim == 3 else set())
     np.testing.assert_allclose(found["gravity"], [[-y, -y]], atol=1e-14)
     np.testing.assert_allclose(found["force"], [[x, x], [-x, -y]], atol=1e-14)
     np.testing.assert_allclose(found["moment"], [[-z, -z]], atol=1e-14)
-    np.testing.assert_allclose(found.get("axis", [[x, y]]), [[x, y]], atol=1e-14)
+    np.testing.assert_allclose(found.get("joint axis", [[x, y]]), [[x, y]], atol=1e-14)
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -104,9 +104,9 @@ def test_displacements_are_magnified_from_the_reference() -> None:
     moved, ten = (frames.displacement(one.bodies["beam"])[-1] for one in (motion, large))
     assert np.abs(moved).max() > 1e-2
     np.testing.assert_allclose(ten, 10.0 * moved, atol=1e-14)
-    (arrow,) = large.arrows.values()
+    (arrow,) = (mark for mark in large.marks.values() if not mark.is_joint)
     np.testing.assert_allclose(arrow.points[-1], large.bodies["beam"].points[-1, -1], atol=1e-12)
-    assert np.ptp(large.joints["clamp"][1], axis=0).max() < 1e-12
+    assert np.ptp(large.marks["clamp"].points, axis=0).max() < 1e-12
 
 
 def plate_motion(dim: int, states: np.ndarray, rates: np.ndarray) -> Trajectory:
@@ -184,22 +184,22 @@ def test_points_follow_the_outputs_of_a_planar_system() -> None:
     assert tip[:, 1] == pytest.approx(outputs["tip_y"], abs=1e-12)
     rate = np.gradient(tip[:, 1], found.times)
     assert found.bodies["beam"].fields["velocity"][1:-1, -1, 1] == pytest.approx(rate[1:-1], abs=1e-4)
-    assert found.joints["hinge"][0] == MarkKind.PIN
-    assert found.joints["drive"][0] == MarkKind.DRIVEN_ANGLE
+    assert found.marks["hinge"].kind == "revolute joint"
+    assert found.marks["drive"].kind == "driven angle"
     assert drawn.frames(motion, frames.spread(motion.times, 3)).times == pytest.approx([0, 0.025, 0.05])
 
 
 def test_masses_and_driven_supports_are_told_apart() -> None:
     system = systems.eliminate(build.system(scenes.read(EXAMPLES / "hanging_mass.yaml")))
     found = drawn.frames(dynamics.integrate(system, GeneralizedAlpha(1e-3), 2e-3))
-    kinds = {name: kind for name, (kind, _) in found.joints.items()}
+    kinds = {name: mark.kind for name, mark in found.marks.items() if mark.is_joint}
     assert kinds == {
-        "left": MarkKind.DRIVEN_POSITION,
-        "right": MarkKind.SPHERICAL,
-        "hook": MarkKind.SPHERICAL,
-        "mass": MarkKind.MASS,
+        "left": "driven position",
+        "right": "spherical joint",
+        "hook": "spherical joint",
+        "mass": "point mass",
     }
-    assert found.joints["mass"][1][0] == pytest.approx([1, 0, 0])
+    assert found.marks["mass"].points[0] == pytest.approx([1, 0, 0])
 
 
 def test_every_joint_has_its_own_name_in_pictures() -> None:
@@ -230,11 +230,12 @@ analysis: {type: static}
 
 def test_no_two_kinds_of_joints_look_alike() -> None:
     """In the key by marker or by colours that differ by a fifth of their range, in the scene by shape, size or colour."""
-    assert set(decor.GLYPHS) == {kind.value for kind in MarkKind}
-    tints = {kind: np.array([int(tint[i : i + 2], 16) for i in (1, 3, 5)]) for kind, (_, tint) in decor.GLYPHS.items()}
-    meshes = {kind: drawing._glyph(kind, np.zeros(3), 1.0) for kind in decor.GLYPHS}
-    shapes = {kind: np.array([*mesh.bounds, mesh.volume, *mesh.points.mean(axis=0)]) for kind, mesh in meshes.items()}
-    for one, other in itertools.combinations(decor.GLYPHS, 2):
+    joints = [symbol for symbol in MARKERS.values() if symbol.sizes]
+    assert len(joints) == 17
+    tints = [np.array([int(symbol.colour[i : i + 2], 16) for i in (1, 3, 5)]) for symbol in joints]
+    meshes = [drawing.glyph(symbol, np.zeros(3), 1.0) for symbol in joints]
+    shapes = [np.array([*mesh.bounds, mesh.volume, *mesh.points.mean(axis=0)]) for mesh in meshes]
+    for one, other in itertools.combinations(range(17), 2):
         apart = np.abs(tints[one] - tints[other]).max() > 51
-        assert apart or decor.GLYPHS[one][0] != decor.GLYPHS[other][0], (one, other)
+        assert apart or joints[one].marker != joints[other].marker, (one, other)
         assert apart or not np.allclose(shapes[one], shapes[other], rtol=0.2), (one, other)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from fmbs_skfem.core.errors import InputError
-from fmbs_skfem.results import frames, pictures, series, surfaces
+from fmbs_skfem.results import colour_scales, frames, pictures, series, surfaces
 from fmbs_skfem.results.frames import Shown
-from fmbs_skfem.results.pictures import Look
+from fmbs_skfem.results.pictures import PictureOptions
 from fmbs_skfem.results.rendering import camera, render_child
 
 from . import sheet
@@ -68,7 +68,7 @@ def test_bad_surfaces_are_refused() -> None:
 
 
 def test_stresses_start_at_zero() -> None:
-    assert pictures.limits(sheet.mixed(), "von_mises") == (0.0, 5e7)
+    assert colour_scales.limits(sheet.mixed(), "von_mises") == (0.0, 5e7)
 
 
 def test_distance_of_two_plates() -> None:
@@ -101,14 +101,14 @@ def test_lines_and_surfaces_in_one_vtk_series(whole: bool, tmp_path: Path) -> No
 @pytest.mark.usefixtures("opengl")
 def test_a_plate_is_drawn_where_it_is(tmp_path: Path) -> None:
     """All of the turned square is red at 100 MPa but for the hole, which shows the ground; stresses are scaled to MPa."""
-    given = replace(sheet.turning(), joints={})
-    look = Look("von_mises", size=(480, 360), limits=(0.0, 1e8))
+    given = replace(sheet.turning(), marks={})
+    options = PictureOptions("von_mises", size=(480, 360), limits=(0.0, 1e8))
     full = replace(given, bodies={"plate": replace(plate(), fields={"von_mises": np.full((5, 32), 1e8)})})
-    image = pixels(pictures.render(full, tmp_path / "plate.png", [1.0], look))
-    job = pictures.make_job(frames.select(full, np.array([4])), look, "multiples", 1.0, tmp_path / "a.png.part")
-    assert (job.look.label, job.limits) == ("von Mises stress [MPa]", (0.0, 100.0))
-    width = 480 - render_child.strip_width(job)
-    view = render_child.view(job, (width, 360), render_child._small(job, (width, 360)))
+    image = pixels(pictures.render(full, tmp_path / "plate.png", [1.0], options))
+    job = pictures.make_job(frames.select(full, np.array([4])), options, "multiples", 1.0, tmp_path / "a.png.part")
+    assert (job.scale.label, job.scale.limits) == ("von Mises stress [MPa]", (0.0, 100.0))
+    columns, view = render_child.arrange(job)
+    assert columns == 1
     middles = full.bodies["plate"].points[4].reshape(-1, 4, 3).mean(axis=1)
     red = saturated(image)
     assert all(red[round(y), round(x)] for x, y in camera.project(view, middles))
@@ -119,7 +119,9 @@ def test_a_plate_is_drawn_where_it_is(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("opengl")
 def test_shells_and_beams_share_a_picture(tmp_path: Path) -> None:
     """Six instants, each with a shaded roof: its colour varies with the light although the stress does not."""
-    path = pictures.render(sheet.mixed(), tmp_path / "both.png", look=Look("von_mises", size=(900, 640), limits=(0.0, 1e8)))
+    path = pictures.render(
+        sheet.mixed(), tmp_path / "both.png", options=PictureOptions("von_mises", size=(900, 640), limits=(0.0, 1e8))
+    )
     image = pixels(path)
     warm = (image[..., 0] > image[..., 2] + 60) & (np.arange(image.shape[1]) < image.shape[1] - 200)
     assert warm.sum() > 5000

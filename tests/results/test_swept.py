@@ -164,7 +164,7 @@ def test_a_picture_is_drawn(tmp_path: Path) -> None:
     section = SHAPES["i"][0].of_beam(MADE)
     frames = motion.frames(bent(section, loads.PointForce("F", At("beam", "b"), (0.0, 30.0, -300.0))))
     try:
-        pictures.render(frames, tmp_path / "i.png", look=pictures.Look(field="von_mises"))
+        pictures.render(frames, tmp_path / "i.png", options=pictures.PictureOptions(field="von_mises"))
     except MissingFeature:
         pytest.skip("no OpenGL")
     assert (tmp_path / "i.png").stat().st_size > 10_000

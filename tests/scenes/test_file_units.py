@@ -57,8 +57,8 @@ def test_the_reaction_of_a_clamped_edge_balances_its_load() -> None:
     assert 6.0 < found["x"] < 7.0
     np.testing.assert_allclose([found[name] for name in names], [0.0, 0.0, -4.0, 0.0, 4.0 * found["x"], 0.0], atol=1e-7)
     marks = motion.joints(system, system.x0[None])
-    assert {kind for kind, _ in marks.values()} == {"held edge"}
-    np.testing.assert_allclose([points[0, 0] for _, points in marks.values()], 0.0, atol=1e-12)  # where the plate is clamped
+    assert {mark.kind for mark in marks.values()} == {"held edge"}
+    np.testing.assert_allclose([mark.points[0, 0] for mark in marks.values()], 0.0, atol=1e-12)  # where the plate is clamped
     assert probes.column_labels(system.outputs)["R_my"] == "moment about y at (0, 0.5, 0)"
     assert [probes.column_units(system.outputs)[name] for name in names] == ["N"] * 3 + ["N m"] * 3
 

@@ -377,7 +377,7 @@ def shades_and_loads(tab: Browser, motion: studies.Run, at: float) -> None:
     tab.run("(fmbs.setShade('axial_force'), fmbs.draw())")  # which no page can tell of a model that runs
     assert "recorded run alone" in tab.run("document.getElementById('key').textContent")
     force = tab.run(
-        "(({ still, places }) => [still, [...places.live]])(fmbs.scene.films[0].arrows.find((one) => one.kind === 'force'))"
+        "(({ still, places }) => [still, [...places.live]])(fmbs.scene.films[0].marks.find((one) => one.kind === 'force'))"
     )
     assert not force[0]
     assert np.abs(np.array(force[1]) + tab.run("fmbs.content.middle") - body.points[0, -1]).max() <= 1e-4

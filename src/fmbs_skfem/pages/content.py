@@ -16,13 +16,14 @@ from ..core.storage.records import dataclass
 from ..core.values import display as display_units
 from ..core.values.display import SI, DisplayUnits
 from ..dynamics import Trajectory
+from ..results import colour_scales, motion, surfaces
 from ..results import frames as frames_
-from ..results import motion, pictures, surfaces
-from ..results.frames import Array, Arrow, Frames, Shown
+from ..results.colour_scales import ColourScale
+from ..results.frames import Array, Frames, Mark, Shown
+from ..results.marks import RADIUS, REACH, SYMBOLS, THIN
 from ..results.palette import colour
 from ..results.plots import Panel
-from ..results.rendering import camera, decor
-from . import compression, live
+from . import compression, grid, live
 from .compression import Shape
 from .live import LiveModel
 from .packing import Block
@@ -33,7 +34,7 @@ TOLERANCE = 1e-4  #: of positions, over the longest side of the scene: a tenth o
 SHADES = 250  #: of a colour scale that are told apart
 DRAWN = 500  #: bins of a curve, more than it has pixels, of which its smallest and largest values are drawn
 #: what bodies can be coloured by: scalars that pictures have a name for, without what needs a vector or a second motion
-FIELDS = tuple(name for name in pictures.LABELS if name not in ("displacement", "velocity", "von_mises_recovered"))
+FIELDS = tuple(name for name in colour_scales.LABELS if name not in ("displacement", "velocity", "von_mises_recovered"))
 
 
 @dataclass(frozen=True)
@@ -112,15 +113,10 @@ def describe(
     """
     block = Block()
     every = [film.frames for film in films]
-    places = [body.points.reshape(-1, 3) for one in every for body in one.bodies.values()]
-    places += [points for one in every for _, points in one.joints.values()]
     flat = all(frames_.planar(one) for one in every)
-    box = camera.box(np.concatenate(places), flat, display=display)
-    middle = (box.lower + box.upper) / 2.0
-    shades = [name for name in FIELDS if any(shows(one, name) for one in every)]
-    scales = {name: scale(every, name, display) for name in shades}
-    sizes = {name: one["size"] for name, one in scales.items()}
-    shown = [describe_film(one, middle, TOLERANCE * box.size, sizes, block) for one in films]
+    middle, side, box = grid.surround(np.concatenate([frames_.points(one) for one in every]), flat, display)
+    scales = [scale for name in FIELDS if (scale := scale_of(every, name, display))]
+    shown = [describe_film(one, middle, TOLERANCE * side, scales, block) for one in films]
     content = {
         "title": title,
         "about": list(about),
@@ -128,14 +124,15 @@ def describe(
         "clock": clock,
         "time": time_unit(clock, [film.times for film in films], display),
         "middle": middle.tolist(),
-        "box": {
-            "half": ((box.upper - box.lower) / 2.0).tolist(),
-            "step": box.step,
-            "cell": f"{box.step / box.scale:.6g} {box.unit}",
-        },
-        "thin": 0.0045 * box.size,
-        "shades": list(scales.values()),
-        "shade": shade if shade in shades else None,
+        "box": box,
+        "thin": THIN * side,
+        "glyph": RADIUS,
+        "reach": REACH,
+        "shades": [
+            {"name": one.field, "label": one.label, "limits": list(one.limits), "diverging": one.diverges, "size": one.unit}
+            for one in scales
+        ],
+        "shade": shade if shade in [one.field for one in scales] else None,
         "films": shown,
         "panels": describe_panels([(film.times, film.panels) for film in films], display, block),
     }
@@ -158,22 +155,14 @@ def time_unit(clock: str, times: Sequence[Array], display: DisplayUnits) -> dict
     return {"unit": unit, "size": size}
 
 
-def shows(frames: Frames, name: str) -> bool:
-    """Whether some body has a field that is not zero, nor round-off."""
-    found = [body.fields[name] for body in frames.bodies.values() if name in body.fields]
-    return any(np.any(values) for values in found) and not pictures.is_round_off(frames, name)
+def scale_of(every: Sequence[Frames], name: str, display: DisplayUnits) -> ColourScale | None:
+    """The colour scale of a field over the motions that show it, None where no one does."""
+    found = [one for one in every if colour_scales.shows(one, name)]
+    return colour_scales.make_scale(found, name, display) if found else None
 
 
-def scale(every: Sequence[Frames], name: str, display: DisplayUnits) -> dict[str, Any]:
-    """The colour scale of a field over all motions, in the unit of its label, whose size is in SI."""
-    ends = np.array([pictures.limits(one, name) for one in every if shows(one, name)])
-    label, size = display.head(pictures.LABELS[name], ends)
-    low, high = float(ends[:, 0].min()) / size, float(ends[:, 1].max()) / size
-    return {"name": name, "label": label, "limits": [low, high], "diverging": low < 0.0 < high, "size": size}
-
-
-def describe_film(film: Film, middle: Array, tolerance: float, shades: Mapping[str, float], block: Block) -> dict[str, Any]:
-    """A motion in a page, its `shades` in units of these sizes.
+def describe_film(film: Film, middle: Array, tolerance: float, scales: Sequence[ColourScale], block: Block) -> dict[str, Any]:
+    """A motion in a page, its fields in the units of these `scales`.
 
     `live` has maps from unknowns to coordinates of bodies, places of joints and loads that keep their direction, and derivatives
     along lines, if bodies and joints are linear.
@@ -186,25 +175,26 @@ def describe_film(film: Film, middle: Array, tolerance: float, shades: Mapping[s
         "times": block.put(frames.times if steady else np.arange(len(frames.times))),
         "shown": block.put(frames.times),
         "bodies": [
-            describe_body(name, body, shapes[name], number, middle, shades, block)
+            describe_body(name, body, shapes[name], number, middle, scales, block)
             for number, (name, body) in enumerate(frames.bodies.items())
         ],
-        "joints": [
-            {"name": name, "kind": kind, "colour": decor.GLYPHS[kind][1], "places": block.put(points - middle)}
-            for name, (kind, points) in frames.joints.items()
-        ],
-        "arrows": [
-            {
-                "name": name,
-                "kind": arrow.kind,
-                "colour": decor.ARROWS[arrow.kind][1] if arrow.kind in decor.ARROWS else decor.GRAVITY,
-                "places": block.put(arrow.points - middle if arrow.points.size else arrow.points),
-                "directions": block.put(arrow.directions),
-            }
-            for name, arrow in frames.arrows.items()
-            if np.any(arrow.directions)
-        ],
+        "marks": [describe_mark(name, mark, middle, block) for name, mark in frames_.acting(frames).items()],
         "live": maps and {part: [None if one is None else block.put(one) for one in found] for part, found in maps.items()},
+    }
+
+
+def describe_mark(name: str, mark: Mark, middle: Array, block: Block) -> dict[str, Any]:
+    """A joint or an arrow in a page, and how it is drawn."""
+    symbol = SYMBOLS[mark.kind]
+    return {
+        "name": name,
+        "kind": mark.kind,
+        "colour": symbol.colour,
+        "form": symbol.form,
+        "sizes": list(symbol.sizes),
+        "axis": symbol.axis,
+        "places": block.put(mark.points - middle if mark.points.size else mark.points),
+        "directions": None if mark.is_joint else block.put(mark.directions),
     }
 
 
@@ -237,40 +227,35 @@ def linear_shapes(
         error = np.linalg.norm(compression.points_of(shape, reference) - (body.points - middle), axis=2).max()
         shapes[name] = replace(shape, error=float(error))
         maps.append(linear)
-    places = [basis.linear(basis.frames.joints[name][1] - middle) for name in frames.joints]
-    follow = [
-        np.abs(basis.follow(one) - (points - middle)).max() for one, (_, points) in zip(places, frames.joints.values(), strict=True)
-    ]
-    if max(follow, default=0.0) > tolerance:
-        return shapes, None
     along = {name: basis.linear(values.reshape(len(values), -1)) for name, values in basis.derivatives.items()}
     lines = [along.get(name) for name in frames.bodies]
-    loads = [load_map(basis, name, arrow, middle, tolerance) for name, arrow in frames.arrows.items() if np.any(arrow.directions)]
-    return shapes, {"bodies": maps, "joints": [*places], "lines": lines, "arrows": loads}
+    marks = {name: mark_map(basis, name, mark, middle, tolerance) for name, mark in frames_.acting(frames).items()}
+    if any(marks[name] is None for name in marks if frames.marks[name].is_joint):
+        return shapes, None
+    return shapes, {"bodies": maps, "lines": lines, "marks": list(marks.values())}
 
 
-def load_map(basis: Basis, name: str, arrow: Arrow, middle: Array, tolerance: float) -> Array | None:
-    """Where a load acts (3, 1 + n), (0, 1 + n) of gravity; None where it turns, or acts at no place that is linear."""
-    sizes = np.linalg.norm(arrow.directions, axis=1, keepdims=True)
-    if not sizes.all() or np.ptp(arrow.directions / sizes, axis=0).max() > 1e-9:
+def mark_map(basis: Basis, name: str, mark: Mark, middle: Array, tolerance: float) -> Array | None:
+    """Where a mark is (3, 1 + n), (0, 1 + n) of gravity; None of a load that turns, and of a place that is not linear."""
+    sizes = np.linalg.norm(mark.directions, axis=1, keepdims=True)
+    if not mark.is_joint and (not sizes.all() or np.ptp(mark.directions / sizes, axis=0).max() > 1e-9):
         return None
-    if not arrow.points.size:
+    if not mark.points.size:
         return np.zeros((0, 1 + len(basis.sizes)))
-    found = basis.linear(basis.frames.arrows[name].points - middle)
-    return found if np.abs(basis.follow(found) - (arrow.points - middle)).max() <= tolerance else None
+    found = basis.linear(basis.frames.marks[name].points - middle)
+    return found if np.abs(basis.follow(found) - (mark.points - middle)).max() <= tolerance else None
 
 
 def describe_body(
-    name: str, body: Shown, shape: Shape, number: int, middle: Array, shades: Mapping[str, float], block: Block
+    name: str, body: Shown, shape: Shape, number: int, middle: Array, scales: Sequence[ColourScale], block: Block
 ) -> dict[str, Any]:
     """A body in a page: its reference, modes and coordinates, and the same of its fields."""
-    edges = surfaces.outline(body.reference, body.cells, surfaces.places(body.reference)) if body.is_surface else body.cells
     fields = {}
-    for shade, size in shades.items():
-        if shade in body.fields:
-            values = frames_.magnitude(body, shade) / size
+    for scale in scales:
+        if scale.field in body.fields:
+            values = scale.values(body)
             found = compression.of_values(values, max(float(np.ptp(values)) / SHADES, 1e-300))
-            fields[shade] = {"modes": block.put(found.modes, "f2"), "coordinates": block.put(found.coordinates)}
+            fields[scale.field] = {"modes": block.put(found.modes, "f2"), "coordinates": block.put(found.coordinates)}
     return {
         "name": name,
         "kind": "surface" if body.is_surface else "line",
@@ -279,7 +264,7 @@ def describe_body(
         "size": float(np.mean(body.size)),
         "reference": block.put(body.reference - middle),
         "cells": block.put(body.cells, "u4"),
-        "edges": block.put(edges, "u4"),
+        "edges": block.put(surfaces.edges(body), "u4"),
         "modes": block.put(shape.modes, "f2"),
         "coordinates": block.put(shape.coordinates),
         "error": shape.error,

@@ -19,7 +19,6 @@ from ..core.values.ranges import Parameter, Scale
 from ..core.values.units import add_unit
 from . import palette
 from .frames import Array
-from .rendering.decor import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,6 +36,12 @@ MOST, FEWEST = 6, 2  #: even steps along an axis
 ROOM = 0.75  #: of a number along an axis [inch]: seven digits and a gap
 SCREEN = 90  #: dots an inch in notebooks
 LETTERS = 103  #: on a line of one inch, if they are of one point; a key is as wide as seven of them
+
+
+def plain(text: str) -> str:
+    """A text from outside as matplotlib draws it letter by letter: no formula, and no label that is hidden for its underscore."""
+    text = text.replace("$", r"\$")
+    return f" {text}" if text.startswith("_") else text
 
 
 def figure(width: float, height: float, title: str = "") -> Figure:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
-from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -23,38 +22,13 @@ from ..core.storage import validation
 from ..core.storage.records import dataclass
 from ..core.storage.validation import Misfit, Reals, require
 from ..core.values.arrays import finite
+from .marks import SYMBOLS
 
 if TYPE_CHECKING:
-    from pyvista import MultiBlock
+    from pyvista import MultiBlock, PolyData
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-
-SILENT = ", round-off"  #: said of what is drawn as zero
-ARROWS = ("force", "moment", "gravity", "axis")
-
-
-class MarkKind(StrEnum):
-    """What a joint looks like in a picture; the markers of a system have these names."""
-
-    PIN = "revolute joint"
-    SPHERICAL = "spherical joint"
-    CLAMP = "clamp"
-    WELD = "weld"
-    EDGE = "held edge"
-    UNIVERSAL = "universal joint"
-    PRISMATIC = "prismatic joint"
-    CYLINDRICAL = "cylindrical joint"
-    GEAR = "gear"
-    BUSHING = "bushing"
-    LATCH = "latch"
-    OWN = "joint"
-    DISTANCE = "distance"
-    SLIDER = "slider"
-    DRIVEN_ANGLE = "driven angle"
-    DRIVEN_POSITION = "driven position"
-    MASS = "point mass"
 
 
 @dataclass(frozen=True)
@@ -91,43 +65,49 @@ def line(points: Array, fields: Mapping[str, Array], radius: float, reference: A
 
 
 @dataclass(frozen=True)
-class Arrow:
-    """A direction at a place: a force, a moment about it, the axis of a joint; gravity is at no place."""
+class Mark:
+    """A joint, or a direction at a place: a force, a moment about it, the axis of a joint; gravity is at no place."""
 
-    kind: str  #: one of `ARROWS`
+    kind: str  #: one of `marks.SYMBOLS`
     points: Array  #: (s,3) [m]; (s,0) of gravity
-    directions: Array  #: (s,3), of any length
+    directions: Array  #: (s,3), of any length; (s,0) of a joint
+
+    @property
+    def is_joint(self) -> bool:
+        """Whether it has no direction."""
+        return not self.directions.shape[1]
+
+
+def joint(kind: str, points: Array) -> Mark:
+    """The mark of a joint at points (s,3) [m]."""
+    return Mark(kind, points, np.empty((len(points), 0)))
 
 
 @dataclass(frozen=True)
 class Frames:
-    """All bodies and joints at the instants `times`, or at the load factors along a path; checked on construction."""
+    """All bodies and marks at the instants `times`, or at the load factors along a path; checked on construction."""
 
     times: Array  #: (s,) [s]; load factors may turn
     bodies: Mapping[str, Shown]
-    joints: Mapping[str, tuple[str, Array]] = field(default_factory=dict)  #: name -> (MarkKind or its text, (s,3) [m])
-    arrows: Mapping[str, Arrow] = field(default_factory=dict)  #: loads, gravity, axes of joints
+    marks: Mapping[str, Mark] = field(default_factory=dict)  #: joints, loads, gravity, axes of joints
 
     def __post_init__(self) -> None:
         times = np.asarray(self.times)
         if times.ndim != 1 or times.size == 0 or not np.isfinite(times).all() or (np.diff(times) == 0).any():
             raise InputError(say("frames: times", "finite instants (s,), each once", f"shape {times.shape}"))
-        if not self.bodies and not self.joints:
+        if not self.bodies and not self.marks:
             raise InputError(say("frames: bodies", "at least one body or joint", "none"))
         try:
             for name, body in self.bodies.items():
                 check(f"frames: body '{name}'", body, times.size)
         except Misfit as problem:
             raise InputError(str(problem)) from problem
-        for name, (kind, points) in self.joints.items():
-            where = f"frames: joint '{name}'"
-            if kind not in list(MarkKind):
-                raise InputError(say(where, "one of " + ", ".join(MarkKind), f"'{kind}'{closest(kind, MarkKind)}"))
-            finite(points, where, "finite positions at all instants", times.size, 3)
-        for name, arrow in self.arrows.items():
-            if arrow.kind not in ARROWS:
-                raise InputError(say(f"frames: arrow '{name}'", "one of " + ", ".join(ARROWS), f"'{arrow.kind}'"))
-            finite(arrow.directions, f"frames: arrow '{name}'", "finite directions at all instants", times.size, 3)
+        for name, mark in self.marks.items():
+            where = f"frames: mark '{name}'"
+            if mark.kind not in SYMBOLS:
+                raise InputError(say(where, "one of " + ", ".join(SYMBOLS), f"'{mark.kind}'{closest(mark.kind, SYMBOLS)}"))
+            for values in (mark.points, mark.directions):
+                finite(values, where, "finite numbers at all instants", times.size, 3 if values.shape[1] else 0)
 
 
 def check(where: str, body: Shown, instants: int) -> None:
@@ -168,9 +148,25 @@ def names(frames: Frames) -> tuple[str, ...]:
 
 def planar(frames: Frames) -> bool:
     """True where every point of every instant has the same z, to 1e-9 of the extent."""
-    places = [body.points.reshape(-1, 3) for body in frames.bodies.values()]
-    extent = np.ptp(np.concatenate(places or [points for _, points in frames.joints.values()]), axis=0)
+    extent = np.ptp(points(frames), axis=0)
     return bool(extent[2] <= 1e-9 * extent.max())
+
+
+def places(frames: Frames) -> list[Array]:
+    """Points (s, x, 3) [m] of every body and joint."""
+    return [body.points for body in frames.bodies.values()] + [
+        mark.points[:, None] for mark in frames.marks.values() if mark.is_joint
+    ]
+
+
+def points(frames: Frames) -> Array:
+    """All of them at all instants, (i, 3) [m]."""
+    return np.concatenate([one.reshape(-1, 3) for one in places(frames)])
+
+
+def acting(frames: Frames) -> dict[str, Mark]:
+    """All marks without loads that never act."""
+    return {name: mark for name, mark in frames.marks.items() if mark.is_joint or mark.directions.any()}
 
 
 def nearest(times: Array, wanted: Sequence[float]) -> Indices:
@@ -203,28 +199,22 @@ def select(frames: Frames, indices: Indices) -> Frames:
         name: replace(body, points=body.points[indices], fields={key: value[indices] for key, value in body.fields.items()})
         for name, body in frames.bodies.items()
     }
-    joints = {name: (kind, points[indices]) for name, (kind, points) in frames.joints.items()}
-    arrows = {
-        name: replace(arrow, points=arrow.points[indices], directions=arrow.directions[indices])
-        for name, arrow in frames.arrows.items()
+    marks = {
+        name: replace(mark, points=mark.points[indices], directions=mark.directions[indices]) for name, mark in frames.marks.items()
     }
-    return Frames(frames.times[indices], bodies, joints, arrows)
+    return Frames(frames.times[indices], bodies, marks)
 
 
 def magnify(frames: Frames, start: Frames, factor: float) -> Frames:
-    """Displacements `factor` times as large: of bodies from their reference, of joints and arrows from their place at `start`."""
+    """Displacements `factor` times as large: of bodies from their reference, of marks from their place at `start`."""
     bodies = {
         name: replace(body, points=body.reference + factor * (body.points - body.reference)) for name, body in frames.bodies.items()
     }
-    joints = {
-        name: (kind, start.joints[name][1][:1] + factor * (points - start.joints[name][1][:1]))
-        for name, (kind, points) in frames.joints.items()
+    places = {name: mark.points[:1] for name, mark in start.marks.items()}
+    marks = {
+        name: replace(mark, points=places[name] + factor * (mark.points - places[name])) for name, mark in frames.marks.items()
     }
-    arrows = {
-        name: replace(arrow, points=start.arrows[name].points[:1] + factor * (arrow.points - start.arrows[name].points[:1]))
-        for name, arrow in frames.arrows.items()
-    }
-    return replace(frames, bodies=bodies, joints=joints, arrows=arrows)
+    return replace(frames, bodies=bodies, marks=marks)
 
 
 def with_error(frames: Frames, full: Frames) -> Frames:
@@ -250,9 +240,15 @@ def blocks(frames: Frames) -> MultiBlock:
 
     found = pyvista.MultiBlock()
     for name, body in frames.bodies.items():
-        cells = np.column_stack([np.full(len(body.cells), body.cells.shape[1]), body.cells]).ravel()
-        mesh = pyvista.PolyData(body.points[0], **{"faces" if body.is_surface else "lines": cells})
-        for key, values in fields(body).items():
-            mesh.point_data[key] = values[0]
-        found.append(mesh, name)
+        found.append(mesh(body.points[0], body.cells, {key: values[0] for key, values in fields(body).items()}), name)
+    return found
+
+
+def mesh(points: Array, cells: Indices, data: Mapping[str, Array]) -> PolyData:
+    """Points (x, 3) with segments (f, 2) or facets (f, 4), and data (x, ...) of the points."""
+    import pyvista
+
+    kind = "lines" if cells.shape[1] == 2 else "faces"
+    found = pyvista.PolyData(points, **{kind: np.insert(cells, 0, cells.shape[1], axis=1).ravel()})
+    found.point_data.update(data)
     return found

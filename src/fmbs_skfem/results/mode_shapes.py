@@ -19,7 +19,7 @@ from ..dynamics import Shapes, Trajectory
 from . import frames as frames_
 from . import motion, pictures
 from .frames import Frames, Shown
-from .pictures import Look
+from .pictures import PictureOptions
 
 REACH = 0.12
 PHASES = 24  #: instants of a period in an animation, at most
@@ -42,21 +42,16 @@ def longest(real: Frames, imaginary: Frames) -> np.ndarray:
     |Re (a - i b) exp(i phase)|^2 is at most ((a.a + b.b) + sqrt((a.a - b.b)^2 + 4 (a.b)^2)) / 2.
     """
     found = []
-    for a, b in zip(places(real), places(imaginary), strict=True):
+    for a, b in zip(frames_.places(real), frames_.places(imaginary), strict=True):
         a, b = a[1:] - a[:1], b[1:] - b[:1]
         aa, bb, ab = (np.einsum("ixc,ixc->ix", one, other) for one, other in ((a, a), (b, b), (a, b)))
         found.append(np.sqrt(0.5 * (aa + bb + np.hypot(aa - bb, 2.0 * ab))).max(axis=1))
     return np.asarray(np.max(found, axis=0))
 
 
-def places(frames: Frames) -> list[np.ndarray]:
-    """Points (s, x, 3) of all bodies and joints."""
-    return [body.points for body in frames.bodies.values()] + [points[:, None] for _, points in frames.joints.values()]
-
-
 def size(frames: Frames) -> float:
     """Largest extent of the first instant [m], 1 of a single point."""
-    return float(np.ptp(np.concatenate([points[0] for points in places(frames)]), axis=0).max()) or 1.0
+    return float(np.ptp(np.concatenate([points[0] for points in frames_.places(frames)]), axis=0).max()) or 1.0
 
 
 def unit_vectors(shapes: Shapes) -> tuple[np.ndarray, float]:
@@ -67,14 +62,14 @@ def unit_vectors(shapes: Shapes) -> tuple[np.ndarray, float]:
     return shapes.vectors / np.where(far > 0.0, far, 1.0), size(real)
 
 
-def coloured(frames: Frames, largest: float) -> tuple[Frames, Look]:
-    """Frames with the one field that colours them, the displacement over the largest one [m], and the look that shows it."""
+def coloured(frames: Frames, largest: float) -> tuple[Frames, PictureOptions]:
+    """Frames with the one field that colours them, the displacement over the largest one [m], and the options that show it."""
     if any(body.is_shell for body in frames.bodies.values()) and not frames_.planar(frames):
         name, low, value = DEFLECTION, -1.0, deflection
     else:
         name, low, value = SHAPE, 0.0, distance
     bodies = {key: replace(body, fields={name: value(body) / largest}) for key, body in frames.bodies.items()}
-    return replace(frames, bodies=bodies), Look(name, f"{name} [-]", (low, 1.0), behind=True)
+    return replace(frames, bodies=bodies), PictureOptions(name, f"{name} [-]", (low, 1.0), behind=True)
 
 
 def distance(body: Shown) -> np.ndarray:
@@ -95,9 +90,9 @@ def deflection(body: Shown) -> np.ndarray:
 def picture(shapes: Shapes, path: Path, title: str = "", display: DisplayUnits = SI) -> Path:
     """Every motion at its largest beside the outline of the state, side by side in a PNG."""
     vectors, extent = unit_vectors(shapes)
-    frames, look = coloured(moved(shapes, REACH * extent * vectors.real.T), REACH * extent)
-    look = replace(look, title=title, captions=shapes.captions, display=display)
-    return pictures.render(frames, path, frames.times.tolist(), look, pictures.Arrangement.MULTIPLES)
+    frames, options = coloured(moved(shapes, REACH * extent * vectors.real.T), REACH * extent)
+    options = replace(options, title=title, captions=shapes.captions, display=display)
+    return pictures.render(frames, path, frames.times.tolist(), options, pictures.Arrangement.MULTIPLES)
 
 
 def animate(shapes: Shapes, number: int, path: Path, title: str = "", count: int = PHASES, display: DisplayUnits = SI) -> Path:
@@ -105,10 +100,10 @@ def animate(shapes: Shapes, number: int, path: Path, title: str = "", count: int
     vectors, extent = unit_vectors(replace(shapes, vectors=shapes.vectors[:, [number]]))
     count = min(count, PHASES)
     phases = np.exp(2j * np.pi * np.arange(count) / count)
-    frames, look = coloured(moved(shapes, REACH * extent * np.real(phases[:, None] * vectors[:, 0])), REACH * extent)
+    frames, options = coloured(moved(shapes, REACH * extent * np.real(phases[:, None] * vectors[:, 0])), REACH * extent)
     head = f"{title}, {shapes.captions[number]}" if title else shapes.captions[number]
-    look = replace(look, captions=(head,) * count, size=(800, 600), display=display)
-    return pictures.animate(frames, path, count + 1, RATE, look)
+    options = replace(options, captions=(head,) * count, size=(800, 600), display=display)
+    return pictures.animate(frames, path, count + 1, RATE, options)
 
 
 def fields(shapes: Shapes) -> Frames:
@@ -124,4 +119,4 @@ def fields(shapes: Shapes) -> Frames:
             for word, part in parts.items()
         }
         bodies[name] = replace(body, points=body.points[:1], fields=found)
-    return frames_.Frames(real.times[:1], bodies, {name: (kind, points[:1]) for name, (kind, points) in real.joints.items()})
+    return replace(frames_.select(real, np.array([0])), bodies=bodies)

@@ -31,7 +31,8 @@ from ..systems.connections.constraint_functions import ARROWS, LINKS
 from ..systems.system import Line, Skin, in_scene
 from . import frames as frames_
 from . import stress_errors, swept
-from .frames import Arrow, Frames, MarkKind, Shown
+from .frames import Frames, Mark, Shown
+from .marks import MARKERS
 
 RECOVERED = "von_mises_recovered"  #: made where it is asked for only: it takes longer than all others
 WINDINGS, WIDTH = 5, 0.05  #: of springs in pictures, and half their width over the length
@@ -47,9 +48,11 @@ def frames(trajectory: Trajectory, rows: np.ndarray | None = None, wanted: Colle
     shown, masses = line_bodies(trajectory, rows, wanted)
     bodies = {**shown, **skin_bodies(trajectory, rows, wanted)}
     order = [name for name, _, _ in system.coordinates if name in bodies]
-    moving = np.concatenate([*(body.points for body in bodies.values()), *(place[:, None] for _, place in masses.values())], axis=1)
+    moving = np.concatenate(
+        [*(body.points for body in bodies.values()), *(mark.points[:, None] for mark in masses.values())], axis=1
+    )
     found = {name: bodies[name] for name in order} | links(system, x, {name for name, _, _ in system.coordinates}, moving)
-    return Frames(trajectory.times[rows], found, {**joints(system, x), **masses}, arrows(system, x))
+    return Frames(trajectory.times[rows], found, {**joints(system, x), **masses, **arrows(system, x)})
 
 
 def expand(system: System, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -60,32 +63,29 @@ def expand(system: System, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np
 
 def line_bodies(
     trajectory: Trajectory, rows: np.ndarray, wanted: Collection[str] | None
-) -> tuple[dict[str, Shown], dict[str, tuple[str, np.ndarray]]]:
+) -> tuple[dict[str, Shown], dict[str, Mark]]:
     """Cables and rigid bodies as lines, these without strain and curvature; bodies of one point as joints."""
     system = trajectory.system
     if not system.lines:
         return {}, {}
     q, rate = expand(system, trajectory.x[rows], trajectory.v[rows])
-    now, moving, start = (
-        centre_lines(system, q),
-        centre_lines(system, rate),
-        centre_lines(system, in_scene(system, system.lift(system.x0))[None]),
-    )
-    radius = {line.name: line.radius for line in system.lines}
+    reference = in_scene(system, system.lift(system.x0))[None]
+    now, moving, start = (centre_lines(system, one) for one in (q, rate, reference))
     known = {line.name: line for line in system.lines}
     bodies = {
-        name: with_section_forces(lines(now[name], moving[name], start[name], radius[name]), known[name], now[name], start[name])
-        for name in now
+        name: with_section_forces(lines(now[name], moving[name], start[name], line.radius), line, now[name], start[name])
+        for name, line in known.items()
         if now[name].shape[2] > 1
     }
-    reference = in_scene(system, system.lift(system.x0))[None]
     for name in bodies:
         if known[name].swept is not None:
             bodies[name] = swept.skin(bodies[name], known[name], q, rate, reference)
     for name in bodies.keys() & rigid(system):
         bodies[name] = replace(bodies[name], fields=choose(bodies[name].fields, ("velocity",)))
     masses = {
-        name: (MarkKind.MASS.value, spatial(gradients[:, 0, 0])) for name, gradients in now.items() if gradients.shape[2] == 1
+        name: frames_.joint(MARKERS["mass"].kind, spatial(gradients[:, 0, 0]))
+        for name, gradients in now.items()
+        if gradients.shape[2] == 1
     }
     return {name: replace(body, fields=choose(body.fields, wanted)) for name, body in bodies.items()}, masses
 
@@ -203,22 +203,28 @@ def spatial(vectors: np.ndarray) -> np.ndarray:
     return np.pad(vectors, [(0, 0)] * (vectors.ndim - 1) + [(0, missing)])
 
 
-def joints(system: System, x: np.ndarray) -> dict[str, tuple[str, np.ndarray]]:
-    """Every marked point of every joint: name -> kind and positions (s, 3); further points of a joint carry a number."""
-    y = np.asarray(system.sensors.matrix @ x.T).T + system.sensors.offset
-    found: dict[str, tuple[str, np.ndarray]] = {}
+def sense(system: System, x: np.ndarray) -> np.ndarray:
+    """What markers are placed by (s, i), of unknowns (s, n)."""
+    return np.asarray(system.sensors.matrix @ x.T).T + system.sensors.offset
+
+
+def joints(system: System, x: np.ndarray) -> dict[str, Mark]:
+    """Every marked point of every joint; further points of a joint carry a number."""
+    y = sense(system, x)
+    found = {}
     for name, kind, rows in system.markers:
         if kind in LINKS or kind in ARROWS:
             continue
         for number in range(len(rows) // system.dim):
             own = list(rows[number * system.dim : (number + 1) * system.dim])
-            found[name if number == 0 else f"{name} {number + 1}"] = (shown(system, name, kind), spatial(y[:, own]))
+            mark = frames_.joint(shown(system, name, kind), spatial(y[:, own]))
+            found[name if number == 0 else f"{name} {number + 1}"] = mark
     return found
 
 
-def arrows(system: System, x: np.ndarray) -> dict[str, Arrow]:
+def arrows(system: System, x: np.ndarray) -> dict[str, Mark]:
     """Loads at places and gravity, and in space the axes of joints; moments in the plane are about z."""
-    y = np.asarray(system.sensors.matrix @ x.T).T + system.sensors.offset
+    y = sense(system, x)
     found = {}
     for number, (name, kind, rows) in enumerate(system.markers):
         if kind not in ARROWS or (kind == "axis" and system.dim == 2):
@@ -227,7 +233,8 @@ def arrows(system: System, x: np.ndarray) -> dict[str, Arrow]:
         if kind == "pressure":
             kind, direction = "force", np.cross(place[1], direction)
         aim = np.pad(direction[:, :1], [(0, 0), (2, 0)]) if kind == "moment" and system.dim == 2 else spatial(direction)
-        found[f"{name} {number}"] = Arrow(kind, spatial(place[0]) if place else np.empty((len(y), 0)), aim)
+        points = spatial(place[0]) if place else np.empty((len(y), 0))
+        found[f"{kind} {number} of {name}"] = Mark(MARKERS[kind].kind, points, aim)
     return found
 
 
@@ -236,7 +243,7 @@ def links(system: System, x: np.ndarray, taken: Collection[str], moving: np.ndar
 
     Planes reach as far as points (s, x, 3) that move.
     """
-    y = np.asarray(system.sensors.matrix @ np.vstack([x, system.x0]).T).T + system.sensors.offset
+    y = sense(system, np.vstack([x, system.x0]))
     found = {}
     for name, kind, rows in system.markers:
         if kind in LINKS:
@@ -277,7 +284,7 @@ def shown(system: System, name: str, kind: str) -> str:
     """What is drawn for a joint; its constraint rows distinguish a driven angle from a driven position."""
     if kind == "driven":
         kind = "driven_angle" if (name, "angle") in (system.full or system).constraints.names else "driven_position"
-    return MarkKind.__members__.get(kind.upper(), MarkKind.PIN).value
+    return MARKERS.get(kind, MARKERS["pin"]).kind
 
 
 def usual_color(system: System) -> str | None:

@@ -19,8 +19,8 @@ from ..core.errors import InputError, say
 from ..core.storage.records import dataclass
 from ..core.values.display import SI, DisplayUnits, largest_of
 from . import charts, palette, speed
+from .charts import plain
 from .frames import Array
-from .rendering.decor import plain
 from .speed import Point
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ import numpy as np
 from ..core.errors import InputError, say
 from ..core.values.display import SI, DisplayUnits
 from . import charts, palette
+from .charts import plain
 from .frames import Array
 from .plots import PANELS
-from .rendering.decor import plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from .frames import Array, Indices
+from .frames import Array, Indices, Shown
 
 TOLERANCE = 1e-6  #: distance of points that coincide, over the extent of the body
 CREASE = 0.75  #: cosine of the angle between facets from which their common edge is drawn
@@ -48,6 +48,11 @@ def outline(reference: Array, quads: Indices, place: Indices) -> Indices:
     flattest = np.ones(len(first))
     np.minimum.at(flattest, same.ravel(), along)
     return edges[first[(uses == 1) | (flattest < CREASE)]]
+
+
+def edges(body: Shown) -> Indices:
+    """Edges (i,2) of a body that are drawn as lines: the outline of a surface, the segments of a line."""
+    return outline(body.reference, body.cells, places(body.reference)) if body.is_surface else body.cells
 
 
 def normals(points: Array, quads: Indices, place: Indices) -> Array:

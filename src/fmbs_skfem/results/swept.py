@@ -16,7 +16,6 @@ Beams whose contour is not known stay lines, with the same fields but stresses.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -27,6 +26,7 @@ from ..bodies.beams.section_shapes import distances, sides, triangulated
 from ..core.storage.records import dataclass
 from ..systems.measures.beam_sections import ROWS, SweptLine
 from ..systems.system import Line
+from . import frames as frames_
 from .frames import Array, Indices, Shown
 
 
@@ -64,7 +64,7 @@ def skin(shown: Shown, line: Line, q: Array, rate: Array, reference: Array) -> S
     }
     if not profile.points.size:
         fields = along | {"velocity": change[0]}
-        return replace(line_of(shown, every), fields=fields)
+        return frames_.line(shown.points[:, ::every], fields, line.radius, shown.reference[::every])
     _, contour, unit = profile.at(swept.places)
     mesh = closed(profile, len(swept.places))
     stress = np.einsum("xkfn,fsx->ksxn", unit, forces)
@@ -74,15 +74,6 @@ def skin(shown: Shown, line: Line, q: Array, rate: Array, reference: Array) -> S
     still = mesh.spread(placed(contour, start, np.linalg.norm(start[1:4], axis=-1, keepdims=True)))[0]
     radius = np.full(len(still), line.radius)
     return Shown(points, {name: mesh.spread(one) for name, one in fields.items()}, radius, still, mesh.cells, contour.shape[:2])
-
-
-def line_of(shown: Shown, every: int) -> Shown:
-    """A line at every so many of its points."""
-    along = np.arange(len(shown.reference[::every]))
-    cells = np.column_stack([along[:-1], along[1:]])
-    return replace(
-        shown, points=shown.points[:, ::every], size=shown.size[::every], reference=shown.reference[::every], cells=cells
-    )
 
 
 def vectors(u: Array, places: int) -> Array:

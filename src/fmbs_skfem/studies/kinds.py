@@ -17,7 +17,7 @@ import numpy as np
 
 from ..core.values.display import DisplayUnits
 from ..core.values.units import add_unit
-from ..results.frames import SILENT
+from ..results.colour_scales import SILENT
 from .result import ReportTable
 
 Report: TypeAlias = Mapping[str, Any]

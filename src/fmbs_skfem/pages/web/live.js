@@ -23,11 +23,10 @@ class Live {
     if (!film) throw new Error("no motion of this page is linear in the unknowns of a model");
     this.targets = [
       ...film.bodies.map((body, k) => ({ map: film.live.bodies[k], out: body.now, mark: (x) => { body.live = x; } })),
-      ...film.joints.map((joint, k) => ({ map: film.live.joints[k], out: new Float32Array(3), mark: (x) => { joint.places.live = x; } })),
-      ...film.arrows.flatMap((arrow, k) => {
-        const map = film.live.arrows[k];
-        arrow.still = !map;
-        return map && map.shape[0] ? [{ map, out: new Float32Array(3), mark: (x) => { arrow.places.live = x; } }] : [];
+      ...film.marks.flatMap((mark, k) => {
+        const map = film.live.marks[k];
+        mark.still = !map;
+        return map && map.shape[0] ? [{ map, out: new Float32Array(3), mark: (x) => { mark.places.live = x; } }] : [];
       }),
       ...film.bodies.flatMap((body, k) => {
         const map = film.live.lines[k];
@@ -98,8 +97,7 @@ class Live {
     this.plots.forget();
     for (const film of this.scene.films) {
       for (const body of film.bodies) body.live = body.derivatives = undefined;
-      for (const joint of film.joints) joint.places.live = undefined;
-      for (const arrow of film.arrows) arrow.still = arrow.places.live = undefined;
+      for (const mark of film.marks) mark.still = mark.places.live = undefined;
     }
   }
 

@@ -117,8 +117,8 @@ async function begin() {
       const named = films.length > 1 ? films.map((film, i) => [film.name, COLOURS[i % COLOURS.length]]) : films[0].bodies.map((body) => [body.name, body.colour]);
       if (named.length > 1) for (const [name, colour] of named.slice(0, 12)) entry(place, name, colour);
     }
-    const kinds = look.marks ? [...films[0].joints, ...films[0].arrows] : [];
-    for (const [kind, colour] of new Map(kinds.map((one) => [one.kind === "axis" ? "joint axis" : one.kind, one.colour]))) entry(place, kind, colour);
+    const kinds = look.marks ? films[0].marks : [];
+    for (const [kind, colour] of new Map(kinds.map((one) => [one.kind, one.colour]))) entry(place, kind, colour);
     if (look.grid) element(place, "div", {}, `grid ${content.box.cell}`);
     find("panes").replaceChildren();
     if (look.side) for (const film of films) element(find("panes"), "span", {}, film.name);

@@ -8,7 +8,6 @@ const STOPS = { // of matplotlib, CC0
 const SIDES = 8; // of a tube
 const LIVE = ["strain", "curvature"]; // fields of lines that follow from the unknowns of a model in the page
 const SHORTEST = 5, COARSEST = 16; // pixels of a segment that is drawn, and segments of a line, at least
-const GLYPH = 3.1, REACH = 22; // of joints and arrows, over the thinnest tube
 
 function rgb(text) {
   return [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
@@ -19,7 +18,7 @@ function stops(name, dark = matchMedia("(prefers-color-scheme: dark)").matches) 
   return STOPS[name].match(/.{6}/g).map((one) => `#${one}`).slice(dark && name !== "coolwarm" ? 3 : 0);
 }
 
-/** Cubes, balls, cones, cylinders and arrows of size 1: corners and normals of triangles. */
+/** Corners and normals of the triangles of all forms of joints, in sizes of their own, and of arrows of length 1. */
 const SHAPES = {
   box(a, b, c) {
     const found = [];
@@ -59,6 +58,8 @@ const SHAPES = {
   rod: (radius, low, high, sides) => SHAPES.turned([[0, low], [radius, low], [radius, high], [0, high]], sides),
   arrow: () => [...SHAPES.rod(0.03, -1, -0.28), ...SHAPES.turned([[0, -0.3], [0.1, -0.3], [0, 0]])],
   axis: () => SHAPES.rod(0.012, -0.6, 0.6),
+  prism: (radius, half, sides) => SHAPES.rod(radius, -half, half, sides),
+  cross: (a, b) => [...SHAPES.box(a, b, b), ...SHAPES.box(b, a, b), ...SHAPES.box(b, b, a)],
   /** Three quarters of a ring about z, and a head. */
   ring() {
     const found = [], count = 30, radius = 0.45;
@@ -73,21 +74,6 @@ const SHAPES = {
     return found;
   },
 };
-const CUBES = { clamp: 1.9, weld: 1.4, "held edge": 1.4, bushing: 1.4, latch: 1.4 };
-const BALLS = { "point mass": 1.5, distance: 0.7 };
-/** What a joint looks like, as in the pictures. */
-const JOINTS = {
-  "driven angle": () => SHAPES.cone(1.3, 2.6),
-  "driven position": () => SHAPES.cone(1.3, 2.6),
-  slider: () => SHAPES.box(2.1, 1.1, 0.65),
-  "prismatic joint": () => SHAPES.box(2.1, 1.1, 0.65),
-  "cylindrical joint": () => SHAPES.box(2.1, 1.1, 0.65),
-  "universal joint": () => [...SHAPES.box(1.7, 0.5, 0.5), ...SHAPES.box(0.5, 1.7, 0.5), ...SHAPES.box(0.5, 0.5, 1.7)],
-  gear: () => SHAPES.rod(1.6, -0.4, 0.4, 6),
-  joint: () => SHAPES.rod(1.3, -0.4, 0.4, 5),
-};
-const ARROWS = { force: SHAPES.arrow, gravity: SHAPES.arrow, moment: SHAPES.ring, axis: SHAPES.axis };
-
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const unit = (a) => a.map((x) => x / (Math.hypot(...a) || 1));
 
@@ -332,8 +318,8 @@ class Scene {
     return { array, count: values.length / 6 };
   }
 
-  glyph(kind, make) {
-    if (!this.meshes.has(kind)) this.meshes.set(kind, this.mesh(make()));
+  glyph({ kind, form, sizes }) {
+    if (!this.meshes.has(kind)) this.meshes.set(kind, this.mesh(SHAPES[form](...sizes)));
     return this.meshes.get(kind);
   }
 
@@ -500,18 +486,13 @@ class Scene {
   }
 
   marks(film, time, places, thin) {
-    const gl = this.gl, size = GLYPH * thin, planar = this.content.planar;
+    const gl = this.gl, { planar, glyph, reach } = this.content, size = glyph * thin;
     const at = (array) => array.live || rowAt(array, film.times, time, new Float32Array(3));
-    for (const joint of film.joints) {
-      const { kind } = joint, make = JOINTS[kind] || (CUBES[kind] ? () => SHAPES.box(...Array(3).fill(CUBES[kind] / 2)) : () => SHAPES.ball(BALLS[kind] || 1));
-      const aim = kind === "driven angle" ? [0, 1, 0] : kind === "driven position" ? [1, 0, 0] : [0, 0, 1];
-      const turn = JOINTS[kind] && kind.startsWith("driven") ? turnTo(aim, size) : [size, 0, 0, 0, size, 0, 0, 0, size];
-      this.show(places, this.glyph(kind, make), at(joint.places), turn, rgb(joint.colour), true, planar ? 0.02 : 0);
-    }
-    for (const arrow of film.arrows.filter((one) => !one.still)) { // a model in the page does not tell where loads turn to
-      const direction = at(arrow.directions);
-      if (!arrow.places.shape[1] || !Math.hypot(...direction)) continue; // gravity is in the key
-      this.show(places, this.glyph(arrow.kind, ARROWS[arrow.kind]), at(arrow.places), turnTo(direction, REACH * thin), rgb(arrow.colour), true, planar ? 0.03 : 0);
+    for (const mark of film.marks.filter((one) => !one.still)) { // a model in the page does not tell where loads turn to
+      const joint = !mark.directions, direction = joint ? [0, 1, 2].map((k) => Number(k === mark.axis)) : at(mark.directions);
+      if (!mark.places.shape[1] || !Math.hypot(...direction)) continue; // gravity is in the key
+      const turn = turnTo(direction, joint ? size : reach * thin), nearer = planar ? (joint ? 0.02 : 0.03) : 0;
+      this.show(places, this.glyph(mark), at(mark.places), turn, rgb(mark.colour), true, nearer);
     }
     gl.bindVertexArray(null);
   }

@@ -7,11 +7,12 @@ from pathlib import Path
 from ...core.errors import InputError, say
 from ...core.storage.records import dataclass
 from ...core.values.display import SI, DisplayUnits
+from ..colour_scales import ColourScale
 from ..frames import Frames
 
 
 @dataclass(frozen=True)
-class Look:
+class PictureOptions:
     """What a picture shows and how large."""
 
     field: str | None = None  #: coloured by this field; None: by body
@@ -23,7 +24,7 @@ class Look:
     size: tuple[int, int] = (1120, 800)  #: width, height [pixel]
     captions: tuple[str, ...] = ()  #: of the drawn instants, in place of their times
     behind: bool = False  #: the first instant is drawn as an outline with each of the others
-    display: DisplayUnits = SI  #: units of the numbers beside axes and colour scale
+    display: DisplayUnits = SI  #: units of the numbers beside the scale bar and the colour scale
 
     def __post_init__(self) -> None:
         if min(self.size) < 200 or max(self.size) > 8000:
@@ -39,15 +40,10 @@ class PictureJob:
     """Everything about a picture."""
 
     layout: str  #: "overlay", "multiples" or "animation"
-    frames: Frames  #: the drawn instants; bodies have at most the field that is drawn, (s,x) in the unit of its label
+    frames: Frames  #: the drawn instants; bodies have at most the field that is drawn, (s,x) in the unit of its scale
     planar: bool
-    look: Look  #: with the label of its field, empty where every body has its own colour, and limits in the unit of that
-    colours: str  #: colour map of matplotlib
+    options: PictureOptions
+    scale: ColourScale | None  #: of the field; None where every body has its own colour
     rate: float  #: frames a second
     suffix: str  #: of the format, such as .png
     target: Path  #: the file to write
-
-    @property
-    def limits(self) -> tuple[float, float]:
-        """Of the colour scale."""
-        return self.look.limits or (0.0, 1.0)

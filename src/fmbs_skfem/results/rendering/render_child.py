@@ -8,14 +8,17 @@ import pickle
 import signal
 import sys
 from collections.abc import Iterator
-from functools import partial
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from ...core import imports
+from .. import frames as frames_
 from .. import video
 from ..frames import Array, Frames, Indices
+from ..marks import REACH, THIN
 from . import camera as camera_
 from . import decor, drawing
 from .camera import Camera
@@ -25,11 +28,9 @@ from .job import PictureJob
 MISSING, FAILED = 7, 1  #: answers where nothing can be drawn, and where this picture cannot
 SHORTEST = 0.45  #: height of a sheet of small scenes over that which was asked for, at least, for the key
 PALEST = 0.28  #: strength of the first instant of an overlay
-#: (k, 2, 2) by which the place of a text is turned about what it marks, the first choice first
-TURNS = np.array(
-    [[[c, -s], [s, c]] for c, s in ((np.cos(a), np.sin(a)) for a in np.radians([0, 45, -45, 90, -90, 135, -135, 180]))]
-)
+TURNS = np.exp(1j * np.radians([0, 45, -45, 90, -90, 135, -135, 180]))  #: of a text about what it marks, the first choice first
 FARTHER = np.array([1.0, 1.5, 2.0, 3.0])  #: distances of a text from what it marks, over the usual one, the first choice first
+LEAST = 12.0  #: width of a small scene, over the height of its letters
 TAKEN = 10  #: pixels of a body that a pixel of a text counts for
 
 
@@ -76,50 +77,38 @@ def _line(error: Exception) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split())
 
 
-def view(job: PictureJob, size: tuple[int, int], height: int, room: int = 0) -> Camera:
-    """The camera that serves all instants; `room` is the width there was for the scene, its own by default [pixel]."""
-    frames = job.frames
-    points = [body.points.reshape(-1, 3) for body in frames.bodies.values()] + [points for _, points in frames.joints.values()]
-    box = camera_.box(
-        np.concatenate(points), job.planar, cells=4 if (room or size[0]) > 35 * height else 2, display=job.look.display
-    )
-    return camera_.fit(box, job.planar, size, _margins(job, height))
+def view(job: PictureJob, size: tuple[int, int], height: int) -> Camera:
+    """The camera that serves all instants, with arrows and room for a line of letters above."""
+    frames, seen = job.frames, frames_.points(job.frames)
+    reach = REACH * THIN * float(np.ptp(seen, axis=0).max())
+    found = [seen]
+    for mark in frames.marks.values():
+        if mark.points.size and not mark.is_joint:
+            length = np.linalg.norm(mark.directions, axis=1, keepdims=True)
+            aim = reach * mark.directions / np.where(length > 0.0, length, 1.0)
+            found += [mark.points - aim, mark.points + aim]
+    return camera_.fit(np.concatenate(found), job.planar, size, margins(job, height))
 
 
-def _margins(job: PictureJob, height: int) -> camera_.Margins:
-    """Left, right, top, bottom [pixel] for letters of a height; small scenes have narrow ones."""
-    left, right, top, bottom = (4.2, 3.6, 5.2, 4.2) if job.planar else (4.0, 3.6, 3.6, 2.4)
-    if job.planar and job.layout == "multiples":
-        left, right, top, bottom = 3.6, 1.4, 5.0, 3.8
-    return left * height, right * height, top * height, bottom * height
+def margins(job: PictureJob, height: int) -> camera_.Margins:
+    """Left, right, top, bottom [pixel] for letters of a height; an overlay has times around it."""
+    beside = (4.0 if job.layout == "overlay" else 2.0) * height
+    return beside, beside, 3.5 * height, 2.0 * height
 
 
-def _fill(job: PictureJob, size: tuple[int, int]) -> tuple[int, int]:
-    """The part of a small scene of this size that its box and its letters fill [pixel]."""
-    height = _small(job, size)
-    camera = view(job, size, height)
-    left, right, top, bottom = _margins(job, height)
-    across, along = np.ptp(camera_.project(camera, camera.box.corners), axis=0)
-    return min(size[0], math.ceil(across + left + right)), min(size[1], math.ceil(along + top + bottom))
-
-
-def strip_width(job: PictureJob) -> int:
-    """Width of the key beside the scene [pixel]; nothing to explain, no key."""
-    frames = job.frames
-    explained = job.look.label or frames.joints or frames.arrows or len(frames.bodies) > 1
-    return round(0.21 * job.look.size[1]) + 24 if explained else 0
-
-
-def marks(job: PictureJob, times: Array) -> list[str]:
-    """Instants (s,) beside a body: `0.25 s`, or `load x 0.25` at a load factor."""
-    return [f"{number} s" if job.look.clock == "s" else f"load x {number}" for number in _numbers(times)]
+def crop(job: PictureJob, camera: Camera, height: int) -> Camera:
+    """The part of a small scene that what it shows, with letters of a height above, fills."""
+    left, right, top, bottom = margins(job, height)
+    across, along, _ = camera.extent / camera.metres_per_pixel
+    wanted = max(across + left + right, LEAST * height), along + top + bottom
+    return replace(camera, size=(min(camera.size[0], math.ceil(wanted[0])), min(camera.size[1], math.ceil(wanted[1]))))
 
 
 def stamps(job: PictureJob, times: Array) -> list[str]:
-    """Instants (s,) at the head of a picture: `t = 0.25 s`, `load factor 0.25`, or captions of their own."""
-    if job.look.captions:
-        return list(job.look.captions)
-    return [f"t = {number} s" if job.look.clock == "s" else f"{job.look.clock} {number}" for number in _numbers(times)]
+    """Instants (s,) as text: `t = 0.25 s`, `load factor 0.25`, or captions of their own."""
+    if job.options.captions:
+        return list(job.options.captions)
+    return [f"t = {number} s" if job.options.clock == "s" else f"{job.options.clock} {number}" for number in _numbers(times)]
 
 
 def _numbers(times: Array) -> list[str]:
@@ -131,63 +120,50 @@ def _numbers(times: Array) -> list[str]:
 
 def drawn(job: PictureJob) -> Indices:
     """Numbers of the instants that are drawn one by one."""
-    return np.arange(int(job.look.behind), job.frames.times.size, dtype=np.int64)
+    return np.arange(int(job.options.behind), job.frames.times.size, dtype=np.int64)
 
 
 def letters(job: PictureJob) -> int:
-    return max(11, round(job.look.size[1] / 52))
+    return max(11, round(job.options.size[1] / 52))
 
 
 def overlay(job: PictureJob) -> list[Pixels]:
     """All instants in one scene, the earlier ones paler, each marked with its time at the point that moves farthest."""
-    height, width, count = letters(job), strip_width(job), job.frames.times.size
-    camera = view(job, (job.look.size[0] - width, job.look.size[1]), height)
+    height, count = letters(job), job.frames.times.size
+    camera = view(job, (job.options.size[0] - decor.width(job), job.options.size[1]), height)
     stage = drawing.stage(job, camera)
-    empty = drawing.shot(stage.plotter)
     for sample, strength in enumerate(np.linspace(PALEST, 1.0, count) if count > 1 else np.ones(1)):
         drawing.instant(stage, sample, float(strength), slot=sample)
     image = drawing.shot(stage.plotter)
     stage.plotter.close()
-    titles = [Text(job.look.title, (height, height), "la", round(1.2 * height), "#000000")] if job.look.title else []
-    axes, times = decor.axis_texts(camera, job.planar, height), list[Text]()
+    texts = [Text(job.options.title, (height, height), "la", round(1.2 * height))] if job.options.title else []
     if job.frames.bodies:
-        ink = (image != empty).any(axis=2).astype(np.int64)
-        for text in titles + axes:
-            ink[_under(text)] += TAKEN
-        times = place_marks(marks(job, job.frames.times), *_farthest(camera, job.frames), ink, height)
-    return _beside([decor.letter(image, titles + times + axes)], job, width)
+        words = [one.removeprefix("t = ").replace("load factor", "load x") for one in stamps(job, job.frames.times)]
+        texts += place_marks(words, *_farthest(camera, job.frames), np.any(image < 255, axis=2), height)
+    return _with_key([decor.letter(image, texts)], job, camera)
 
 
-def place_marks(words: list[str], tips: Array, inner: Array, ink: Indices, height: int) -> list[Text]:
+def place_marks(words: list[str], tips: Array, inner: Array, ink: np.ndarray, height: int) -> list[Text]:
     """Texts beside pixels `tips` (s,2), the last first: each where it covers least of the `ink` (height, width) and of the others.
 
-    The first choice is the place away from the points `inner` (s,2); all are inside of the picture, if any is.
+    The first choice is the place away from the points `inner` (s,2); all are inside of the picture, below a line for its title.
     """
-    ink, found = ink.copy(), list[Text]()
+    taken, found = ink.astype(np.int64), list[Text]()
+    room = np.array([max(decor.measure(word, height) for word in words) + height, 1.7 * height]) / 2.0  # half of it
+    low = room + np.array([0.0, 2.0 * height])
+    high = np.array(ink.shape[::-1]) - room
+    away = np.maximum(room + 0.2 * height, (2.4 * height, 1.5 * height))
     for word, tip, outward in list(zip(words, tips, tips - inner, strict=True))[::-1]:
-        left, _, right, _ = decor.extent(Text(word, (0.0, 0.0), "mm", height))
-        away = np.array([max(2.4 * height, (right - left) / 2 + 0.7 * height), 1.5 * height])
         way = float(np.linalg.norm(outward))
-        unit = outward / way if way > 1.0 else np.array([1.0, 0.0])  # less than a pixel has no direction
-        around = tip + np.einsum("d,kij,j->dki", FARTHER, TURNS, unit).reshape(-1, 2) * away
-        best = min((Text(word, (float(x), float(y)), "mm", height, "#000000") for x, y in around), key=partial(covered, ink))
-        ink[_under(best)] += TAKEN
-        found.append(best)
+        unit = complex(*outward / way) if way > 1.0 else 1.0  # less than a pixel has no direction
+        turned = np.outer(FARTHER, unit * TURNS).ravel()
+        places = np.clip(tip + np.column_stack([turned.real, turned.imag]) * away, low, high)
+        corners = np.concatenate([places - room, places + room], axis=1).round().astype(int)
+        under = [taken[top:bottom, left:right] for left, top, right, bottom in corners]
+        best = int(np.argmin([one.sum() for one in under]))
+        under[best] += TAKEN
+        found.append(Text(word, (float(places[best, 0]), float(places[best, 1])), "mm", height))
     return found
-
-
-def covered(ink: Indices, text: Text) -> float:
-    """How much a text covers, infinite outside of the picture."""
-    left, top, right, bottom = decor.extent(text)
-    inside = min(left, top) >= 0 and right <= ink.shape[1] and bottom <= ink.shape[0]
-    return float(ink[_under(text)].sum()) if inside else math.inf
-
-
-def _under(text: Text) -> tuple[slice, slice]:
-    """Rows and columns of a text with half a letter around it."""
-    grown = np.add(decor.extent(text), 0.5 * text.height * np.array([-1, -1, 1, 1]))
-    left, top, right, bottom = np.maximum(grown.round().astype(int), 0)
-    return slice(top, bottom), slice(left, right)
 
 
 def _farthest(camera: Camera, frames: Frames) -> tuple[Array, Array]:
@@ -200,68 +176,65 @@ def _farthest(camera: Camera, frames: Frames) -> tuple[Array, Array]:
     return found[:, ways[most].argmax()], found.mean(axis=1)
 
 
-def _columns(job: PictureJob, size: tuple[int, int]) -> int:
-    """Columns of small scenes that show them largest; among equals the squarest grid."""
-    count = len(drawn(job))
-
-    def metres(columns: int) -> tuple[float, int]:
-        rows = math.ceil(count / columns)
-        cell = (size[0] // columns, size[1] // rows)
-        if min(cell) < 8 * _small(job, cell):
-            return math.inf, columns
-        return round(math.log(view(job, cell, _small(job, cell)).metres_per_pixel), 2), abs(columns - rows)
-
-    return min(range(1, count + 1), key=metres)
-
-
-def _small(job: PictureJob, size: tuple[int, int]) -> int:
-    """Height of letters in a scene of this size [pixel]."""
-    return max(11, min(letters(job), round(min(size[0] / 32, size[1] / 22))))
-
-
 def multiples(job: PictureJob) -> list[Pixels]:
     """One scene an instant, side by side, all with the same camera and colours; the sheet ends where they end."""
-    count, width = len(drawn(job)), strip_width(job)
-    title = round(2.2 * letters(job)) if job.look.title else 0
-    room = (job.look.size[0] - width, job.look.size[1] - title)
-    columns = _columns(job, room)
-    rows = math.ceil(count / columns)
-    cell = (room[0] // columns, room[1] // rows)
-    height, size = _small(job, cell), _fill(job, cell)
-    tall = max(title + rows * size[1], round(SHORTEST * job.look.size[1]))
-    canvas = np.full((tall, columns * size[0], 3), 255, dtype=np.uint8)
-    for sample, image in enumerate(_instants(job, size, height, room=cell[0])):
-        top, left = title + sample // columns * size[1], sample % columns * size[0]
-        canvas[top : top + size[1], left : left + size[0]] = image
-    if job.look.title:
-        canvas = decor.letter(canvas, [Text(job.look.title, (height, title / 2), "lm", round(1.2 * letters(job)), "#000000")])
-    return _beside([canvas], job, width)
+    columns, camera = arrange(job)
+    across, along = camera.size
+    title, height = head(job), small(job)
+    tall = max(title + math.ceil(len(drawn(job)) / columns) * along, round(SHORTEST * job.options.size[1]))
+    canvas = np.full((tall, columns * across, 3), 255, dtype=np.uint8)
+    for sample, image in enumerate(_instants(job, camera, height)):
+        top, left = title + sample // columns * along, sample % columns * across
+        canvas[top : top + along, left : left + across] = image
+    if job.options.title:
+        canvas = decor.letter(canvas, [Text(job.options.title, (height, title / 2), "lm", round(1.2 * letters(job)))])
+    return _with_key([canvas], job, camera)
+
+
+def arrange(job: PictureJob) -> tuple[int, Camera]:
+    """Columns of small scenes that show them largest, among equals the squarest grid, and the camera of each scene."""
+    count, room = len(drawn(job)), (job.options.size[0] - decor.width(job), job.options.size[1] - head(job))
+
+    def camera(columns: int) -> Camera:
+        return view(job, (room[0] // columns, room[1] // math.ceil(count / columns)), small(job))
+
+    def smallness(columns: int) -> tuple[float, int]:
+        return round(math.log(camera(columns).metres_per_pixel), 2), abs(columns - math.ceil(count / columns))
+
+    best = min(range(1, count + 1), key=smallness)
+    return best, crop(job, camera(best), small(job))
+
+
+def head(job: PictureJob) -> int:
+    """Height of the line for the title above small scenes [pixel]."""
+    return round(2.2 * letters(job)) if job.options.title else 0
+
+
+def small(job: PictureJob) -> int:
+    """Height of letters in small scenes [pixel]."""
+    return max(11, round(0.75 * letters(job)))
 
 
 def animation(job: PictureJob) -> list[Pixels]:
     """One picture an instant, the time written on it."""
-    width = strip_width(job)
-    images = _instants(job, (job.look.size[0] - width, job.look.size[1]), letters(job), job.look.title)
-    return _beside(list(images), job, width)
+    camera = view(job, (job.options.size[0] - decor.width(job), job.options.size[1]), letters(job))
+    return _with_key(list(_instants(job, camera, letters(job), job.options.title)), job, camera)
 
 
-def _instants(job: PictureJob, size: tuple[int, int], height: int, title: str = "", room: int = 0) -> Iterator[Pixels]:
-    camera, samples = view(job, size, height, room), drawn(job)
-    stage, axes = drawing.stage(job, camera), decor.axis_texts(camera, job.planar, height)
-    if job.look.behind:
+def _instants(job: PictureJob, camera: Camera, height: int, title: str = "") -> Iterator[Pixels]:
+    samples, stage = drawn(job), drawing.stage(job, camera)
+    if job.options.behind:
         drawing.outline(stage)
     for sample, stamp in zip(samples, stamps(job, job.frames.times[samples]), strict=True):
-        drawing.instant(stage, int(sample), slot=int(job.look.behind))
-        head = Text(stamp + (f"   {title}" if title else ""), (height, height), "la", round(1.15 * height), "#000000")
-        yield decor.letter(drawing.shot(stage.plotter), [head, *axes])
+        drawing.instant(stage, int(sample), slot=int(job.options.behind))
+        head = Text(stamp + (f"   {title}" if title else ""), (height, height), "la", round(1.15 * height))
+        yield decor.letter(drawing.shot(stage.plotter), [head])
     stage.plotter.close()
 
 
-def _beside(images: list[Pixels], job: PictureJob, width: int) -> list[Pixels]:
-    """Pictures of one size with the key beside each."""
-    if not width:
-        return images
-    key = decor.strip(job, width, len(images[0]))
+def _with_key(images: list[Pixels], job: PictureJob, camera: Camera) -> list[Pixels]:
+    """Pictures of one size, and the key on the right of each."""
+    key = decor.key(job, camera, len(images[0]))
     return [np.concatenate([image, key], axis=1) for image in images]
 
 
@@ -270,8 +243,6 @@ LAYOUTS = {"overlay": overlay, "multiples": multiples, "animation": animation}
 
 def _save(images: list[Pixels], job: PictureJob) -> None:
     """A PNG, an MP4, or a GIF that loops for ever, all its frames in one palette so that colours do not flicker."""
-    from PIL import Image
-
     if job.suffix == video.SUFFIX:
         video.write(images, job.target, job.rate)
         return

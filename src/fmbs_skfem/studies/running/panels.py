@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.values.display import SI, DisplayUnits
 from ...core.values.units import add_unit
-from ...results.frames import SILENT
+from ...results.colour_scales import SILENT
 from ...results.plots import PANELS, Panel, panel_grid
 from ...systems.measures import probes
 from ..result import Figures

@@ -16,9 +16,9 @@ import numpy as np
 from ...core.errors import FmbsError
 from ...core.notices import notify
 from ...core.values.display import DisplayUnits
+from ...results import colour_scales, motion, pictures, stress_errors
 from ...results import frames as frames_
-from ...results import motion, pictures, stress_errors
-from ...results.pictures import Look
+from ...results.pictures import PictureOptions
 from .. import job as jobs
 
 if TYPE_CHECKING:
@@ -52,7 +52,6 @@ def scene(
     rows = frames_.spread(trajectory.times, max(count, INSTANTS))
     fields = (shade,) if shade else ()
     moving = motion.frames(trajectory, rows, fields)
-    limits = pictures.limits(moving, shade) if shade else None
     wanted = instants(scene, trajectory)
     chosen = moving if wanted is None else motion.frames(trajectory, frames_.nearest(trajectory.times, wanted), fields)
     clock, heading = "s" if scene.analysis.clock else "load factor", jobs.title(scene)
@@ -61,10 +60,10 @@ def scene(
         moving, chosen = (frames_.magnify(one, start, scale) for one in (moving, chosen))
         heading = f"{heading} (displacements x {scale:g})"
     label = label_of(trajectory, shade)
-    look = Look(shade, label, title=heading, clock=clock, display=scene.display)
-    found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, look)]
-    look = replace(look, limits=limits, size=(800, 600))
-    return [*found, partial(pictures.animate, moving, out / names[1], count, rate, look)] if count else found
+    options = PictureOptions(shade, label, title=heading, clock=clock, display=scene.display)
+    found: list[Order] = [partial(pictures.render, chosen, out / names[0], wanted, options)]
+    options = replace(options, size=(800, 600))
+    return [*found, partial(pictures.animate, moving, out / names[1], count, rate, options)] if count else found
 
 
 def error(scene: Scene, study: Comparison, path: Path) -> list[Order]:
@@ -73,24 +72,24 @@ def error(scene: Scene, study: Comparison, path: Path) -> list[Order]:
     if name is None:
         return []
     wanted = instants(scene, study.full)
-    look = Look("error", title=f"{jobs.title(scene)}, {name}: error", display=scene.display)
-    return [partial(pictures.render, motion.errors(study.full, study.motions[name], wanted), path, wanted, look)]
+    options = PictureOptions("error", title=f"{jobs.title(scene)}, {name}: error", display=scene.display)
+    return [partial(pictures.render, motion.errors(study.full, study.motions[name], wanted), path, wanted, options)]
 
 
 def model(title: str, display: DisplayUnits, trajectory: Trajectory, out: Path) -> list[Order]:
     """Configurations of a saved reduced model, coloured by stress or curvature."""
     chosen = motion.frames(trajectory, frames_.spread(trajectory.times, CONFIGURATIONS))
-    look = Look(motion.usual_color(trajectory.system), title=title, display=display)
-    return [partial(pictures.render, chosen, out / PICTURE, None, look)]
+    options = PictureOptions(motion.usual_color(trajectory.system), title=title, display=display)
+    return [partial(pictures.render, chosen, out / PICTURE, None, options)]
 
 
 def last(trajectory: Trajectory, path: Path, clock: str) -> list[Path]:
-    """The last state, bodies in their colours; nothing where no picture can be drawn. `clock` as in `Look`."""
+    """The last state, bodies in their colours; nothing where no picture can be drawn. `clock` as in `PictureOptions`."""
     trajectory = trajectory.states
     end = len(trajectory.times) - 1
     try:
         frames = motion.frames(trajectory, np.array([end]), ())
-        return [pictures.render(frames, path, look=Look(title="last good state", clock=clock))]
+        return [pictures.render(frames, path, options=PictureOptions(title="last good state", clock=clock))]
     except FmbsError as error:
         notify(f"no picture of the last good state: {error}")
         return []
@@ -111,7 +110,7 @@ def label_of(trajectory: Trajectory, shade: str | None) -> str:
     if shade not in ("von_mises", motion.RECOVERED) or not np.isfinite(trajectory.x[-1]).all():
         return ""
     part = stress_errors.of_picture(trajectory)
-    return f"{pictures.LABELS[shade]}, error about {100.0 * part:.2g} %" if part > 0.0 else ""
+    return f"{colour_scales.LABELS[shade]}, error about {100.0 * part:.2g} %" if part > 0.0 else ""
 
 
 def color(scene: Scene, system: System) -> str | None:
