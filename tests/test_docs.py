@@ -226,9 +226,9 @@ def test_blocks_are_copied_by_a_click_without_the_prompt(site: Path, tmp_path: P
 
 
 def test_sources_of_the_theory_are_those_of_the_code() -> None:
-    """Every DOI of the bibliography stands in a docstring of the package or of an example, so that none is made up."""
+    """Every DOI of the bibliography stands in a docstring of the package, an example or a benchmark, so that none is made up."""
     listed = set(re.findall(r"\[doi ([^\]]+)\]", (DOCS / "theory" / "bibliography.md").read_text(encoding="utf-8")))
-    texts = [path for folder in ("src", "examples") for path in (DOCS.parent / folder).rglob("*.py")]
+    texts = [path for folder in ("src", "examples", "benchmarks") for path in (DOCS.parent / folder).rglob("*.py")]
     known = "".join(path.read_text(encoding="utf-8") for path in texts)
     assert len(listed) > 15
     assert {doi for doi in listed if doi not in known} == set()
@@ -237,7 +237,13 @@ def test_sources_of_the_theory_are_those_of_the_code() -> None:
 def test_every_doi_has_the_form_of_one() -> None:
     """10.PREFIX/SUFFIX, in pages, in docstrings and in links, which end where it ends."""
     root = DOCS.parent
-    texts = [*root.glob("*.md"), *DOCS.rglob("*.md"), *(root / "src").rglob("*.py"), root / "CITATION.cff"]
+    texts = [
+        *root.glob("*.md"),
+        *DOCS.rglob("*.md"),
+        *(root / "src").rglob("*.py"),
+        *(root / "verification").rglob("*.py"),
+        root / "CITATION.cff",
+    ]
     found = [
         (path.name, doi)
         for path in texts
