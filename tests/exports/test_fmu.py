@@ -401,10 +401,12 @@ def test_names_that_are_taken_stay_distinct(plant: System) -> None:
     outputs = {"time": next(iter(plant.outputs.values()))}
     model = c_files.write(Case(replace(plant, outputs=outputs), STEP, 0.3), "m", "m")
     doubled = replace(
-        model, inputs={"a": ("N", 0.0), "a\tb": ("", 0.0)}, columns=tuple(one._replace(name="a") for one in model.columns[:1])
+        model,
+        inputs={"a": ("N", 0.0), "a\tb": ("", 0.0), "\t": ("", 0.0)},
+        columns=tuple(one._replace(name="a") for one in model.columns[:1]),
     )
     names = [one.name for one in fmu.variables_of(doubled)]
-    assert names == ["time", "a", "a b", "a (output)"]
+    assert names == ["time", "a", "a b", "input", "a (output)"]
 
 
 def test_the_same_model_gives_the_same_bytes(model: ParametricCase) -> None:

@@ -61,7 +61,7 @@ class FMU:
 
 
 def variables_of(model: CModel) -> tuple[Variable, ...]:
-    """Time, parameters, inputs and outputs; a name that is taken goes on with what the variable is."""
+    """Time, parameters, inputs and outputs; a name that is taken goes on with what the variable is, as one of blanks is called."""
     found = [Variable("time", "s", "independent")]
     for name, (unit, low, high, middle) in model.parameters.items():
         found.append(Variable(name, unit, "parameter", middle, (low, high), abs(middle) or None))
@@ -69,7 +69,7 @@ def variables_of(model: CModel) -> tuple[Variable, ...]:
     found += [Variable(one.name, one.unit, "output") for one in model.columns]
     taken, distinct = set[str](), []
     for one in found:
-        name = " ".join(one.name.split())  # neither line feeds nor tabs
+        name = " ".join(one.name.split()) or one.causality  # neither line feeds nor tabs
         while name in taken:
             name += f" ({one.causality})"
         taken.add(name)
