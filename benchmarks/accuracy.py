@@ -36,7 +36,7 @@ from fmbs_skfem.dynamics import output_errors
 from fmbs_skfem.scenes.accuracy import Accuracy, Bound
 from fmbs_skfem.scenes.schema import Scene
 from fmbs_skfem.studies.planning import planned
-from fmbs_skfem.studies.planning.pilots import Found, ScenePilots, until
+from fmbs_skfem.studies.planning.pilots import PilotOutputs, ScenePilots, until
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "benchmarks" / "results"
@@ -50,7 +50,7 @@ def wanting(scene: Scene, accuracy: float) -> Scene:
     return replace(scene, analysis=replace(scene.analysis, step=np.inf, every=1, accuracy=Accuracy({"": Bound(accuracy)})))
 
 
-def timed(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0) -> tuple[float, Found | None]:
+def timed(pilots: ScenePilots, cells: int, steps: int, local_error: float = 0.0) -> tuple[float, PilotOutputs | None]:
     """CPU seconds of a run, and what it finds."""
     begin = time.process_time()
     found = pilots.run(cells, steps, local_error)
@@ -131,7 +131,7 @@ def true_error(pilots: ScenePilots, run: studies.Run, level: int, plan: planned.
     if run.motion is None or end == 0.0:
         return math.nan
     mine, reference = (
-        Found(motion.times, columns, tuple(one.time for one in motion.events))
+        PilotOutputs(motion.times, columns, tuple(one.time for one in motion.events))
         for motion, columns in ((run.motion, run.outputs), (finer, output_errors.columns(finer)))
     )
     return largest(pilots.differ(until(mine, end), until(reference, end)))

@@ -46,7 +46,7 @@ from fmbs_skfem.dynamics import output_errors
 from fmbs_skfem.scenes.accuracy import Accuracy, Bound
 from fmbs_skfem.scenes.schema import Scene
 from fmbs_skfem.studies.planning import planned
-from fmbs_skfem.studies.planning.pilots import Found, ScenePilots, until
+from fmbs_skfem.studies.planning.pilots import PilotOutputs, ScenePilots, until
 
 ROUND = 1e-6  #: of the range of a column, below which true errors are not judged
 RESULTS = Path(__file__).resolve().parents[1] / "benchmarks" / "results"
@@ -276,7 +276,8 @@ def judge(name: str, scene: Scene, accuracy: float) -> Promise:
             name, accuracy, plan.cells, plan.steps, plan.why_not, False, math.nan, math.nan, 0, 0, 0.0, "", len(plan.pilots), spent
         )
     one, other = (
-        Found(motion.times, output_errors.columns(motion), tuple(at.time for at in motion.events)) for motion in (every, finer)
+        PilotOutputs(motion.times, output_errors.columns(motion), tuple(at.time for at in motion.events))
+        for motion in (every, finer)
     )
     end = math.inf if plan.trusted_until is None else plan.trusted_until * (1.0 + 1e-9)
     errors = pilots.differ(until(one, end), until(other, end))

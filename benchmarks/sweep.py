@@ -25,7 +25,7 @@ from threadpoolctl import threadpool_limits
 
 from fmbs_skfem import studies
 from fmbs_skfem.dynamics import integration
-from fmbs_skfem.dynamics.observers import Setting
+from fmbs_skfem.dynamics.observers import RunSetting
 from fmbs_skfem.families import members, parametric_model
 
 CALLS, STEPS = 20, (1500, 6000)
@@ -51,7 +51,7 @@ def beside(name: str, path: Path, steps: int) -> str:
     for part in np.linspace(0.0, 1.0, CALLS + 1):
         values = {one.name: float(one.low + part * (one.high - one.low)) for one in rom.model.parameters}
         case = parametric_model.case_of(rom, values, steps * step, step)[0]
-        run = integration.begun(Setting(case.system, case.scheme, case.newton, steps, case.system), np.array([0, steps]))
+        run = integration.begun(RunSetting(case.system, case.scheme, case.newton, steps, case.system), np.array([0, steps]))
         calls = (
             partial(integration.advance, run),
             partial(parametric_model.run, rom, steps, steps * step, step, **values),

@@ -42,7 +42,7 @@ def mass_pendulum(
     down = (0.0,) * (dim - 1) + (-gravity,)
     return assemble(
         [body.point_mass("mass", mass, np.asarray(position, dtype=float))],
-        [joints.Distance("link", At("mass", "center"), (0.0,) * dim)],
+        [joints.RigidLink("link", At("mass", "center"), (0.0,) * dim)],
         [loads.Gravity(down)],
         outputs={"mass": probes.Position(At("mass", "center"))},
         initial={"mass": Motion(velocity=tuple(velocity))} if len(velocity) else None,

@@ -15,7 +15,7 @@ A = YOUNG * T / (1.0 - NU**2)
 B = YOUNG * T**3 / (12.0 * (1.0 - NU**2))
 
 
-def plate(second: np.ndarray, b0: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> fields.Fields:
+def plate(second: np.ndarray, b0: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> fields.RecoveredFields:
     """Fields at one point with unit tangents e_x, e_y and the second derivatives (3, 3)."""
     u = np.concatenate([np.eye(2, 3), second]).reshape(15, 1)
     return fields.recover(Law.SHELL, u, np.array([A, B, NU, *b0, 1.0])[:, None], T)

@@ -10,7 +10,7 @@ import pytest
 from fmbs_skfem import dynamics, scenes, studies
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.dynamics.near_state.campbell import Found
+from fmbs_skfem.dynamics.near_state.campbell import MotionsAt
 from fmbs_skfem.studies.result import ReportTable
 
 ROTOR = Path(__file__).parents[2] / "examples" / "rotor.yaml"
@@ -66,12 +66,12 @@ def test_the_example_is_unstable_above_its_threshold(run: studies.Run) -> None:
 def test_motions_that_cross_are_told_apart() -> None:
     """Two oscillators whose frequencies 1 + s and 2 - s cross at 1/2, in vectors that turn little by little."""
 
-    def find(s: float, count: int) -> Found:
+    def find(s: float, count: int) -> MotionsAt:
         angle = 0.1 * s
         V = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         omega = np.array([1.0 + s, 2.0 - s])
         order = np.argsort(omega)
-        return Found(omega[order], np.zeros(2), V[:, order], np.eye(2))
+        return MotionsAt(omega[order], np.zeros(2), V[:, order], np.eye(2))
 
     found = dynamics.campbell(np.linspace(0.0, 1.0, 10), find, 2)
     np.testing.assert_allclose(found.omega[:, 0], 1.0 + found.values)
@@ -83,10 +83,10 @@ def test_motions_whose_frequencies_bend_are_followed_by_their_shapes() -> None:
     """Between two values one frequency rises from 10 to 14 and the other one falls from 12 to 10.5: neither as before."""
     frequencies = {0.0: [10.0, 12.0], 1.0: [10.0, 12.0], 2.0: [14.0, 10.5]}
 
-    def find(s: float, count: int) -> Found:
+    def find(s: float, count: int) -> MotionsAt:
         omega = np.array(frequencies[s])
         order = np.argsort(omega)
-        return Found(omega[order], np.zeros(2), np.eye(2)[:, order], np.eye(2))
+        return MotionsAt(omega[order], np.zeros(2), np.eye(2)[:, order], np.eye(2))
 
     found = dynamics.campbell(np.array([0.0, 1.0, 2.0]), find, 2)
     np.testing.assert_array_equal(found.omega, list(frequencies.values()))
@@ -121,8 +121,8 @@ def test_a_column_that_buckles_goes_on_as_the_motion_that_grows(rate: float) -> 
 def test_growth_beside_the_motions_that_are_listed_is_told() -> None:
     """One motion is asked for; another grows where s > 1/2."""
 
-    def find(s: float, count: int) -> Found:
-        return Found(np.array([1.0, 2.0]), np.array([0.0, max(s - 0.5, 0.0)]), np.eye(2), np.eye(2))
+    def find(s: float, count: int) -> MotionsAt:
+        return MotionsAt(np.array([1.0, 2.0]), np.array([0.0, max(s - 0.5, 0.0)]), np.eye(2), np.eye(2))
 
     found = dynamics.campbell(np.linspace(0.0, 1.0, 11), find, 1)
     np.testing.assert_allclose(found.others, np.maximum(found.values - 0.5, 0.0), atol=1e-15)

@@ -82,8 +82,8 @@ def locked() -> object:
     A, B = At("A", "center"), At("B", "center")
     held: list[joints.Joint] = [
         joints.DrivenPosition("pull", A, (lambda t: t, lambda t: 0.0 * t)),
-        joints.Distance("first", B, (0.0, 0.0)),
-        joints.Distance("second", A, B),
+        joints.RigidLink("first", B, (0.0, 0.0)),
+        joints.RigidLink("second", A, B),
     ]
     return integrate(assemble(bodies, held), STEP, 2.0)
 

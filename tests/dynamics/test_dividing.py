@@ -11,7 +11,7 @@ import pytest
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, dividing, energies, integrate, outputs
 from fmbs_skfem.dynamics.compiled_step import packing, parts, stepping
 from fmbs_skfem.dynamics.integration import begun, kept_steps
-from fmbs_skfem.dynamics.observers import Look, Observer, Setting
+from fmbs_skfem.dynamics.observers import Observer, PauseCall, RunSetting
 from fmbs_skfem.dynamics.run import OpenRun
 from fmbs_skfem.dynamics.scheme import Newton
 from fmbs_skfem.systems import System
@@ -85,7 +85,7 @@ def test_known_values_at_another_distance(ratio: float) -> None:
 def test_a_step_that_fails_in_all_lengths_leaves_the_state_before_it() -> None:
     """Every array of it, bit for bit, and the next run of the same step fails alike."""
     system = models.double_pendulum(4)
-    run = begun(Setting(system, GeneralizedAlpha(0.4), Newton(iterations=1), 10, system), kept_steps(1, 10))
+    run = begun(RunSetting(system, GeneralizedAlpha(0.4), Newton(iterations=1), 10, system), kept_steps(1, 10))
     random = np.random.default_rng(5)
     for array in (run.step.state.work, run.step.state.signals, run.step.state.memory):
         array[:] = random.normal(size=array.shape)
@@ -150,7 +150,9 @@ def test_a_run_is_packed_once(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_divided_step_ends_no_chunk() -> None:
     """A hundred times the step of example 2: some failures in every chunk."""
     looks = list[int]()
-    run = integrate(models.double_pendulum(4), GeneralizedAlpha(0.05), 2.0, observers=[Look(lambda run: looks.append(run.done))])
+    run = integrate(
+        models.double_pendulum(4), GeneralizedAlpha(0.05), 2.0, observers=[PauseCall(lambda run: looks.append(run.done))]
+    )
     assert run.statistics.halved > 20
     assert len(looks) <= 1 + 40 // 8
 
@@ -182,7 +184,7 @@ def test_a_run_compiles_what_it_needs(system: System, settles: bool) -> None:
     divides = list[bool]()
     for every in (100, 2):
         seen = list[OpenRun]()
-        motion(system, 20, 0.2, Divide(every, 1), Look(seen.append))
+        motion(system, 20, 0.2, Divide(every, 1), PauseCall(seen.append))
         divides.append(bool(seen[-1].packed.table[packing.DIVIDE]))
         assert bool(seen[-1].step.doors.settle) == settles
     assert divides == [False, True]

@@ -118,7 +118,7 @@ def conical() -> Exact:
     place, speed = np.array([np.sin(tilt), 0.0, -np.cos(tilt)]), rate * np.sin(tilt)
     system = assemble(
         [body.point_mass("mass", mass, place)],
-        [joints.Distance("link", At("mass", "center"), (0.0, 0.0, 0.0))],
+        [joints.RigidLink("link", At("mass", "center"), (0.0, 0.0, 0.0))],
         [loads.Gravity((0.0, 0.0, -GRAVITY))],
         outputs={"R": probes.Reaction("link")},
         initial={"mass": Motion(velocity=(0.0, speed, 0.0))},

@@ -51,7 +51,7 @@ def turned(dim: int) -> Model:
 
 
 def tied(dim: int) -> Model:
-    return [first(dim), second(dim)], pinned(dim, joints.Distance("link", At("I", 0.5), At("II", 0.5)))
+    return [first(dim), second(dim)], pinned(dim, joints.RigidLink("link", At("I", 0.5), At("II", 0.5)))
 
 
 MODELS: dict[str, Callable[[int], Model]] = {
@@ -60,7 +60,7 @@ MODELS: dict[str, Callable[[int], Model]] = {
     "pin of two": lambda dim: ([first(dim), second(dim)], pinned(dim, joints.Pin("q", At(*J), At("II", "left")))),
     "clamp": lambda dim: ([first(dim)], [joints.Clamp("clamp", At(*I))]),
     "weld": lambda dim: ([first(dim), second(dim, (2, 0, 0))], pinned(dim, joints.Weld("weld", At(*J), At("II", "left")))),
-    "link to ground": lambda dim: ([first(dim)], [joints.Distance("link", At(*I), padded(dim, 0.0, 1.0))]),
+    "link to ground": lambda dim: ([first(dim)], [joints.RigidLink("link", At(*I), padded(dim, 0.0, 1.0))]),
     "link of two": tied,
     "slider": lambda dim: ([first(dim)], [joints.Slider("slider", At(*I), padded(dim, 1.0, 1.0))]),
     "driven position": shaken,

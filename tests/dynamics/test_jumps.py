@@ -26,7 +26,7 @@ ENDS = 20  #: instants at which motions are compared
 
 def rod(*pushes: Any, **more: Any) -> System:
     """A mass on a rod under its weight and other loads."""
-    mass, rod = point_mass("m", 1.0, np.array([0.6, -0.8])), joints.Distance("rod", At("m"), (0.0, 0.0))
+    mass, rod = point_mass("m", 1.0, np.array([0.6, -0.8])), joints.RigidLink("rod", At("m"), (0.0, 0.0))
     return assemble([mass], [rod], [loads.Gravity((0.0, -9.81)), *pushes], outputs={"m": probes.Position(At("m"))}, **more)
 
 

@@ -111,7 +111,7 @@ def test_pieces_between_touches_have_the_error_asked_for() -> None:
     """Two masses on rods swing onto stops: what is left of a step behind a touch is taken in as short parts as whole steps are."""
     masses = [point_mass("a", 1.0, np.array([1.0, 0.0])), point_mass("b", 1.0, np.array([1.0, 0.5]))]
     a, b = At("a", "center"), At("b", "center")
-    rods = [joints.Distance("r", a, (0.0, 0.0)), joints.Distance("s", b, a)]
+    rods = [joints.RigidLink("r", a, (0.0, 0.0)), joints.RigidLink("s", b, a)]
     side = springs.Stop("side", a, (0.2, 0.0), direction=(1.0, 0.0), stiffness=1e4)
     floor = springs.Stop("floor", b, (0.0, -1.0), direction=(0.0, 1.0), stiffness=1e4)
     system = assemble(masses, rods, [loads.Gravity((0.0, -9.81)), side, floor])

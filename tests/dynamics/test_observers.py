@@ -185,7 +185,7 @@ class Seen(Observer):
 def pendulum() -> System:
     """A point mass on a massless rod."""
     ball = point_mass("ball", 1.0, (1.0, 0.0))
-    return assemble([ball], [joints.Distance("rod", At("ball"), (0.0, 0.0))], [loads.Gravity((0.0, -G))])
+    return assemble([ball], [joints.RigidLink("rod", At("ball"), (0.0, 0.0))], [loads.Gravity((0.0, -G))])
 
 
 def test_an_observer_is_called_in_order_and_changes_nothing() -> None:

@@ -204,7 +204,7 @@ def test_a_basis_of_another_mesh_is_refused(coarse: Full, by_component: Reduced)
 def test_dependent_rows_are_dropped() -> None:
     # both rods have one length, so in a basis of motions common to the two masses one of their constraints implies the other
     masses = [body.point_mass(name, 1.0, np.array([1.0, 0.0])) for name in ("one", "two")]
-    rods = [joints.Distance(f"rod {name}", At(name, "center"), (0.0, 0.0)) for name in ("one", "two")]
+    rods = [joints.RigidLink(f"rod {name}", At(name, "center"), (0.0, 0.0)) for name in ("one", "two")]
     raw = assemble(masses, rods)
     angles = np.linspace(0.0, 1.0, 20)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])

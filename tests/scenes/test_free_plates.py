@@ -97,6 +97,6 @@ def test_the_interpolation_that_converges_is_taken(mesh: Mesh, dim: int, expecte
 
 def test_what_a_scene_names_is_taken(tmp_path: Path) -> None:
     plate_meshes.write(centred(shaken(4)), tmp_path / "free.msh")
-    for word, space in (("ancf", ancf_plate.Plate), ("fvs", fvs_plate.Conforming)):
+    for word, space in (("ancf", ancf_plate.PlateTangents), ("fvs", fvs_plate.Conforming)):
         plate = scenes.loads(SCENE.replace("MESH", f"free.msh, interpolation: {word}"), tmp_path).bodies["plate"]
         assert type(plate.surface(tmp_path).space) is space

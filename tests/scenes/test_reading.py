@@ -84,7 +84,7 @@ def test_quantities_are_si() -> None:
     assert scene.parameters == {"E": 1e9, "d": 0.01, "Ts": 1.5}
     push, link, hook = scene.loads["push"], scene.joints["link"], scene.joints["hook"]
     assert isinstance(push, loads.PointForce)
-    assert isinstance(link, joints.Distance)
+    assert isinstance(link, joints.RigidLink)
     assert isinstance(hook, joints.Pin)
     assert push.force == (1000.0, 0.0)
     assert push.history is not None

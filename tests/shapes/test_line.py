@@ -261,7 +261,7 @@ def test_refinement_refuses_other_arguments() -> None:
 BREAKS = np.array([0.0, 0.2, 0.25, 1.0, 1.9])
 
 
-def _mass(basis: table.Table) -> np.ndarray:
+def _mass(basis: table.BasisTable) -> np.ndarray:
     rows = table.matrix(basis)
     return (rows.T @ (basis.weights.reshape(-1, 1) * rows.toarray())).astype(float)
 

@@ -14,7 +14,7 @@ from scipy import sparse
 
 from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.shapes import line, table
-from fmbs_skfem.shapes.table import Table, check_table
+from fmbs_skfem.shapes.table import BasisTable, check_table
 
 
 def _name(space: Any) -> str:
@@ -32,7 +32,7 @@ class Faulty:
     """A good space whose table, samples or coefficients are spoilt."""
 
     space: line.BSpline | line.Hermite
-    table: Callable[[Table], Table] = lambda good: good
+    table: Callable[[BasisTable], BasisTable] = lambda good: good
     rows: Callable[[sparse.csr_array, int], sparse.csr_array] = lambda good, derivative: good
     coefficients: Callable[[np.ndarray], np.ndarray] = lambda good: good
 
@@ -43,7 +43,7 @@ def _(space: Faulty) -> np.ndarray:
 
 
 @line.tabulate.register
-def _(space: Faulty, points: int = 4) -> Table:
+def _(space: Faulty, points: int = 4) -> BasisTable:
     return space.table(line.tabulate(space.space, points))
 
 
@@ -67,8 +67,8 @@ def _(space: Faulty, xi: np.ndarray, derivative: int = 0) -> np.ndarray:
     return line.reproduce(space.space, xi, derivative)
 
 
-def _scaled(factors: tuple[float, float, float], functions: slice = slice(None)) -> Callable[[Table], Table]:
-    def change(good: Table) -> Table:
+def _scaled(factors: tuple[float, float, float], functions: slice = slice(None)) -> Callable[[BasisTable], BasisTable]:
+    def change(good: BasisTable) -> BasisTable:
         values = good.values.copy()
         values[..., functions] *= np.array(factors)[:, None]
         return replace(good, values=values)
@@ -141,7 +141,7 @@ def test_table_refuses_arrays_that_do_not_match() -> None:
         {"points": good.points[:, :-1]},
         {"values": good.values[0]},
     ):
-        with pytest.raises(InputError, match=r"Table\.(nodes|weights|points)"):
+        with pytest.raises(InputError, match=r"BasisTable\.(nodes|weights|points)"):
             replace(good, **change)
 
 

@@ -18,7 +18,7 @@ from fmbs_skfem.core.errors import InputError
 from fmbs_skfem.core.values.display import DisplayUnits
 from fmbs_skfem.core.values.fields import Context
 from fmbs_skfem.pages import live
-from fmbs_skfem.pages.live import LiveModel, Slider
+from fmbs_skfem.pages.live import LiveModel, PageParameter
 from fmbs_skfem.scenes import accuracy
 from fmbs_skfem.studies import folder_report
 
@@ -109,7 +109,7 @@ def test_reports_of_a_folder_read_alike(run: tuple[studies.Run, Path], tmp_path:
 
 def test_sliders_and_words_have_them_too() -> None:
     """A page's slider from 40 to 70 GPa gives the model pascals; a value in words has six digits."""
-    display, stress = DisplayUnits((), ("GPa", "rpm")), Slider("E", "Pa", 40e9, 70e9, 50e9)
+    display, stress = DisplayUnits((), ("GPa", "rpm")), PageParameter("E", "Pa", 40e9, 70e9, 50e9)
     (told,) = live.describe(LiveModel(b"", 1e-3, 3, parameters=(stress,)), display)["parameters"]
     assert (told["unit"], told["size"], told["low"], told["value"]) == ("GPa", 1e9, 40e9, 50e9)
     assert display.text("E", 5.5e10, "Pa") == "E = 55 GPa"

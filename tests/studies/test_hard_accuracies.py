@@ -16,7 +16,7 @@ import pytest
 from fmbs_skfem import scenes, studies
 from fmbs_skfem.dynamics import Trajectory, output_errors
 from fmbs_skfem.studies.planning import planned
-from fmbs_skfem.studies.planning.pilots import Found, ScenePilots
+from fmbs_skfem.studies.planning.pilots import PilotOutputs, ScenePilots
 from fmbs_skfem.systems import fields
 from fmbs_skfem.systems.forces import loads
 from fmbs_skfem.systems.forces.on_rows import OfPython
@@ -43,9 +43,9 @@ def written(folder: Path, bodies: str, joints: str, acting: str, analysis: str, 
     return path
 
 
-def columns(run: studies.Run) -> Found:
+def columns(run: studies.Run) -> PilotOutputs:
     assert run.motion is not None
-    return Found(run.times, run.outputs, tuple(one.time for one in run.motion.events))
+    return PilotOutputs(run.times, run.outputs, tuple(one.time for one in run.motion.events))
 
 
 def true_part(path: Path, run: studies.Run) -> float:
@@ -54,7 +54,7 @@ def true_part(path: Path, run: studies.Run) -> float:
     parts = math.ceil(4 * max(plan["steps"], *(one["steps"] for one in plan["pilots"])) / plan["steps"])
     system = pilots.system(4 * (plan["cells"] or 0))
     finer = pilots.analysis.piloted(parts * plan["steps"], parts).solve_for_outputs(system)
-    reference = Found(finer.times, output_errors.columns(finer), tuple(one.time for one in finer.events))
+    reference = PilotOutputs(finer.times, output_errors.columns(finer), tuple(one.time for one in finer.events))
     return float(pilots.differ(columns(run), reference)[0].max())
 
 

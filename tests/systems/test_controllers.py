@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 from fmbs_skfem.bodies import cable, point_mass, rigid, sections
 from fmbs_skfem.control import sampled_loops
-from fmbs_skfem.control.controllers import Controller, Pid, Program, StateFeedback, Table
+from fmbs_skfem.control.controllers import Controller, LookupTable, Pid, Program, StateFeedback
 from fmbs_skfem.control.feed import Feed
 from fmbs_skfem.core.errors import InputError, Reason, SolverError
 from fmbs_skfem.core.notices import Notice
@@ -23,7 +23,7 @@ from fmbs_skfem.core.values.responses import of_state
 from fmbs_skfem.dynamics import GeneralizedAlpha, Newton, integrate, integration, outputs, start
 from fmbs_skfem.dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
 from fmbs_skfem.dynamics.diagnoses import diagnosis
-from fmbs_skfem.dynamics.observers import Setting
+from fmbs_skfem.dynamics.observers import RunSetting
 from fmbs_skfem.reduction import files
 from fmbs_skfem.scenes import build, reading
 from fmbs_skfem.systems import At, Rayleigh, System, assemble, eliminate
@@ -95,7 +95,7 @@ CASES = {
         lambda angle, rate: 0.01 + 0.4 * (GOAL - angle) - 0.06 * rate,
     ),
     "table": (
-        Table(name="servo", sample=SAMPLE, of=of_state("hinge.angle + 0.2 * spin"), points=[(0.0, 0.3), (0.5, 0.0), (1.0, -0.9)]),
+        LookupTable(name="servo", sample=SAMPLE, of=of_state("hinge.angle + 0.2 * spin"), points=[(0.0, 0.3), (0.5, 0.0), (1.0, -0.9)]),
         lambda angle, rate: np.interp(angle + 0.2 * rate, [0.0, 0.5, 1.0], [0.3, 0.0, -0.9]),
     ),
     "program": (
@@ -354,7 +354,7 @@ def loop(kd: float, beam: bool, sample: float = SAMPLE) -> System:
 def test_the_gain_of_a_sampled_loop_is_exact_for_a_rigid_body(sample: float) -> None:
     """-(kd + kp T) T / J with the moment of inertia about the hinge, as the angle changes by T times the rate."""
     system, scheme = loop(0.3, False, sample), GeneralizedAlpha(sample)
-    run = integration.begun(Setting(system, scheme, Newton(), 10, system), np.array([0]))
+    run = integration.begun(RunSetting(system, scheme, Newton(), 10, system), np.array([0]))
     feed = run.find(Feed)
     found = sampled_loops.gain(run, feed.samplers[0].of, sample)
     assert found == pytest.approx(-0.3 * (1.0 + sample) * sample / (0.1 + 2.0 * 0.5**2), rel=1e-6)

@@ -61,7 +61,7 @@ def test_the_contract_finds_faults(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match=r"check_joint\(Loose\): gap in the reference.*got 1.000e-02"):
         check_joint(beams(2), Loose("loose", A1))
     right, exact = compiled.gap, compiled.tangent
-    joint = joints.Distance("link", A0, C1)
+    joint = joints.RigidLink("link", A0, C1)
     check_joint(beams(2), joint)
     monkeypatch.setattr(compiled, "gap", lambda *state: (right(*state)[0], (1.0 + 1e-6) * right(*state)[1]))
     with pytest.raises(InputError, match=r"check_joint\(Distance\): Jacobian of row 'length'"):
@@ -78,7 +78,7 @@ def test_rigid_motions_that_joints_allow(dim: int) -> None:
     a, _, _, bob = beams(dim)
     turn = np.eye(dim)
     turn[:2, :2] = [[0.6, -0.8], [0.8, 0.6]]
-    pinned = assemble([a], [joints.Pin("pin", A0), joints.Distance("link", A1, (0.0,) * dim)])
+    pinned = assemble([a], [joints.Pin("pin", A0), joints.RigidLink("link", A1, (0.0,) * dim)])
     assert_allclose(gap(pinned, (a.reference @ turn.T).ravel()), 0.0, atol=1e-14)
     assert np.abs(gap(pinned, 1.1 * a.reference.ravel())).max() == pytest.approx(0.105)
     direction = np.array([1.0, -2.0, 0.5][:dim])
@@ -172,8 +172,8 @@ def test_a_pin_elsewhere_moves_the_initial_state_with_a_notice() -> None:
         (3, joints.Pin("pin", A0, B1), r"joint 'pin': expected a.left and b.right at one point, got a gap of 2 m"),
         (3, joints.Weld("weld", A1, C0), "parallel slopes in space, got an angle of 36.87 deg"),
         (2, joints.Clamp("clamp", BOB), "body 'bob': expected a body with a slope"),
-        (2, joints.Distance("link", A1, B0), r"'link'\.length: expected a positive length .*use a pin"),
-        (2, joints.Distance("link", A0, B1, -1.0), r"'link'\.length: expected a positive length .*got -1"),
+        (2, joints.RigidLink("link", A1, B0), r"'link'\.length: expected a positive length .*use a pin"),
+        (2, joints.RigidLink("link", A0, B1, -1.0), r"'link'\.length: expected a positive length .*got -1"),
         (2, joints.Slider("slider", A0, (0.0, 0.0)), r"'slider'\.direction: expected a non-zero vector"),
         (3, joints.DrivenAngle("drive", A0, swing), r"'drive'\.axis: expected the axis of rotation"),
         (3, joints.DrivenPosition("drive", A0, (swing, swing)), r"'drive'\.displacement: expected 3 functions of time, got 2"),

@@ -87,7 +87,7 @@ def conical(place: tuple[float, float, float], length: float = 1.0, angle: float
     at = At("mass", "center")
     sensed = {"rod": probes.Reaction("rod"), "mass": probes.Position(at)}
     mass = bodies.point_mass("mass", 2.0, start)
-    return assemble([mass], [joints.Distance("rod", at, place)], [loads.Gravity((0, 0, -GRAVITY))], outputs=sensed, initial=spun)
+    return assemble([mass], [joints.RigidLink("rod", at, place)], [loads.Gravity((0, 0, -GRAVITY))], outputs=sensed, initial=spun)
 
 
 @pytest.mark.parametrize("step", [1e-3, 2.5e-4])

@@ -33,7 +33,7 @@ TIGHT = Newton(tolerance=1e-12)
 
 @dataclass(frozen=True)
 class Link(OwnJoint, word="test_link"):
-    """A rod of a length between two places, as `joints.Distance`, times a history."""
+    """A rod of a length between two places, as `joints.RigidLink`, times a history."""
 
     name: str
     at: fields.Place
@@ -101,7 +101,7 @@ def swinging(dim: int, *links: joints.Joint) -> System:
 def test_the_same_as_a_joint_of_the_package(dim: int) -> None:
     """Motion, reaction, equilibrium, degrees of freedom, and velocities that settle after every step."""
     end = (1.5, 0.5, 0.0)[:dim]
-    own, given = (swinging(dim, kind("link", At("beam", "right"), end, np.sqrt(0.5))) for kind in (Link, joints.Distance))
+    own, given = (swinging(dim, kind("link", At("beam", "right"), end, np.sqrt(0.5))) for kind in (Link, joints.RigidLink))
     one, two = (outputs(integrate(eliminate(system), GeneralizedAlpha(1e-3), 0.2, TIGHT)) for system in (own, given))
     for name in two:
         assert_allclose(one[name], two[name], rtol=1e-6, atol=1e-9)

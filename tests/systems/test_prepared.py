@@ -151,7 +151,7 @@ def test_another_structure_is_not_served_from_the_memory() -> None:
 def linked(place: float) -> System:
     """A bar on two links of equal length and direction, the second from another place of the bar: one of them, if that is none."""
     bar = rigid("bar", 1.0, 0.1, (0.0, 0.0), dim=2, places={"a": (0.0, 0.0), "b": (place, 0.0)})
-    held = [joints.Distance(name, At("bar", at), (x, 1.0), 1.0) for name, at, x in (("one", "a", 0.0), ("two", "b", place))]
+    held = [joints.RigidLink(name, At("bar", at), (x, 1.0), 1.0) for name, at, x in (("one", "a", 0.0), ("two", "b", place))]
     return eliminate(assemble([bar], held, [loads.Gravity((1.0, -9.81))]))
 
 

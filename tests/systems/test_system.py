@@ -48,7 +48,7 @@ def everything(dim: int, **options: Any) -> System:
         joints.Pin("pin", A0),
         joints.Weld("weld", A1, B0),
         joints.Pin("branch", A1, C0),
-        joints.Distance("link", C1, BOB),
+        joints.RigidLink("link", C1, BOB),
         joints.DrivenPosition("drive", B1, (np.sin, *(lambda t: 0.0 * t,) * (dim - 1))),
     ]
     damping = Rayleigh(mass=0.3, stiffness=2e-3)
@@ -129,7 +129,7 @@ def test_faults_of_the_tangent_are_named(part: str, monkeypatch: pytest.MonkeyPa
 
 def test_the_order_of_the_band_does_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     """The same forces, gap and tangent from banded storage in another order as from dense storage."""
-    ring = [joints.Distance("link", A0, C1)]
+    ring = [joints.RigidLink("link", A0, C1)]
     system, rng = assemble(beams(3, cells=20), ring, every_load(3), Rayleigh(0.1, 1e-3)), np.random.default_rng(4)
     banded = compile_system(system)
     monkeypatch.setattr("fmbs_skfem.systems.layouts.DENSE", 10**6)
@@ -267,7 +267,7 @@ def test_elimination_solves_the_linear_constraints(dim: int) -> None:
 
 
 def test_elimination_without_linear_joints_keeps_the_system() -> None:
-    system = assemble(beams(2), [joints.Distance("link", A0, C1)])
+    system = assemble(beams(2), [joints.RigidLink("link", A0, C1)])
     new = eliminate(system)
     assert new.lift is system.lift
     assert new.constraints is system.constraints

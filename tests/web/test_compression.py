@@ -18,7 +18,7 @@ def rigid(count: int) -> np.ndarray:
     return np.eye(3) + np.sin(angle)[:, None, None] * cross + (1.0 - np.cos(angle))[:, None, None] * (cross @ cross)
 
 
-def told(shape: compression.Shape, reference: np.ndarray) -> np.ndarray:
+def told(shape: compression.PageShape, reference: np.ndarray) -> np.ndarray:
     """Points (s, x, 3) as a page makes them: of single and half precision."""
     numbers = shape.coordinates.astype(np.float32).astype(float)
     affine = numbers[:, :12].reshape(-1, 3, 4)

@@ -31,7 +31,7 @@ from ..core.values import arrays
 from ..core.values.arguments import checked
 from ..shapes import curves, line, locking, meshes, surface
 from ..shapes.surface import Surface
-from ..shapes.table import Curve, Table
+from ..shapes.table import BasisTable, Curve
 from . import stations
 from .beams import profiles
 from .beams.profiles import Profile
@@ -62,7 +62,7 @@ STIFF = "take dimension 2 if it moves in its plane, a straight mesh that loads a
 class Cells:
     """Gather and law data of the cells of a body; the cell axis is last, so that kernels run along it.
 
-    Table and section of `later` cells are made when one of them is first read.
+    BasisTable and section of `later` cells are made when one of them is first read.
     """
 
     law: Annotated[Law, Attributes("k=orders i=rows")]
@@ -102,7 +102,7 @@ class Cells:
     def moved(self, first: int, spread: csr_array | None = None) -> Cells:
         """The cells in coordinates where theirs begin at `first`, or are `spread` (w, q) from all: w the coordinates of the cells.
 
-        Table and section are shared, not copied.
+        BasisTable and section are shared, not copied.
         """
         cells = copy(self)
         cells.__dict__.update(nodes=self.nodes + first if first else self.nodes, spread=spread)
@@ -350,8 +350,8 @@ def unit_field(xi: np.ndarray, derivative: int = 0) -> np.ndarray:
 
 def arc_length_table(
     space: line.BSpline | line.Hermite, reference: np.ndarray, points: int, derivatives: int = 2
-) -> tuple[Table, np.ndarray, np.ndarray]:
-    """Table in xi; basis and derivatives in S, (e, p, k, b); weights in S [m], (e, p).
+) -> tuple[BasisTable, np.ndarray, np.ndarray]:
+    """BasisTable in xi; basis and derivatives in S, (e, p, k, b); weights in S [m], (e, p).
 
         d/dS = (1/J) d/dxi,   d2/dS2 = (1/J^2) d2/dxi2 - (J'/J^3) d/dxi,   J = |dr0/dxi|
 
@@ -423,7 +423,7 @@ def cable_numbers(
     numbers: Mapping[str, float],
     points: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Table (k, p, b, e) and section (i, p, e) of a cable at `points` quadrature points a cell; the reference is free of stress.
+    """BasisTable (k, p, b, e) and section (i, p, e) of a cable at `points` quadrature points a cell; the reference is free of stress.
 
     `data` gives EA, EI and rhoA (3, ...) at parameters (...). Rows of the section are those of the law: EA [N], EI [N m2], kappa0
     [1/m], weight [m], and its own `numbers`. Where the cubics lock, EA has shares at the points that differ, see `shapes.locking`.

@@ -63,7 +63,7 @@ def derivatives(space: Any) -> Ints | None:
     return None
 
 
-@derivatives.register(ancf_plate.Plate)
+@derivatives.register(ancf_plate.PlateTangents)
 @derivatives.register(fvs_plate.Conforming)
 def _(space: Any) -> Ints:
     return FIRST

@@ -25,8 +25,8 @@ NU = {Law.MEMBRANE: 1, Law.SHELL: 2}  #: row of the section that holds Poisson's
 
 
 @dataclass(frozen=True)
-class Fields:
-    """Fields of a membrane or shell at points of any shape (...), the last axes of all arrays.
+class RecoveredFields:
+    """RecoveredFields of a membrane or shell at points of any shape (...), the last axes of all arrays.
 
     Components of tensors are 11, 22, 12 in the orthonormal reference tangents of the point.
     """
@@ -37,7 +37,7 @@ class Fields:
     von_mises: np.ndarray  #: (2, ...) von Mises stress [Pa] on the faces z = -t/2 and t/2
 
 
-def recover(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> Fields:
+def recover(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> RecoveredFields:
     """All fields (.., ...) at points of any shape (...), from gradients u (k c, ...), section (i, ...) and thickness [m].
 
         E = (r,a.r,b - delta_ab)/2,   k_ab = -(n.r,ab - b0_ab),   S(z) = N/t + 12 z M/t^3,   z = -t/2, 0, t/2
@@ -48,7 +48,7 @@ def recover(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.
     check_shapes(law, u, section, thickness)
     strain, change = strains(u, COMPONENTS[law]), curvatures(law, u, section)
     levels = stresses(law, strain, change, section, thickness)
-    return Fields(strain, change, levels, von_mises(levels[[0, 2]].swapaxes(0, 1)))
+    return RecoveredFields(strain, change, levels, von_mises(levels[[0, 2]].swapaxes(0, 1)))
 
 
 def check_shapes(law: Law, u: np.ndarray, section: np.ndarray, thickness: float | np.ndarray) -> None:

@@ -286,7 +286,7 @@ class Measurement(Controller):
 @storable
 @dataclass(frozen=True)
 class TableLaw:
-    """The rule of `Table`.
+    """The rule of `LookupTable`.
 
     u(x) by straight lines, u[0] below x[0] and u[-1] above x[-1].
     """
@@ -300,7 +300,7 @@ class TableLaw:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table(Controller):
+class LookupTable(Controller, word="table"):
     """Straight lines through points [x, u] of an expression `of`, constant beyond them.
 
     {type: table, unit: N, sample: 1 ms, of: tip.y, points: [[0 m, 0 N], [0.1 m, 5 N]]}

@@ -21,7 +21,7 @@ from ..dynamics import checkpoint as checkpoints
 from ..dynamics.compiled_step import stepping
 from ..dynamics.compiled_step.single_steps import SingleSteps, one_row
 from ..dynamics.measuring import Reader, motion_of
-from ..dynamics.observers import Looks, Observer, Setting, offered
+from ..dynamics.observers import Looks, Observer, RunSetting, offered
 from ..dynamics.outputs import survey_of
 from ..dynamics.run import trajectory
 from ..dynamics.scheme import GeneralizedAlpha
@@ -32,7 +32,7 @@ from ..systems.system import System, driving
 from . import sampled_loops
 from .controllers import Controlled
 from .events import with_locks
-from .locating import Watch
+from .locating import EventObserver
 from .rising import FEW, Rising, rises
 
 if TYPE_CHECKING:
@@ -276,16 +276,16 @@ class Feed(SingleSteps):
 
 
 @offered
-def _(setting: Setting) -> Iterator[Observer]:
+def _(setting: RunSetting) -> Iterator[Observer]:
     if is_fed(setting):
         feed = Feed(with_locks(setting.system), setting.scheme)
         yield feed
         yield Reader(feed.system)
         if setting.system.triggers:
-            yield Watch(feed)
+            yield EventObserver(feed)
 
 
-def is_fed(setting: Setting) -> bool:
+def is_fed(setting: RunSetting) -> bool:
     """Whether something is given while it runs: by a caller, by controllers or events."""
     system = setting.system
     return setting.live or bool(system.triggers) or any(isinstance(one, Controlled) for one in system.signals)

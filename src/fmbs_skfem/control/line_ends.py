@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 
 from ..core.errors import Reason, SolverError
 from ..core.notices import notify
-from ..dynamics.observers import Found, Observer, Setting, offered, reviews
+from ..dynamics.observers import FoundEquilibria, Observer, RunSetting, offered, reviews
 from ..dynamics.trajectory import Trajectory
 from ..systems.connections import along_lines
 from ..systems.forces.force_laws import LawForces
@@ -29,7 +29,7 @@ STOP = "one_sided_plane"  #: law of stops
 REMEDIES = "let an event release the joint before, or give it a `sliding_stop`", "give its `sliding_stop` a larger stiffness"
 
 
-class Slide(NamedTuple):
+class SlideEnd(NamedTuple):
     """A joint that slides: its name, a row of it, and its place s = read @ x + offset on a line of some length [m]."""
 
     joint: str
@@ -40,7 +40,7 @@ class Slide(NamedTuple):
     stopped: bool  #: by a stop
 
 
-def slides(system: System) -> Iterator[Slide]:
+def slides(system: System) -> Iterator[SlideEnd]:
     """The joints of a system that slide."""
     seen = set[str]()
     for laws in system.constraints.laws:
@@ -52,7 +52,9 @@ def slides(system: System) -> Iterator[Slide]:
                 seen.add(joint)
                 P = csr_array(system.probes.matrix)
                 read, offset, length = P[[rows[0]]], float(system.probes.offset[rows[0]]), along_lines.end_of(numbers)
-                yield Slide(joint, int(row), read, offset, length, any(not (P[[k]] - read).count_nonzero() for k in stops(system)))
+                yield SlideEnd(
+                    joint, int(row), read, offset, length, any(not (P[[k]] - read).count_nonzero() for k in stops(system))
+                )
 
 
 def stops(system: System) -> Iterator[int]:
@@ -62,14 +64,14 @@ def stops(system: System) -> Iterator[int]:
             yield from one.rows[:, 0]
 
 
-def beyond(one: Slide, x: np.ndarray) -> float:
+def beyond(one: SlideEnd, x: np.ndarray) -> float:
     """How far a joint is beyond an end of its line [m], more than it may be; zero or below on it."""
     s = float((one.read @ x)[0]) + one.offset
     return max(-s, s - one.length) - (LEAVE if one.stopped else EXACT) * one.length
 
 
 @offered
-def _(setting: Setting) -> Iterator[Observer]:
+def _(setting: RunSetting) -> Iterator[Observer]:
     for one in slides(setting.system):
         yield LineEnd(one)
 
@@ -79,7 +81,7 @@ class LineEnd(Observer):
 
     reads_states = False
 
-    def __init__(self, slide: Slide) -> None:
+    def __init__(self, slide: SlideEnd) -> None:
         self.slide, self.name = slide, f"end of the line of {slide.joint}"
 
     def after(self, run: OpenRun) -> None:
@@ -91,7 +93,7 @@ class LineEnd(Observer):
 
 
 @reviews
-def _(found: Found) -> Trajectory:
+def _(found: FoundEquilibria) -> Trajectory:
     for one in slides(found.motion.system):
         far = max(beyond(one, x) for x in found.motion.x)
         if far > 0.0:

@@ -25,7 +25,7 @@ from ..core.values.inputs import Held
 from ..dynamics.checkpoint import Checkpoint
 from ..dynamics.integration import begun, take_step
 from ..dynamics.measuring import Meter, RowMeter, motion_of
-from ..dynamics.observers import Observer, Setting
+from ..dynamics.observers import Observer, RunSetting
 from ..dynamics.outputs import require_known
 from ..dynamics.run import cost_of, moment, restore
 from ..dynamics.scheme import GeneralizedAlpha, Newton
@@ -92,7 +92,7 @@ class LiveRun:
     """
 
     def __init__(self, system: System, scheme: GeneralizedAlpha, newton: Newton, observers: Sequence[Observer] = ()) -> None:
-        self.run = begun(Setting(system, scheme, newton, 0, system, live=True), np.zeros(1, np.int64), observers)
+        self.run = begun(RunSetting(system, scheme, newton, 0, system, live=True), np.zeros(1, np.int64), observers)
         self.feed = self.run.find(Feed)
         self.meter, self.begin = Meter(), motion_of(self.run, 0.0)
         self.meters: dict[tuple[str, ...], Meter | RowMeter] = {}  #: of outputs by name

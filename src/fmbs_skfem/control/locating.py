@@ -58,7 +58,7 @@ FAR = 0.02  #: distance of places that a latch locks, over the size of the mecha
 GAPS, RESTS, TRAIL = "event gaps", "events at rest", "event values"
 
 
-class Watch(Observer):
+class EventObserver(Observer):
     """The events of a run.
 
     After every step it looks for values that have crossed zero, finds the instant, takes the step up to there, changes the

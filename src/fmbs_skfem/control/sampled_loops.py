@@ -23,7 +23,7 @@ from ..core.values.inputs import GivenInput
 from ..dynamics.near_state.statespace import slope
 from ..systems import compiled
 from ..systems.connections.redundancy import scale_of
-from ..systems.signals import Bound
+from ..systems.signals import BoundExpression
 from .controllers import Controlled, FeedbackLaw, PidLaw
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def given_values(signal: Any) -> Iterator[GivenInput]:
     """The inputs with values that a function of time reads."""
     if isinstance(signal, GivenInput):
         yield signal
-    for function in signal.functions.values() if isinstance(signal, Bound) else ():
+    for function in signal.functions.values() if isinstance(signal, BoundExpression) else ():
         yield from given_values(function)
 
 

@@ -29,7 +29,7 @@ from .histories import leading_values, signals_of_steps
 from .initial import Instant, Start, begin_steps, begins_by_jump, consistent_start, first_step, startable
 from .loose_rows import open_at_start
 from .names import as_text, row_names, worst
-from .observers import Look, Observer, Setting, Source, observers_of
+from .observers import HistorySource, Observer, PauseCall, RunSetting, observers_of
 from .run import OpenRun, last_residual, moment, take_up, trajectory
 from .scheme import GeneralizedAlpha, Newton, method_of, steps_in
 from .tracing import FEW, tracer_of
@@ -81,9 +81,9 @@ def integrate(
     def repeat(other: System, shown: Progress | None) -> Trajectory:
         return integrate(other, scheme, duration, newton, every, shown)
 
-    watching = [Look(lambda run: progress(run.done / run.steps), reads_states=False)] if progress else []
-    watching += [Look(lambda run: record(moment(run)), reads_states=False)] if record else []
-    setting = Setting(system, scheme, newton or Newton(), steps, system, repeat=repeat, progress=progress)
+    watching = [PauseCall(lambda run: progress(run.done / run.steps), reads_states=False)] if progress else []
+    watching += [PauseCall(lambda run: record(moment(run)), reads_states=False)] if record else []
+    setting = RunSetting(system, scheme, newton or Newton(), steps, system, repeat=repeat, progress=progress)
     run = begun(setting, kept_steps(every, steps), [*watching, *observers], resume, states)
     try:
         advance(run)
@@ -128,7 +128,7 @@ def fitting(system: System, steps: int, stored: int) -> None:
 
 
 def begun(
-    setting: Setting,
+    setting: RunSetting,
     kept: np.ndarray,
     more: Sequence[Observer] = (),
     resume: Resumed | None = None,
@@ -141,7 +141,7 @@ def begun(
     x, v, memory = rest.in_equilibrium(system, newton, setting.progress) if at_rest else (system.x0, system.v0, None)
     observers = [*observers_of(replace(setting, system=system)), *more]
     # what is given between steps needs them one by one, from one source
-    source = next((one for one in observers if isinstance(one, Source)), None)
+    source = next((one for one in observers if isinstance(one, HistorySource)), None)
     if source is None and any(one.looks == "step" for one in observers):
         source = SingleSteps(system, scheme)
     model = compile_system(source.plain if source else system)

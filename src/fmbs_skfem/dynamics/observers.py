@@ -3,7 +3,7 @@
     integrate:   observers begin,   then  before - step - after  until the end,   then  finish
 
 The driver knows arrays and observers, and nothing of what they are for: events, controllers, parts, records, progress and warnings
-are observers. Whatever has one of its own offers it for a `Setting`, by `@offered`; those of a caller are arguments of `integrate`
+are observers. Whatever has one of its own offers it for a `RunSetting`, by `@offered`; those of a caller are arguments of `integrate`
 and `start`, those of a scene its `monitors`.
 """
 
@@ -64,7 +64,7 @@ class Observer:
         """Put back what a checkpoint kept of it after `run.done` steps."""
 
 
-class Source(Observer):
+class HistorySource(Observer):
     """An observer that gives the histories of every step, and takes it.
 
     A run takes its steps by the first one. `system` has its inputs as signals, which `take` sets before a step; `recorded`
@@ -84,7 +84,7 @@ class Source(Observer):
 
 
 @dataclass(frozen=True)
-class Setting:
+class RunSetting:
     """What is known of a run before it begins.
 
     An offer looks at it and gives its observers, or none.
@@ -101,14 +101,14 @@ class Setting:
     progress: Progress | None = None
 
 
-Offer: TypeAlias = Callable[[Setting], Iterable[Observer]]
+Offer: TypeAlias = Callable[[RunSetting], Iterable[Observer]]
 _OFFERS: list[Offer] = []
 
 
 def offered(offer: Offer) -> Offer:
     """Register what offers observers of every run, of those that it is for.
 
-    A decorator of a function of a `Setting` that gives observers; it is asked before every run of `integrate` and of live runs,
+    A decorator of a function of a `RunSetting` that gives observers; it is asked before every run of `integrate` and of live runs,
     in the order of registration.
     """
     _OFFERS.append(offer)
@@ -116,14 +116,14 @@ def offered(offer: Offer) -> Offer:
 
 
 @offered
-def _(setting: Setting) -> Iterator[Observer]:
+def _(setting: RunSetting) -> Iterator[Observer]:
     for monitor in setting.system.monitors:
         observer = monitor.observer()
         observer.name = monitor.name
         yield observer
 
 
-def observers_of(setting: Setting) -> list[Observer]:
+def observers_of(setting: RunSetting) -> list[Observer]:
     """All that is offered for a run.
 
     In the order in which they were offered; those of a caller stand behind them.
@@ -132,7 +132,7 @@ def observers_of(setting: Setting) -> list[Observer]:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundEquilibria:
     """Equilibria, or a path of them, with what finds those of another system, and numbers (k,) that both have in common.
 
     What registers with `reviews` gets it, and gives the motion back, with what is to be said of it.
@@ -145,21 +145,21 @@ class Found:
     progress: Progress | None = None
 
 
-Review: TypeAlias = Callable[[Found], Trajectory]
+Review: TypeAlias = Callable[[FoundEquilibria], Trajectory]
 _REVIEWS: list[Review] = []
 
 
 def reviews(review: Review) -> Review:
     """Register what looks at equilibria once they are found, as `finish` of an observer does at motions.
 
-    A decorator of a function of a `Found` that gives its motion, changed or as it was; several are called in the order of
+    A decorator of a function of a `FoundEquilibria` that gives its motion, changed or as it was; several are called in the order of
     registration.
     """
     _REVIEWS.append(review)
     return review
 
 
-def reviewed(found: Found) -> Trajectory:
+def reviewed(found: FoundEquilibria) -> Trajectory:
     """Equilibria with what is to be said of them.
 
     Every review that is registered looks at them in turn, and may give them back changed.
@@ -169,7 +169,7 @@ def reviewed(found: Found) -> Trajectory:
     return found.motion
 
 
-class Look(Observer):
+class PauseCall(Observer):
     """Calls a function at every pause of a run.
 
     `call(run)` is called a few times a second, see `Observer.looks`.

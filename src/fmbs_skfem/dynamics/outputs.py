@@ -22,7 +22,7 @@ from ..systems.compiled import Compiled, compile_system, memories, signal_table
 from ..systems.evaluation import Samples
 from ..systems.measures.probes import Sensed, kind_of, require_distinct_columns
 from ..systems.prepared import remembered
-from ..systems.system import Line, System, sizes
+from ..systems.system import LineSamples, System, sizes
 from . import recovery, vanishing
 from .trajectory import Trajectory
 
@@ -371,7 +371,7 @@ def centre_lines(system: System, q: np.ndarray) -> dict[str, np.ndarray]:
     return found
 
 
-def positions(line: Line, q: np.ndarray, dim: int) -> np.ndarray:
+def positions(line: LineSamples, q: np.ndarray, dim: int) -> np.ndarray:
     """Positions along one body for samples q (s, q): (s, x, c)."""
     rows = line.samples.shape[0] // 3
     return np.asarray(line.samples[:rows] @ q.T).T.reshape(len(q), -1, dim)

@@ -25,7 +25,7 @@ from .compiled_step.packing import PackedStep
 from .compiled_step.step import Step
 from .compiled_step.touching import HALVINGS
 from .measuring import Meter, motion_of
-from .observers import Observer, Source
+from .observers import HistorySource, Observer
 from .scheme import GeneralizedAlpha, Newton, method_of
 from .tracing import Tracer
 from .trajectory import COLUMNS, Happening, Statistics, Trajectory
@@ -50,7 +50,7 @@ class OpenRun:
     cpu: float  #: process time at the start, less what the run took before it was resumed [s]
     wall: float
     observers: list[Observer] = field(default_factory=list)
-    source: Source | None = None  #: the one of them that gives the histories of every step
+    source: HistorySource | None = None  #: the one of them that gives the histories of every step
     jumps: Jumps = field(default_factory=dict)  #: of loads, within steps or at their ends
     done: int = 0  #: steps
     forgotten: bool = False  #: whether the memory of states before a checkpoint is not known

@@ -37,7 +37,7 @@ from ..systems.terms.turning import Turning
 from . import forces, numbers, outputs, refusals, signals, terms
 from .numbers import Numbers
 from .outputs import Column
-from .pieces import Array, Piece, joined
+from .pieces import Array, CodePiece, joined
 from .text import array, comment, maths, number, replaced, template
 
 HUGE = 1e300
@@ -303,11 +303,11 @@ def at_start(given: Numbers, where: str) -> tuple[Case, np.ndarray | None]:
     return replace(case, system=replace(system, x0=x, v0=v)), memory
 
 
-def write_elastic(frame: Frame, given: Numbers, k: int) -> Piece:
+def write_elastic(frame: Frame, given: Numbers, k: int) -> CodePiece:
     """An elastic term in C."""
     system = frame.case.system
     one, leaf = system.elastic[k], ("system", "elastic", k)
-    setting = terms.Setting(k, one.name, system.dim, one.beta, system.lift, frame.place, leaf, given.varies((*leaf, "beta")))
+    setting = terms.TermPlace(k, one.name, system.dim, one.beta, system.lift, frame.place, leaf, given.varies((*leaf, "beta")))
     return terms.write_term(one.gather, setting)
 
 
@@ -352,7 +352,7 @@ def start_velocities(frame: Frame) -> Array:
     return Array(initial.admissible(system, frame.case.scheme)[1])
 
 
-def hooks(whole: Piece, elastic: int) -> str:
+def hooks(whole: CodePiece, elastic: int) -> str:
     """The functions by which the step reaches all parts."""
 
     def function(head: str, calls: Iterable[str], *arguments: str) -> str:
@@ -382,13 +382,13 @@ def stepped() -> str:
     return template("step.c").replace("PARTS_OF_TRIALS", trials)
 
 
-def energies(whole: Piece) -> str:
+def energies(whole: CodePiece) -> str:
     """Kinetic energy, and that of strains and springs."""
     return template("energies.c").replace("    ENERGIES\n", "".join(f"    {one}\n" for one in whole.calls["energy"]))
 
 
 def controls(
-    frame: Frame, whole: Piece, columns: Sequence[Column], inputs: Mapping[str, Any], given: Numbers, turn: Turning | None
+    frame: Frame, whole: CodePiece, columns: Sequence[Column], inputs: Mapping[str, Any], given: Numbers, turn: Turning | None
 ) -> str:
     """Numbers of the method and of the iteration, and sizes."""
     case, system = frame.case, frame.case.system
@@ -468,7 +468,7 @@ def turned_places(place: Callable[[float], np.ndarray]) -> np.ndarray:
 
 def header_of(
     frame: Frame,
-    whole: Piece,
+    whole: CodePiece,
     columns: Sequence[Column],
     inputs: Mapping[str, Any],
     given: Numbers,

@@ -15,7 +15,7 @@ from ..systems.forces import responses
 from ..systems.forces.force_laws import LawForces
 from ..systems.forces.force_symbols import ForceSymbols, norm, plain
 from .numbers import Numbers
-from .pieces import Array, Piece
+from .pieces import Array, CodePiece
 from .text import block, statements
 
 LEAVE_OUT = "leave it out of the scene"
@@ -106,7 +106,7 @@ def symbols_of(name: str) -> ForceSymbols | None:
 
 
 @singledispatch
-def write_force(force: Any, number: int, kept: int, given: Numbers) -> Piece:
+def write_force(force: Any, number: int, kept: int, given: Numbers) -> CodePiece:
     """A force in C, whose numbers of accepted states begin at `kept`. Types of forces register here; others are refused before."""
     raise TypeError(type(force))
 
@@ -131,7 +131,7 @@ def _(force: LawForces) -> Problem | None:
 
 
 @write_force.register
-def _(force: LawForces, place: int, kept: int, given: Numbers) -> Piece:
+def _(force: LawForces, place: int, kept: int, given: Numbers) -> CodePiece:
     symbols = symbols_of(force.law.name)
     assert symbols is not None
     leaf, arrays = ("system", "loads", "forces", place, "numbers"), {}
@@ -145,7 +145,7 @@ def _(force: LawForces, place: int, kept: int, given: Numbers) -> Piece:
         arrays |= piece.arrays
         functions |= piece.functions
         calls |= {hook: calls.get(hook, ()) + found for hook, found in piece.calls.items()}
-    return Piece(arrays, functions, calls, kept=len(force) * memory_of(symbols))
+    return CodePiece(arrays, functions, calls, kept=len(force) * memory_of(symbols))
 
 
 def angles_of(symbols: ForceSymbols) -> list[Any]:
@@ -158,7 +158,7 @@ def memory_of(symbols: ForceSymbols) -> int:
     return len(angles_of(symbols))
 
 
-def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str, varied: str) -> Piece:
+def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str, varied: str) -> CodePiece:
     """One group of rows of a law; its numbers are those of the array `varied` where parameters change them."""
     y, v, p = written.rows(len(symbols.force)), written.rates(len(symbols.force)), written.numbers(symbols.numbers)
     F, rows, angles = [plain(value) for value in symbols.force], force.rows[k], angles_of(symbols)
@@ -208,4 +208,4 @@ def group(symbols: ForceSymbols, force: LawForces, k: int, kept: int, name: str,
         body = write(angles, [f"m->now.kept[{kept + n}] = {{}};" for n in range(len(angles))])
         functions[f"keep_{name}"] = f"static void keep_{name}(NAME_memory *m)\n{{\n{body}\n}}\n"
         calls["accept"] = (f"keep_{name}(m);",)
-    return Piece(tables, functions, calls)
+    return CodePiece(tables, functions, calls)

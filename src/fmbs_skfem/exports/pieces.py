@@ -23,7 +23,7 @@ class Array:
 
 
 @dataclass(frozen=True)
-class Piece:
+class CodePiece:
     """Arrays and functions by their names, and calls, statements of C, by hook."""
 
     arrays: Mapping[str, Array] = field(default_factory=dict)
@@ -35,7 +35,7 @@ class Piece:
     holds: bool = False  #: whether its tangents take strains of the state before
 
 
-def joined(pieces: Iterable[Piece]) -> Piece:
+def joined(pieces: Iterable[CodePiece]) -> CodePiece:
     """All of them as one; functions of one name are one."""
     arrays: dict[str, Array] = {}
     functions: dict[str, str] = {}
@@ -49,4 +49,4 @@ def joined(pieces: Iterable[Piece]) -> Piece:
             calls[hook] += found
         room, moduli, kept = max(room, piece.room), max(moduli, piece.moduli), kept + piece.kept
         holds = holds or piece.holds
-    return Piece(arrays, functions, calls, room, moduli, kept, holds)
+    return CodePiece(arrays, functions, calls, room, moduli, kept, holds)

@@ -26,7 +26,7 @@ from ..systems.forces import responses
 from ..systems.signals import Cosine, Sine, driving_inputs
 from ..systems.system import System, driving
 from .numbers import Numbers
-from .pieces import Array, Piece
+from .pieces import Array, CodePiece
 from .text import statements
 
 ORDERS = 3  #: derivatives that velocities on driven joints need
@@ -44,7 +44,7 @@ def input_symbol(name: str) -> Any:
     return sympy.Symbol(f"input_{plain}", real=True)
 
 
-class Known(NamedTuple):
+class KnownSymbols(NamedTuple):
     """Symbols in functions of time: of numbers that parameters change, by their places in the case, and of curves of tables."""
 
     varied: dict[Any, Place]
@@ -65,7 +65,7 @@ def read_spline(x: Any, table: Any) -> Any:
 
 
 @singledispatch
-def in_symbols(signal: Any, leaf: Place, known: Known) -> Any:
+def in_symbols(signal: Any, leaf: Place, known: KnownSymbols) -> Any:
     """A function of time in symbols. Types register here; Problem for one that has not, as a function of Python.
 
     `leaf` is its place in the case. Curves of tables are added to those that are known.
@@ -76,7 +76,7 @@ def in_symbols(signal: Any, leaf: Place, known: Known) -> Any:
 def refuse(signal: Any, drives: bool) -> Problem | None:
     """What speaks against a function of time in C, where joints read it (`drives`) against one without derivatives."""
     try:
-        value = sympy.sympify(in_symbols(signal, (), Known({}, {})))
+        value = sympy.sympify(in_symbols(signal, (), KnownSymbols({}, {})))
     except Problem as problem:
         return problem
     if drives and value.atoms(written.lookup):
@@ -86,12 +86,12 @@ def refuse(signal: Any, drives: bool) -> Problem | None:
 
 
 @in_symbols.register
-def _(signal: Input, leaf: Place, known: Known) -> Any:
+def _(signal: Input, leaf: Place, known: KnownSymbols) -> Any:
     return input_symbol(signal.name)
 
 
 @in_symbols.register
-def _(signal: Expression, leaf: Place, known: Known) -> Any:
+def _(signal: Expression, leaf: Place, known: KnownSymbols) -> Any:
     names: dict[str, Any] = {"t": T, "pi": sympy.pi}
     for one in signal.inputs:
         if isinstance(one, Table):
@@ -109,16 +109,16 @@ def _(signal: Expression, leaf: Place, known: Known) -> Any:
 
 
 @in_symbols.register
-def _(signal: Cosine, leaf: Place, known: Known) -> Any:
+def _(signal: Cosine, leaf: Place, known: KnownSymbols) -> Any:
     return sympy.cos(in_symbols(signal.angle, (*leaf, "angle"), known))
 
 
 @in_symbols.register
-def _(signal: Sine, leaf: Place, known: Known) -> Any:
+def _(signal: Sine, leaf: Place, known: KnownSymbols) -> Any:
     return sympy.sin(in_symbols(signal.angle, (*leaf, "angle"), known))
 
 
-def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> Piece:
+def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> CodePiece:
     """All functions of time at a time t, with the derivatives that joints need, and the numbers in them that parameters change."""
     driven, count = {k for _, k in driving(system.constraints)}, len(system.signals)
     changed = [place for place in given.varying if place[:2] == ("system", "signals")]
@@ -127,7 +127,7 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
         f"VARIED_{k}": Array(np.atleast_1d(cases.leaf_at(given.case, place)), place, np.atleast_1d)
         for k, place in enumerate(changed)
     }
-    known = Known(found, {})
+    known = KnownSymbols(found, {})
     smooth = {input_symbol(name): sympy.Function(str(input_symbol(name)))(T) for name in sorted(driving_inputs(system))}
     values, targets = [], []
     for k, signal in enumerate(system.signals):
@@ -148,7 +148,7 @@ def write_signals(system: System, inputs: Mapping[str, int], given: Numbers) -> 
     lines, texts = statements(values, places)
     lines = [line.replace("const double T", "const double *const T") for line in lines]
     calls = (*lines, *(target.format(one) for target, one in zip(targets, texts, strict=True)))
-    return Piece(arrays, {}, {"signals": calls})
+    return CodePiece(arrays, {}, {"signals": calls})
 
 
 def derivatives_of(paths: Iterable[Any]) -> dict[Any, Any]:

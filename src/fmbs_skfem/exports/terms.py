@@ -15,11 +15,11 @@ from ..systems.terms import points as sampled
 from ..systems.terms.points import Sampled
 from ..systems.terms.quartic import Quartic, length, padded
 from . import laws
-from .pieces import Array, Piece
+from .pieces import Array, CodePiece
 from .text import number, replaced, template
 
 
-class Setting(NamedTuple):
+class TermPlace(NamedTuple):
     """Where a term stands in its system."""
 
     number: int
@@ -33,7 +33,7 @@ class Setting(NamedTuple):
 
 
 @singledispatch
-def write_term(storage: Any, setting: Setting) -> Piece:
+def write_term(storage: Any, setting: TermPlace) -> CodePiece:
     """A term in C. Types of storages register here; InputError for one that has not and has no points."""
     found = sampled.dense_rows(storages.multiply_out(storage, setting.lift))
     if found is None:
@@ -42,7 +42,7 @@ def write_term(storage: Any, setting: Setting) -> Piece:
 
 
 @write_term.register
-def _(points: Sampled, setting: Setting) -> Piece:
+def _(points: Sampled, setting: TermPlace) -> CodePiece:
     count, modes = points.section.shape[2], points.rows.shape[1]
     rows, k = len(points.rows) // count, setting.number
     zeros = [i for i, row in enumerate(points.section[:-1]) if not row.any()]
@@ -72,16 +72,16 @@ def _(points: Sampled, setting: Setting) -> Piece:
         "tangent": (f"tangent_{k}(m, held);",),
         "energy": (f"energy += energy_{k}(m);",),
     }
-    return Piece(arrays, {**functions, f"term_{k}": text}, calls, rows * count, rows * (rows + 1) // 2 * count, holds=holds)
+    return CodePiece(arrays, {**functions, f"term_{k}": text}, calls, rows * count, rows * (rows + 1) // 2 * count, holds=holds)
 
 
-def array_of(values: np.ndarray, place: Sequence[str | int], make: Any, setting: Setting) -> Array:
+def array_of(values: np.ndarray, place: Sequence[str | int], make: Any, setting: TermPlace) -> Array:
     """An array that follows from a leaf of the case, where the term is one."""
     return Array(np.asarray(make(values)), tuple(place) if setting.leaf else (), make)
 
 
 @write_term.register
-def _(polynomial: Quartic, setting: Setting) -> Piece:
+def _(polynomial: Quartic, setting: TermPlace) -> CodePiece:
     k, modes = setting.number, polynomial.modes
     at, size = setting.place(polynomial.columns.start)
     n = modes + 1
@@ -95,7 +95,7 @@ def _(polynomial: Quartic, setting: Setting) -> Piece:
         )
     }
     calls = {"force": (f"force_{k}(m);",), "tangent": (f"tangent_{k}(m, held);",), "energy": (f"energy += energy_{k}(m);",)}
-    return Piece(arrays, {f"term_{k}": replaced(template("polynomial.c"), words)}, calls, n * (n + 1) // 2 + n)
+    return CodePiece(arrays, {f"term_{k}": replaced(template("polynomial.c"), words)}, calls, n * (n + 1) // 2 + n)
 
 
 def without_padding(modes: int) -> Any:

@@ -23,7 +23,7 @@ FUNCTIONS = {
 }
 
 
-class Printer(C99CodePrinter):
+class CPrinter(C99CodePrinter):
     """Small powers as products, and functions of this package: no library is called."""
 
     def __init__(self) -> None:
@@ -90,7 +90,7 @@ def array(name: str, values: np.ndarray, kind: str = "double") -> str:
 def statements(results: Sequence[Expression], places: Mapping[Any, str], factored: bool = False) -> tuple[list[str], list[str]]:
     """Lines that read the symbols that are needed and compute what results share, and the results as texts."""
     parts, reduced, needed = shared(results, factored)
-    write = Printer().doprint
+    write = CPrinter().doprint
     lines = [f"const double {symbol} = {place};" for symbol, place in places.items() if symbol in needed]
     lines += [f"const double {symbol} = {write(value)};" for symbol, value in parts]
     return lines, [write(value) for value in reduced]

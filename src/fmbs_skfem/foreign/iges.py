@@ -51,7 +51,7 @@ class _Entity:
 
 
 @dataclass(eq=False)
-class _File:
+class _IgesFile:
     where: str
     unit: float | None = None  #: [m]
     entities: dict[int, _Entity] = field(default_factory=dict)  #: by line of the directory section
@@ -67,7 +67,7 @@ class _File:
 
 def read(path: Path, target: Path, where: str) -> None:
     """Write the surfaces as JSON, see `nurbs_file`."""
-    file = _File(where)
+    file = _IgesFile(where)
     try:
         _parse(file, path.read_text(encoding="latin-1").splitlines())
         surfaces = [_surface(file, entity, outer) for entity, outer in _chosen(file)]
@@ -79,7 +79,7 @@ def read(path: Path, target: Path, where: str) -> None:
 
 
 # ------------------------------------------------------------------------------------------------------------- file structure
-def _parse(file: _File, lines: list[str]) -> None:
+def _parse(file: _IgesFile, lines: list[str]) -> None:
     """Sections by the letter in column 73; other text, and compressed or binary files, have none."""
     sections: dict[str, list[str]] = {letter: [] for letter in "SGDPT"}
     for line in lines:
@@ -103,7 +103,7 @@ def _parse(file: _File, lines: list[str]) -> None:
         file.entities[at + 1] = entity
 
 
-def _global(file: _File, text: str) -> tuple[str, str]:
+def _global(file: _IgesFile, text: str) -> tuple[str, str]:
     """Delimiters of parameters and of records; the unit [m] goes into the file."""
     marks = [",", ";"]
     for i in (0, 1):
@@ -152,7 +152,7 @@ def _number(word: str) -> float:
 
 
 # ------------------------------------------------------------------------------------------------------------------- surfaces
-def _chosen(file: _File) -> list[tuple[_Entity, _Entity | None]]:
+def _chosen(file: _IgesFile) -> list[tuple[_Entity, _Entity | None]]:
     """Surfaces to be read, each with the trimmed one that it is the whole of."""
     found: list[tuple[_Entity, _Entity | None]] = []
     held: set[int] = set()
@@ -168,7 +168,7 @@ def _chosen(file: _File) -> list[tuple[_Entity, _Entity | None]]:
     return sorted(found, key=lambda pair: pair[0].line)
 
 
-def _trimmed(file: _File, entity: _Entity) -> _Entity:
+def _trimmed(file: _IgesFile, entity: _Entity) -> _Entity:
     """The surface of which a trimmed one is the whole; others are refused."""
     values = [int(_number(word)) for word in entity.values[1:]]
     bounded = entity.kind == 143
@@ -183,7 +183,7 @@ def _trimmed(file: _File, entity: _Entity) -> _Entity:
     return surface
 
 
-def _is_whole(file: _File, surface: _Entity, boundary: _Entity) -> bool:
+def _is_whole(file: _IgesFile, surface: _Entity, boundary: _Entity) -> bool:
     """Whether a curve on a surface (142) runs once around its parameters: every piece on one side, the area that of all."""
     if boundary.kind != 142 or not int(_number(boundary.values[3])):
         return False
@@ -198,7 +198,7 @@ def _is_whole(file: _File, surface: _Entity, boundary: _Entity) -> bool:
     return abs(area - float(np.prod(high - low))) <= 4 * _CLOSE * float(np.prod(high - low))
 
 
-def _pieces(file: _File, curve: _Entity, depth: int) -> list[Floats]:
+def _pieces(file: _IgesFile, curve: _Entity, depth: int) -> list[Floats]:
     """Points (i, 2), in the plane of the parameters, between which the lines and splines of a boundary lie."""
     numbers = [_number(word) for word in curve.values[1:]]
     if curve.kind == 102 and depth < _DEPTH:
@@ -224,7 +224,7 @@ def _ranges(surface: _Entity) -> Floats:
     return np.array([_number(word) for word in surface.values[start : start + 4]]).reshape(2, 2)
 
 
-def _surface(file: _File, entity: _Entity, outer: _Entity | None) -> dict[str, object]:
+def _surface(file: _IgesFile, entity: _Entity, outer: _Entity | None) -> dict[str, object]:
     """Degrees, knots, control points (n1, n2, 3) and weights of an entity 128."""
     values = entity.values
     k1, k2, m1, m2 = (int(_number(word)) for word in values[1:5])
@@ -245,7 +245,7 @@ def _surface(file: _File, entity: _Entity, outer: _Entity | None) -> dict[str, o
     return item if np.ptp(weights) == 0.0 else {**item, "weights": weights.tolist()}
 
 
-def _placed(file: _File, points: Floats, pointer: int) -> Floats:
+def _placed(file: _IgesFile, points: Floats, pointer: int) -> Floats:
     """Points after a transformation, and after those that it has itself."""
     for _ in range(_DEPTH):
         if not pointer:

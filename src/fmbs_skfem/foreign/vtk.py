@@ -40,7 +40,7 @@ _COMPONENTS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_
 
 def read(path: Path, target: Path, where: str) -> None:
     """Write the mesh of a file for `exchange.load`."""
-    file = _File(where, path.read_bytes())
+    file = _VtkFile(where, path.read_bytes())
     title = file.line()
     if not title.startswith("# vtk DataFile Version"):
         file.refuse("a first line '# vtk DataFile Version ...'", repr(title[:40]))
@@ -51,7 +51,7 @@ def read(path: Path, target: Path, where: str) -> None:
     file.binary = coding == "BINARY"
     if dataset[1:] not in ([name] for name in (*_STRUCTURED, "UNSTRUCTURED_GRID", "POLYDATA")):
         file.refuse(f"a data set {', '.join(_STRUCTURED)}, UNSTRUCTURED_GRID or POLYDATA", repr(" ".join(dataset[1:])[:60]))
-    content = _Content()
+    content = _VtkContent()
     while line := file.line():
         _section(file, content, line.split())
     if dataset[1] in _STRUCTURED:
@@ -59,7 +59,7 @@ def read(path: Path, target: Path, where: str) -> None:
     exchange.save(_mesh(file, content), target)
 
 
-def _fill_structured(file: _File, content: _Content, dataset: str) -> None:
+def _fill_structured(file: _VtkFile, content: _VtkContent, dataset: str) -> None:
     """Points and cells that the dimensions stand for."""
     n = content.dimensions
     count = n[0] * n[1] * n[2]
@@ -91,7 +91,7 @@ def _fill_structured(file: _File, content: _Content, dataset: str) -> None:
 
 
 @dataclass(eq=False)
-class _Content:
+class _VtkContent:
     points: Floats | None = None
     cells: list[tuple[int, Ints, Ints]] = field(default_factory=list)  #: code, or 0: see `types`; offsets (e+1,); nodes
     types: Ints | None = None
@@ -105,7 +105,7 @@ class _Content:
 
 
 @dataclass(eq=False)
-class _File:
+class _VtkFile:
     where: str
     data: bytes
     at: int = 0
@@ -171,7 +171,7 @@ class _File:
         raise InputError(say(self.where, expected, got, remedy))
 
 
-def _section(file: _File, content: _Content, words: list[str]) -> None:
+def _section(file: _VtkFile, content: _VtkContent, words: list[str]) -> None:
     name = words[0].upper()
     words = [*words, "", "", "", ""]
     if name == "METADATA":
@@ -201,7 +201,7 @@ def _section(file: _File, content: _Content, words: list[str]) -> None:
         _attribute(file, content, name, words)
 
 
-def _cells(file: _File, first: int, second: int) -> tuple[Ints, Ints]:
+def _cells(file: _VtkFile, first: int, second: int) -> tuple[Ints, Ints]:
     """Offsets (e+1,) and nodes; since version 5 as arrays of their own, before as rows of a size and its nodes."""
     start = file.at
     head = file.line().split()
@@ -227,7 +227,7 @@ def _cells(file: _File, first: int, second: int) -> tuple[Ints, Ints]:
     return offsets, nodes
 
 
-def _array_of_field(file: _File, content: _Content) -> None:
+def _array_of_field(file: _VtkFile, content: _VtkContent) -> None:
     """`name components tuples type`, perhaps after the METADATA of the array before."""
     words = file.line().split()
     while words[:1] == ["METADATA"]:
@@ -239,7 +239,7 @@ def _array_of_field(file: _File, content: _Content) -> None:
     _keep(content, words[0], file.numbers(words[3], width * count), width)
 
 
-def _attribute(file: _File, content: _Content, name: str, words: list[str]) -> None:
+def _attribute(file: _VtkFile, content: _VtkContent, name: str, words: list[str]) -> None:
     """Arrays of POINT_DATA and CELL_DATA; tables of colours are passed over."""
     if name == "SCALARS":
         width = file.whole(words[3]) if words[3] else 1
@@ -261,12 +261,12 @@ def _attribute(file: _File, content: _Content, name: str, words: list[str]) -> N
     _keep(content, words[1], file.numbers(words[2], width * content.count), width)
 
 
-def _keep(content: _Content, name: str, values: Any, width: int) -> None:
+def _keep(content: _VtkContent, name: str, values: Any, width: int) -> None:
     if width == 1:
         content.data[content.active][printable(unquote(name))] = values
 
 
-def _mesh(file: _File, content: _Content) -> exchange.Mesh:
+def _mesh(file: _VtkFile, content: _VtkContent) -> exchange.Mesh:
     points = np.zeros((0, 3)) if content.points is None else content.points
     order = list(_POLYDATA.values())
     parts = sorted(content.cells, key=lambda part: order.index(part[0]) if part[0] else 0)
@@ -290,7 +290,7 @@ def _mesh(file: _File, content: _Content) -> exchange.Mesh:
     return exchange.gathered(points, np.arange(len(points)), blocks, _marked(content.data["POINT_DATA"], len(points)), groups)
 
 
-def _blocks(file: _File, code: int, ids: Ints, starts: Ints, sizes: Ints, nodes: Ints) -> list[tuple[str, Ints, Ints]]:
+def _blocks(file: _VtkFile, code: int, ids: Ints, starts: Ints, sizes: Ints, nodes: Ints) -> list[tuple[str, Ints, Ints]]:
     """Cells of one code as (kind, rows, number in the file), by size; longer ones fall into lines or triangles."""
     found = []
     for size in np.unique(sizes).tolist():

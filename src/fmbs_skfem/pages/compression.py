@@ -24,7 +24,7 @@ ROUNDS = 4  #: each leaves about a thousandth of the one before, as half floats 
 
 
 @dataclass(frozen=True)
-class Shape:
+class PageShape:
     """What the page draws a body of."""
 
     modes: np.ndarray  #: (m, x, 3) half floats, the largest entry of each is 1
@@ -41,18 +41,18 @@ class Values:
     error: float  #: the largest one
 
 
-def of_points(points: Array, reference: Array, tolerance: float) -> Shape:
+def of_points(points: Array, reference: Array, tolerance: float) -> PageShape:
     """Points (s, x, 3) from their reference (x, 3), both from one origin, to a tolerance [m] where MOST modes reach it."""
     corner = np.column_stack([np.ones(len(reference)), reference])
     affine = np.einsum("kx,sxc->skc", np.linalg.pinv(corner, rcond=1e-9), points)
     rest = (points - np.einsum("xk,skc->sxc", corner, affine)).reshape(len(points), -1)
     modes, amplitudes = decompose(rest, tolerance / 2.0)
     coordinates = np.column_stack([affine.transpose(0, 2, 1).reshape(len(points), AFFINE), amplitudes])
-    found = Shape(modes.reshape(len(modes), len(reference), 3), coordinates, 0.0)
+    found = PageShape(modes.reshape(len(modes), len(reference), 3), coordinates, 0.0)
     return replace(found, error=float(np.linalg.norm(points - points_of(found, reference), axis=2).max(initial=0.0)))
 
 
-def points_of(shape: Shape, reference: Array) -> Array:
+def points_of(shape: PageShape, reference: Array) -> Array:
     """The points (s, x, 3) that a shape tells."""
     affine = shape.coordinates[:, :AFFINE].reshape(-1, 3, 4)
     corner = np.column_stack([np.ones(len(reference)), reference])

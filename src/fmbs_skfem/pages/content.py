@@ -24,7 +24,7 @@ from ..results.marks import RADIUS, REACH, SYMBOLS, THIN
 from ..results.palette import colour
 from ..results.plots import Panel
 from . import compression, grid, live
-from .compression import Shape
+from .compression import PageShape
 from .live import LiveModel
 from .packing import Block
 
@@ -45,12 +45,12 @@ class Film:
     frames: Frames
     times: Array = field(default_factory=lambda: np.zeros(0))  #: (t,) of the panels
     panels: Sequence[Panel] = ()
-    basis: Basis | None = None  #: of a reduced model
+    basis: PageBasis | None = None  #: of a reduced model
     live: LiveModel | None = None  #: the model itself, to run in the page
 
 
 @dataclass(frozen=True)
-class Basis:
+class PageBasis:
     """Where unknowns x (n,) put bodies and joints that are linear in them: frames of x = 0 and of every unknown alone."""
 
     frames: Frames  #: n + 1 instants
@@ -86,7 +86,7 @@ def film(
     return Film(name, shown, trajectory.times, panels, basis_of(states, rows))
 
 
-def basis_of(states: Trajectory, rows: np.ndarray) -> Basis | None:
+def basis_of(states: Trajectory, rows: np.ndarray) -> PageBasis | None:
     """The basis of a reduced model, at the sizes that its unknowns have; None of others, and of very many unknowns."""
     system, x = states.system, states.x[rows]
     if not system.components or system.size >= compression.SNAPSHOTS:
@@ -96,7 +96,7 @@ def basis_of(states: Trajectory, rows: np.ndarray) -> Basis | None:
     alone = np.vstack([np.zeros(system.size), np.diag(sizes)])
     still, none = np.zeros_like(alone), np.zeros((len(alone), len(system.constraints.names)))
     one = Trajectory(system, np.arange(len(alone), dtype=float), alone, still, still, none)
-    return Basis(motion.frames(one, np.arange(len(alone)), ()), motion.derivatives(one) if system.lines else {}, sizes, x)
+    return PageBasis(motion.frames(one, np.arange(len(alone)), ()), motion.derivatives(one) if system.lines else {}, sizes, x)
 
 
 def describe(
@@ -198,7 +198,7 @@ def describe_mark(name: str, mark: Mark, middle: Array, block: Block) -> dict[st
     }
 
 
-def shapes_of(film: Film, middle: Array, tolerance: float) -> tuple[dict[str, Shape], dict[str, list[Array | None]] | None]:
+def shapes_of(film: Film, middle: Array, tolerance: float) -> tuple[dict[str, PageShape], dict[str, list[Array | None]] | None]:
     """Shapes of all bodies, and maps (12 + m, 1 + n) of bodies and (3, 1 + n) of joints where the unknowns tell all of them.
 
     What is not linear in the unknowns, as sections that are swept and springs that are drawn bent, is told by its points.
@@ -214,16 +214,16 @@ def shapes_of(film: Film, middle: Array, tolerance: float) -> tuple[dict[str, Sh
 
 
 def linear_shapes(
-    basis: Basis, frames: Frames, middle: Array, tolerance: float
-) -> tuple[dict[str, Shape], dict[str, list[Array | None]] | None]:
+    basis: PageBasis, frames: Frames, middle: Array, tolerance: float
+) -> tuple[dict[str, PageShape], dict[str, list[Array | None]] | None]:
     """Shapes and maps by the basis alone, with the error that they have for the motion."""
-    shapes: dict[str, Shape] = {}
+    shapes: dict[str, PageShape] = {}
     maps: list[Array | None] = []
     for name, body in frames.bodies.items():
         reference = body.reference - middle
         found = compression.of_points(basis.frames.bodies[name].points - middle, reference, 0.1 * tolerance)
         linear = basis.linear(found.coordinates)
-        shape = compression.Shape(found.modes, basis.follow(linear), 0.0)
+        shape = compression.PageShape(found.modes, basis.follow(linear), 0.0)
         error = np.linalg.norm(compression.points_of(shape, reference) - (body.points - middle), axis=2).max()
         shapes[name] = replace(shape, error=float(error))
         maps.append(linear)
@@ -235,7 +235,7 @@ def linear_shapes(
     return shapes, {"bodies": maps, "lines": lines, "marks": list(marks.values())}
 
 
-def mark_map(basis: Basis, name: str, mark: Mark, middle: Array, tolerance: float) -> Array | None:
+def mark_map(basis: PageBasis, name: str, mark: Mark, middle: Array, tolerance: float) -> Array | None:
     """Where a mark is (3, 1 + n), (0, 1 + n) of gravity; None of a load that turns, and of a place that is not linear."""
     sizes = np.linalg.norm(mark.directions, axis=1, keepdims=True)
     if not mark.is_joint and (not sizes.all() or np.ptp(mark.directions / sizes, axis=0).max() > 1e-9):
@@ -247,7 +247,7 @@ def mark_map(basis: Basis, name: str, mark: Mark, middle: Array, tolerance: floa
 
 
 def describe_body(
-    name: str, body: Shown, shape: Shape, number: int, middle: Array, scales: Sequence[ColourScale], block: Block
+    name: str, body: Shown, shape: PageShape, number: int, middle: Array, scales: Sequence[ColourScale], block: Block
 ) -> dict[str, Any]:
     """A body in a page: its reference, modes and coordinates, and the same of its fields."""
     fields = {}

@@ -12,7 +12,7 @@ from ..core.values.display import DisplayUnits
 
 
 @dataclass(frozen=True)
-class Slider:
+class PageParameter:
     """A number that a reader of the page changes."""
 
     name: str
@@ -30,14 +30,14 @@ class LiveModel:
     step: float  #: [s]
     unknowns: int
     columns: tuple[str, ...] = ()  #: of its outputs, in their order
-    parameters: tuple[Slider, ...] = ()
-    inputs: tuple[Slider, ...] = ()
+    parameters: tuple[PageParameter, ...] = ()
+    inputs: tuple[PageParameter, ...] = ()
 
 
 def describe(model: LiveModel, display: DisplayUnits) -> dict[str, Any]:
     """What the page needs to run it; values in SI units, and of each the unit in which it is read, with its size."""
 
-    def slider(one: Slider) -> dict[str, Any]:
+    def slider(one: PageParameter) -> dict[str, Any]:
         unit, size = display.find(one.unit, max(abs(one.low), abs(one.high)))
         return {**asdict(one), "unit": unit, "size": size}
 

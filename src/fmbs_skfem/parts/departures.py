@@ -22,7 +22,7 @@ from ..bodies.laws import Law
 from ..bodies.stress_recovery import COMPONENTS, beam_strains, extreme_strains
 from ..core.notices import notify
 from ..core.storage.records import dataclass
-from ..dynamics.observers import Observer, Setting, offered
+from ..dynamics.observers import Observer, RunSetting, offered
 from ..dynamics.run import OpenRun, count_stored, states
 from ..dynamics.trajectory import Trajectory
 from ..systems import finer_systems
@@ -238,6 +238,6 @@ class Watch(Observer):
 
 
 @offered
-def _(setting: Setting) -> Iterator[Observer]:
+def _(setting: RunSetting) -> Iterator[Observer]:
     if not setting.live and (parts := unknown_parts(setting.system)):
         yield Watch(parts)

@@ -25,7 +25,7 @@ import numpy as np
 
 from ..core.errors import FmbsError
 from ..core.notices import Notice, Progress, follow_up, notify, remark
-from ..dynamics.observers import Found, Observer, Setting, offered, reviews
+from ..dynamics.observers import FoundEquilibria, Observer, RunSetting, offered, reviews
 from ..dynamics.output_errors import TOLD, between, columns, common_times, largest, smallest_ranges
 from ..dynamics.run import OpenRun
 from ..dynamics.trajectory import Trajectory
@@ -85,7 +85,7 @@ class HeldAgainst(Observer):
 
     looks = "end"
 
-    def __init__(self, setting: Setting) -> None:
+    def __init__(self, setting: RunSetting) -> None:
         self.setting = setting
 
     def finish(self, run: OpenRun, motion: Trajectory) -> Trajectory:
@@ -95,13 +95,13 @@ class HeldAgainst(Observer):
 
 
 @offered
-def _(setting: Setting) -> Iterator[Observer]:
+def _(setting: RunSetting) -> Iterator[Observer]:
     if setting.repeat is not None and departures.trained_parts(setting.system):
         yield HeldAgainst(setting)
 
 
 @reviews
-def _(found: Found) -> Trajectory:
+def _(found: FoundEquilibria) -> Trajectory:
     return hold_against(found.motion, found.given, found.again, found.marks, progress=found.progress)
 
 

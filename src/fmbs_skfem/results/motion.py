@@ -28,7 +28,7 @@ from ..dynamics import Trajectory
 from ..dynamics.outputs import centre_lines, skins
 from ..systems import System
 from ..systems.connections.constraint_functions import ARROWS, LINKS
-from ..systems.system import Line, Skin, in_scene
+from ..systems.system import LineSamples, Skin, in_scene
 from . import frames as frames_
 from . import stress_errors, swept
 from .frames import Frames, Mark, Shown
@@ -185,7 +185,7 @@ def lines(gradients: np.ndarray, rates: np.ndarray, start: np.ndarray, radius: f
     return frames_.line(position, fields, radius, spatial(start[0, 0]))
 
 
-def with_section_forces(shown: Shown, line: Line, gradients: np.ndarray, start: np.ndarray) -> Shown:
+def with_section_forces(shown: Shown, line: LineSamples, gradients: np.ndarray, start: np.ndarray) -> Shown:
     """A cable with N and M, of its gradients (s, 3, x, c) and those of its reference (1, 3, x, c); others as they are."""
     if not np.all(line.EI):
         return shown

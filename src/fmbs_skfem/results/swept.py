@@ -25,13 +25,13 @@ from ..bodies.beams.section_constants import von_mises
 from ..bodies.beams.section_shapes import distances, sides, triangulated
 from ..core.storage.records import dataclass
 from ..systems.measures.beam_sections import ROWS, SweptLine
-from ..systems.system import Line
+from ..systems.system import LineSamples
 from . import frames as frames_
 from .frames import Array, Indices, Shown
 
 
 @dataclass(frozen=True)
-class Mesh:
+class SweptMesh:
     """A contour of n points at x places as a surface, its ends closed by triangles between points of their own."""
 
     ends: Array  #: (m, n) points of each end from those of the contour there
@@ -43,7 +43,7 @@ class Mesh:
         return np.concatenate([values.reshape(len(values), -1, *values.shape[3:]), *closed], axis=1)
 
 
-def skin(shown: Shown, line: Line, q: Array, rate: Array, reference: Array) -> Shown:
+def skin(shown: Shown, line: LineSamples, q: Array, rate: Array, reference: Array) -> Shown:
     """The skin of a beam of which the line is shown, from samples q and rates (s, q), and the reference (1, q)."""
     swept: SweptLine = line.swept
     every, profile = (len(shown.reference) - 1) // (len(swept.places) - 1), swept.profile
@@ -87,7 +87,7 @@ def placed(contour: Array, vectors: Array, size: Array) -> Array:
     return np.asarray(vectors[0][:, :, None] + np.einsum("xna,asxc->sxnc", contour, across))
 
 
-def closed(profile: Profile, places: int) -> Mesh:
+def closed(profile: Profile, places: int) -> SweptMesh:
     """The mesh of a profile at so many places."""
     count = profile.points.shape[1]
     around = [np.column_stack([one, np.roll(one, -1)]) for one in (np.arange(count)[loop] for loop in profile.loops)]
@@ -97,7 +97,7 @@ def closed(profile: Profile, places: int) -> Mesh:
     ends, triangles = cap(profile.points[0].tobytes(), profile.first.tobytes(), count)
     facets = np.column_stack([triangles, triangles[:, -1]])
     begin = count * places
-    return Mesh(ends, np.concatenate([quads, begin + facets[:, ::-1], begin + len(ends) + facets]))
+    return SweptMesh(ends, np.concatenate([quads, begin + facets[:, ::-1], begin + len(ends) + facets]))
 
 
 @lru_cache(maxsize=64)  # pictures of long motions come instant by instant

@@ -53,7 +53,7 @@ TANGENT_SIGN = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
 
 @storable
 @dataclass(frozen=True, eq=False)
-class Plate:
+class PlateTangents:
     """The tangents of the reference shape, which turn nodal gradients into slopes of the parent square."""
 
     tangents: Floats  #: (e, 4, 2, 2) vertex, direction xi or eta, component [m]
@@ -74,7 +74,7 @@ COEFFICIENTS = np.round(np.linalg.inv(surfaces.monomials(POWERS, VERTICES[Parent
 
 
 @surfaces.basis.register
-def _(space: Plate, cell: Ints, xi: Floats) -> Floats:
+def _(space: PlateTangents, cell: Ints, xi: Floats) -> Floats:
     values = np.empty((len(cell), DERIVATIVES, 4, 3))
     for start in range(0, len(cell), BLOCK):
         part = slice(start, start + BLOCK)
@@ -99,7 +99,7 @@ def surface(
     tangents = side_tangents(places, cells, arcs)
     _check_corners(places, cells, tangents)
     named = groups.check_groups(cells, point_groups, edge_groups, face_groups)
-    result = of_nodes(Plate(_tangents(tangents)), Parent.SQUARE, ORDER, places, cells, *named)
+    result = of_nodes(PlateTangents(_tangents(tangents)), Parent.SQUARE, ORDER, places, cells, *named)
     check_folds(result, cells)
     return result
 
@@ -130,7 +130,7 @@ def fitting(points: ArrayLike, cells: ArrayLike, arcs: Iterable[Arc]) -> list[Ar
     straight, curved = (_sines(some).min(axis=1) for some in (chords, tangents))
     bad = (curved < BLUNT) & (curved < straight)
     if numbers.shape[1] == int(Parent.SQUARE):
-        bad |= _folded(of_nodes(Plate(_tangents(tangents)), Parent.SQUARE, ORDER, places, numbers))
+        bad |= _folded(of_nodes(PlateTangents(_tangents(tangents)), Parent.SQUARE, ORDER, places, numbers))
     bent = plate_audit.sides(numbers)[bad].reshape(-1, 2)
     gone = plate_audit.side_keys(bent, len(places))
     left = list[Ints]()

@@ -23,7 +23,7 @@ from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from . import knotvector
 from . import table as tables
-from .table import Curve, Floats, Ints, Table, breaks, fit, inside, reproduce, sample, sample_field, tabulate
+from .table import BasisTable, Curve, Floats, Ints, breaks, fit, inside, reproduce, sample, sample_field, tabulate
 
 S = TypeVar("S", bound="Keeping")
 Found = TypeVar("Found")
@@ -179,7 +179,7 @@ _gauss = functools.cache(legendre.leggauss)  # takes as long as a table of a few
 
 @tabulate.register(BSpline)
 @tabulate.register(Hermite)
-def _(space: BSpline | Hermite, points: int = 4, derivatives: int = 2) -> Table:
+def _(space: BSpline | Hermite, points: int = 4, derivatives: int = 2) -> BasisTable:
     """Gauss table with the derivatives up to the given one; those beyond are zero."""
     if not isinstance(points, int | np.integer) or points < 1:
         raise InputError(say("tabulate.points", "a whole number of at least 1", points, "4 points are exact for cubic cables"))
@@ -191,13 +191,13 @@ def _(space: BSpline | Hermite, points: int = 4, derivatives: int = 2) -> Table:
     values = np.zeros((len(nodes), points, 3, nodes.shape[1]))
     found = in_cells(space, np.repeat(np.arange(len(nodes)), points), xi.ravel(), derivatives)
     values[:, :, : derivatives + 1] = found.reshape(len(nodes), points, -1, nodes.shape[1])
-    return Table(values, nodes, half * gauss, xi, space.count)
+    return BasisTable(values, nodes, half * gauss, xi, space.count)
 
 
-def gauss_table(space: BSpline | Hermite, points: int, derivatives: int) -> Table:
+def gauss_table(space: BSpline | Hermite, points: int, derivatives: int) -> BasisTable:
     """The table of `tabulate`, read-only: bodies over one space share it."""
 
-    def make(space: BSpline | Hermite) -> Table:
+    def make(space: BSpline | Hermite) -> BasisTable:
         table = tabulate(space, points, derivatives)
         for array in (table.values, table.weights, table.points):
             frozen(array)

@@ -23,7 +23,7 @@ from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import splu
 
 from . import line
-from .table import Floats, Table
+from .table import BasisTable, Floats
 
 LIMIT = 1e2  #: EA h^2 / EI up to which the Gauss rule does not lock: as much of EA keeps it
 POINTS = 3  #: Gauss points a cell of the bending
@@ -35,7 +35,7 @@ def locks(space: line.BSpline | line.Hermite) -> bool:
     return line.is_smooth(space) and space.degree == 3
 
 
-def axial_shares(space: line.BSpline | line.Hermite, table: Table, ratio: float) -> Floats:
+def axial_shares(space: line.BSpline | line.Hermite, table: BasisTable, ratio: float) -> Floats:
     """Factors (e, p) of EA at the Gauss points of a cable, for the largest ratio EA h^2 / EI of its cells; 1 without locking."""
     if not locks(space) or table.weights.shape[1] != POINTS:
         return np.ones_like(table.weights)
@@ -43,7 +43,7 @@ def axial_shares(space: line.BSpline | line.Hermite, table: Table, ratio: float)
     return shares(space, table, ratio)
 
 
-def shares(space: line.BSpline, table: Table, ratio: float) -> Floats:
+def shares(space: line.BSpline, table: BasisTable, ratio: float) -> Floats:
     """Factors (e, p) of stiffnesses that lock at the three Gauss points a cell of a table, for the largest ratio EA h^2 / EI."""
     whole = min(1.0, LIMIT / ratio)
     if whole == 1.0:
@@ -51,7 +51,7 @@ def shares(space: line.BSpline, table: Table, ratio: float) -> Floats:
     return whole + (1.0 - whole) * reduced_weights(space, table) / table.weights
 
 
-def reduced_weights(space: line.BSpline, table: Table) -> Floats:
+def reduced_weights(space: line.BSpline, table: BasisTable) -> Floats:
     """The weights W (e, p) in xi of smooth splines at their three Gauss points a cell."""
     length = table.weights.sum(axis=1, keepdims=True)
     whole = np.zeros(len(length), dtype=bool)
@@ -63,7 +63,7 @@ def reduced_weights(space: line.BSpline, table: Table) -> Floats:
     return found
 
 
-def _weights(space: line.BSpline, table: Table, whole: np.ndarray) -> Floats:
+def _weights(space: line.BSpline, table: BasisTable, whole: np.ndarray) -> Floats:
     """W (e, p) with all points of the cells that are `whole`, and the middle one of the others."""
     gauss = np.where(whole[:, None], table.weights, 0.0)
     gauss[~whole, 1] = table.weights[~whole].sum(axis=1)

@@ -79,7 +79,7 @@ class _Block:
 
 
 @dataclass
-class _Content:
+class _MshContent:
     names: dict[tuple[int, int], str] = field(default_factory=dict)
     entities: dict[tuple[int, int], list[int]] = field(default_factory=dict)
     nodes: list[tuple[Ints, Floats]] = field(default_factory=list)
@@ -160,7 +160,7 @@ class _Cursor:
 def read(path: Path, where: str) -> Raw:
     """The points, lines and groups of a `.msh` file; `where` opens every error message."""
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        cursor, content = _Cursor(where, data), _Content()
+        cursor, content = _Cursor(where, data), _MshContent()
         version = _header(cursor)
         while cursor.at < len(data):
             line = cursor.line()
@@ -205,7 +205,7 @@ def _header(cursor: _Cursor) -> int:
     return int(words[0][0])
 
 
-def _section(cursor: _Cursor, content: _Content, version: int, name: str) -> None:
+def _section(cursor: _Cursor, content: _MshContent, version: int, name: str) -> None:
     if name == "PhysicalNames":
         _physical_names(cursor, content)
     elif name == "Entities" and version == 4:
@@ -235,7 +235,7 @@ def _number(line: str) -> int:
     return int(line) if line.isascii() and line.isdigit() and len(line) < 20 else -1
 
 
-def _physical_names(cursor: _Cursor, content: _Content) -> None:
+def _physical_names(cursor: _Cursor, content: _MshContent) -> None:
     line = cursor.line()
     for _ in range(cursor.count("physical names", _number(line))):
         line = cursor.line()
@@ -246,7 +246,7 @@ def _physical_names(cursor: _Cursor, content: _Content) -> None:
             raise bad(cursor.where, 'lines <dimension> <tag> "<name>" in $PhysicalNames', repr(line[:60])) from None
 
 
-def _entities(cursor: _Cursor, content: _Content) -> None:
+def _entities(cursor: _Cursor, content: _MshContent) -> None:
     cursor.open("Entities")
     for dimension, entities in enumerate(cursor.take("n", 4)):
         for _ in range(cursor.count("entities", int(entities))):
@@ -258,7 +258,7 @@ def _entities(cursor: _Cursor, content: _Content) -> None:
                 cursor.take("i", int(cursor.take("n", 1)[0]))
 
 
-def _partitioned_entities(cursor: _Cursor, content: _Content) -> None:
+def _partitioned_entities(cursor: _Cursor, content: _MshContent) -> None:
     """Pieces of entities in partitions, which nodes and cells belong to; each has the physical tags of the entity it is of."""
     cursor.open("PartitionedEntities")
     cursor.take("n", 1)
@@ -363,7 +363,7 @@ def _elements_2_text(cursor: _Cursor, count: int) -> list[_Block]:
     return blocks
 
 
-def _elements_4(cursor: _Cursor, content: _Content) -> list[_Block]:
+def _elements_4(cursor: _Cursor, content: _MshContent) -> list[_Block]:
     cursor.open("Elements")
     claimed, total = (int(v) for v in cursor.take("n", 4)[:2])
     cursor.count("cells", total)
@@ -380,7 +380,7 @@ def _elements_4(cursor: _Cursor, content: _Content) -> list[_Block]:
     return blocks
 
 
-def _raw(content: _Content) -> Raw:
+def _raw(content: _MshContent) -> Raw:
     kinds: dict[str, int] = {}
     for block in content.blocks:
         kinds[_ELEMENTS[block.code][0]] = kinds.get(_ELEMENTS[block.code][0], 0) + len(block.nodes)
@@ -396,7 +396,7 @@ def _raw(content: _Content) -> Raw:
     )
 
 
-def _cells(content: _Content, code: int, dimension: int) -> MshCells:
+def _cells(content: _MshContent, code: int, dimension: int) -> MshCells:
     """All cells of one type; every physical name of their dimension is a group, also without members."""
     blocks = [block for block in content.blocks if block.code == code]
     groups: dict[str, list[Ints]] = {name: [] for (of, _), name in content.names.items() if of == dimension}

@@ -44,7 +44,7 @@ _Shape = tuple[nurbs.Patch, Floats]
 
 
 @dataclass(frozen=True)
-class _Content:
+class _NurbsContent:
     """What a file says."""
 
     patches: dict[str, _Shape]
@@ -85,7 +85,7 @@ def read(
     return deepcopy(remembered_files.once(path, ("NURBS surface", cells, degree, scale, join), made))
 
 
-def _surface(path: Path, content: _Content, cells: int, degree: int | None, scale: float | None) -> Surface:
+def _surface(path: Path, content: _NurbsContent, cells: int, degree: int | None, scale: float | None) -> Surface:
     degrees = [max(patch.degree1, patch.degree2) for patch, _ in content.patches.values()]
     if degree is None and len({(patch.degree1, patch.degree2) for patch, _ in content.patches.values()}) > 1:
         degree = max(degrees)
@@ -111,7 +111,7 @@ def _surface(path: Path, content: _Content, cells: int, degree: int | None, scal
     return replace(shape, points={**shape.points, **points}, edges={**shape.edges, **edges})
 
 
-def _check_size(path: Path, content: _Content, cells: int, degree: int | None) -> None:
+def _check_size(path: Path, content: _NurbsContent, cells: int, degree: int | None) -> None:
     """Bound on the number of functions before anything is refined: continuity 0 costs most."""
     where = f"{path}: control points after refinement"
     if degree is not None and (isinstance(degree, bool) or not isinstance(degree, int) or not 1 <= degree <= MAX_DEGREE):
@@ -134,7 +134,7 @@ def _union(where: str, shape: Surface, parts: list[str]) -> Ints:
 
 
 # -------------------------------------------------------------------------------------------------------------------- JSON
-def _read_json(path: Path) -> _Content:
+def _read_json(path: Path) -> _NurbsContent:
     data = _parse(path)
     where = f"{path}:"
     _keys(str(path), data, required=("format", "version", "patches"), optional=("join", "points", "edges"))
@@ -155,7 +155,7 @@ def _read_json(path: Path) -> _Content:
     join = data.get("join")
     if "join" in data and not isinstance(join, bool):
         raise InputError(say(f"{where} join", "true or false", shown(join)))
-    return _Content(patches, join, _points(where, data.get("points", {}), patches), _edges(where, data.get("edges", {})))
+    return _NurbsContent(patches, join, _points(where, data.get("points", {}), patches), _edges(where, data.get("edges", {})))
 
 
 def _parse(path: Path) -> Any:
@@ -322,7 +322,7 @@ def _parts(name: str, rows: Ints, plain: Surface) -> list[str]:
 
 
 # -------------------------------------------------------------------------------------------------------------- CAD files
-def _foreign(path: Path) -> _Content:
+def _foreign(path: Path) -> _NurbsContent:
     """What another program wrote."""
     with door.converted(path, str(path), "export the surfaces again as IGES 5.3") as target:
         data = json.loads(target.read_text(encoding="utf-8"))
@@ -334,4 +334,4 @@ def _foreign(path: Path) -> _Content:
         remedy = "export untrimmed NURBS surfaces"
         raise InputError(say(str(path), f"1 to {MAX_PATCHES} NURBS surfaces", f"{len(shapes)}", remedy))
     names = [""] if len(shapes) == 1 else [f"patch{i + 1}" for i in range(len(shapes))]
-    return _Content(dict(zip(names, shapes, strict=True)), None, {}, {}, data["unit"])
+    return _NurbsContent(dict(zip(names, shapes, strict=True)), None, {}, {}, data["unit"])

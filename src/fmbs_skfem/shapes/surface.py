@@ -24,7 +24,7 @@ from ..core.errors import InputError, say
 from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 from . import table
-from .table import Floats, Ints, Table
+from .table import BasisTable, Floats, Ints
 
 DERIVATIVES = 6
 ORDERS = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (0, 2), (1, 1)])  #: of the derivatives k in xi1 and xi2
@@ -118,7 +118,7 @@ def side_points(parent: Parent, side: Ints, s: Floats) -> Floats:
     return start + np.asarray(s)[:, None] * (end - start)
 
 
-def tabulate(surface: Surface, order: int | None = None, part: slice = slice(None)) -> Table:
+def tabulate(surface: Surface, order: int | None = None, part: slice = slice(None)) -> BasisTable:
     """Basis functions and derivatives at the Gauss points: values (e, p, 6, b), weights (e, p) in xi, points (e, p, 2).
 
     `part`: of these cells only; tables of all cells of a large surface, with all derivatives, are larger than what is made of them.
@@ -126,7 +126,7 @@ def tabulate(surface: Surface, order: int | None = None, part: slice = slice(Non
     xi, weights = quadrature(surface.space, surface.parent, order or surface.order)
     numbers = np.arange(len(surface.nodes))[part]
     cells, points = len(numbers), len(xi)
-    return Table(
+    return BasisTable(
         basis_in_cells(surface.space, numbers, xi),
         surface.nodes[part],
         np.tile(weights, (cells, 1)),
@@ -197,7 +197,7 @@ def _(space: Surface, tolerance: float = 1e-9) -> None:
     _check_continuity(space, tolerance)
 
 
-def _check_derivatives(space: Surface, values: Table, tolerance: float) -> None:
+def _check_derivatives(space: Surface, values: BasisTable, tolerance: float) -> None:
     """Every derivative against differences, in units of the largest value of its function or of that derivative."""
     step = 2e-3
     points = values.points.reshape(-1, 2)

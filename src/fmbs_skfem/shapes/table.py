@@ -32,7 +32,7 @@ class Curve(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class BasisTable:
     """Basis functions and their derivatives at the quadrature points of every cell.
 
     values (e, p, k, b): derivative k of local function b: 0, 1, 2 in xi on lines; N, 1, 2, 11, 22, 12 on surfaces
@@ -53,10 +53,10 @@ class Table:
         for name, shape in shapes.items():
             if np.shape(getattr(self, name)) != shape:
                 got, remedy = np.shape(getattr(self, name)), "give arrays of the same cells and points"
-                raise InputError(say(f"Table.{name}", f"shape {shape} to match values (e, p, k, b)", got, remedy))
+                raise InputError(say(f"BasisTable.{name}", f"shape {shape} to match values (e, p, k, b)", got, remedy))
 
 
-def matrix(table: Table, derivative: int = 0) -> sparse.csr_array:
+def matrix(table: BasisTable, derivative: int = 0) -> sparse.csr_array:
     """The table as one sparse array (e*p, count), rows cell by cell."""
     _, points, _, functions = table.values.shape
     return rows(table.values[:, :, derivative].reshape(-1, functions), table.nodes.repeat(points, axis=0), table.count)
@@ -97,7 +97,7 @@ def breaks(space: Any) -> Floats:
 
 
 @singledispatch
-def tabulate(space: Any, points: int = 4, derivatives: int = 2) -> Table:
+def tabulate(space: Any, points: int = 4, derivatives: int = 2) -> BasisTable:
     """Basis functions and derivatives up to `derivatives`, zero beyond, at `points` Gauss points a cell, which are exact for
     polynomials of degree 2 points - 1 in xi.
     """
@@ -165,7 +165,7 @@ def _lengths(space: Any) -> Floats:
     return np.diff(breaks(space))
 
 
-def _check_quadrature(space: Any, table: Table, tolerance: float) -> None:
+def _check_quadrature(space: Any, table: BasisTable, tolerance: float) -> None:
     ends, lengths = breaks(space), _lengths(space)
     outside = (table.nodes < 0) | (table.nodes >= table.count)
     require(space, "nodes in range (share outside)", float(outside.mean()), 0.0)
@@ -175,19 +175,19 @@ def _check_quadrature(space: Any, table: Table, tolerance: float) -> None:
     require(space, "quadrature weights sum to the cell's length", float(error), tolerance)
 
 
-def _scaled(space: Any, table: Table, rows: Any, power: int) -> float:
+def _scaled(space: Any, table: BasisTable, rows: Any, power: int) -> float:
     """Largest entry of |rows| (e*p, ...) times (cell length)^power."""
     scale = np.repeat(_lengths(space), table.points.shape[1]) ** power
     return float(np.max(np.abs(sparse.diags_array(scale) @ rows)))
 
 
-def _check_sample(space: Any, table: Table, tolerance: float) -> None:
+def _check_sample(space: Any, table: BasisTable, tolerance: float) -> None:
     for k in range(table.values.shape[2]):
         difference = matrix(table, k) - sample(space, table.points.ravel(), k)
         require(space, f"table equals sample, derivative {k}", _scaled(space, table, difference, k), tolerance)
 
 
-def _check_known(space: Any, table: Table, tolerance: float) -> None:
+def _check_known(space: Any, table: BasisTable, tolerance: float) -> None:
     coefficients, xi = sample_field(space), table.points.ravel()
     names = ("partition of unity", "linear reproduction")
     size = float(np.max(np.abs(breaks(space))))
@@ -198,14 +198,14 @@ def _check_known(space: Any, table: Table, tolerance: float) -> None:
             require(space, f"{names[j]}, derivative {k}", error / (1.0, size)[j], tolerance)
 
 
-def _check_reproduction(space: Any, table: Table, tolerance: float) -> None:
+def _check_reproduction(space: Any, table: BasisTable, tolerance: float) -> None:
     coefficients = fit(space, partial(reproduce, space))
     for k in range(table.values.shape[2]):
         error = matrix(table, k) @ coefficients - reproduce(space, table.points.ravel(), k)
         require(space, f"polynomial reproduction, derivative {k}", _scaled(space, table, error, k), tolerance)
 
 
-def _check_derivatives(space: Any, table: Table, tolerance: float) -> None:
+def _check_derivatives(space: Any, table: BasisTable, tolerance: float) -> None:
     """First and second derivatives against f, the third against the second, over steps of 0.002 cell lengths."""
     xi = table.points.ravel()
     step = 2e-3 * np.repeat(_lengths(space), table.points.shape[1])

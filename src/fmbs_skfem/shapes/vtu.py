@@ -55,7 +55,7 @@ _CELLS |= {
 
 
 @dataclass(frozen=True, eq=False)
-class _File:
+class _VtuFile:
     where: str
     root: ElementTree.Element
     appended: bytes  #: what follows the underscore
@@ -106,7 +106,7 @@ def marks(groups: dict[str, Ints], count: int) -> dict[str, Array]:
     return arrays
 
 
-def _open(data: bytes, where: str) -> _File:
+def _open(data: bytes, where: str) -> _VtuFile:
     """Parse the XML and check how the arrays are stored."""
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         raise bad(where, "plain XML", "a document type or entity declaration", "remove it")
@@ -125,7 +125,7 @@ def _open(data: bytes, where: str) -> _File:
     order = ">" if root.get("byte_order") == "BigEndian" else "<"
     header = np.dtype(order + ("u8" if root.get("header_type") == "UInt64" else "u4"))
     body = text[1:].encode() if appended is None else appended
-    return _File(where, root, body, appended is not None, order, header, root.get("compressor") is not None)
+    return _VtuFile(where, root, body, appended is not None, order, header, root.get("compressor") is not None)
 
 
 def _tree(data: bytes) -> tuple[ElementTree.Element | None, bytes | None]:
@@ -142,7 +142,7 @@ def _tree(data: bytes) -> tuple[ElementTree.Element | None, bytes | None]:
     return None, None
 
 
-def _piece(file: _File) -> tuple[ElementTree.Element, int, int]:
+def _piece(file: _VtuFile) -> tuple[ElementTree.Element, int, int]:
     """The one piece, its number of points and of cells, if they are believable."""
     pieces = file.root.findall("UnstructuredGrid/Piece")
     if len(pieces) != 1:
@@ -156,7 +156,7 @@ def _piece(file: _File) -> tuple[ElementTree.Element, int, int]:
     return pieces[0], claims[0], claims[1]
 
 
-def _groups(file: _File, parent: ElementTree.Element | None, count: int) -> dict[str, Array]:
+def _groups(file: _VtuFile, parent: ElementTree.Element | None, count: int) -> dict[str, Array]:
     """The arrays of zeros and ones, one number a point or cell."""
     found = {}
     for array in () if parent is None else parent.iter("DataArray"):
@@ -169,7 +169,7 @@ def _groups(file: _File, parent: ElementTree.Element | None, count: int) -> dict
     return found
 
 
-def _array(file: _File, array: ElementTree.Element | None, count: int, what: str) -> Array:
+def _array(file: _VtuFile, array: ElementTree.Element | None, count: int, what: str) -> Array:
     """The `count` numbers of a DataArray."""
     if array is None:
         if count:
@@ -193,7 +193,7 @@ def _array(file: _File, array: ElementTree.Element | None, count: int, what: str
     return values
 
 
-def _bytes(file: _File, array: ElementTree.Element) -> bytes:
+def _bytes(file: _VtuFile, array: ElementTree.Element) -> bytes:
     """The bytes of a binary array; a header of sizes comes before them."""
     if array.get("format") == "appended":
         data, raw = file.appended[int(array.get("offset", "")) :], file.raw

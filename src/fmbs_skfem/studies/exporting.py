@@ -34,7 +34,7 @@ from .result import ReportTable, Result, conclude, describe_error, list_files
 UNITS = {"young_modulus": "Pa", "density": "kg/m^3"}  #: of numbers of a part that are no lengths
 
 
-class Written(NamedTuple):
+class ExportedModel(NamedTuple):
     """A model in C."""
 
     model: CModel
@@ -43,7 +43,7 @@ class Written(NamedTuple):
     display: DisplayUnits  #: in which people read its numbers
 
 
-def written(job: Job, name: str, step: float | None = None, gravity: str = "") -> Written:
+def written(job: Job, name: str, step: float | None = None, gravity: str = "") -> ExportedModel:
     """A saved model in C; parameters of a whole range are variables, or have given values.
 
     A part has its places as ports; `step` [s] and `gravity` are for it alone.
@@ -66,7 +66,7 @@ def written(job: Job, name: str, step: float | None = None, gravity: str = "") -
     for doubt in models.say_doubts(facts.get("doubts", ())):
         notify(doubt)
     title = models.title(job.path, notes)
-    return Written(c_files.write(case, name or job.path.stem, title, text), title, text, DisplayUnits.of(notes))
+    return ExportedModel(c_files.write(case, name or job.path.stem, title, text), title, text, DisplayUnits.of(notes))
 
 
 def error_text(notes: Mapping[str, Any], facts: Mapping[str, Any]) -> str:
@@ -76,7 +76,7 @@ def error_text(notes: Mapping[str, Any], facts: Mapping[str, Any]) -> str:
     return " ".join([*lines, *models.remarks(facts)])
 
 
-def written_part(job: Job, name: str, step: float | None, gravity: str) -> Written:
+def written_part(job: Job, name: str, step: float | None, gravity: str) -> ExportedModel:
     """A part in C with its places as ports, its title and what acts on it."""
     part = part_files.load(job.path)
     known = part.body.values  # of other names `changed` says which there are
@@ -94,7 +94,7 @@ def written_part(job: Job, name: str, step: float | None, gravity: str) -> Writt
     title = f"part {body.name}"
     stem = job.path.name.partition(".")[0]
     case = part_ports.case_of(body, scheme, duration, acceleration)
-    return Written(c_files.write(case, name or stem, title, text), title, text, SI)
+    return ExportedModel(c_files.write(case, name or stem, title, text), title, text, SI)
 
 
 def read_number(name: str, text: str) -> float:

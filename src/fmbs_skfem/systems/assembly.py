@@ -46,7 +46,7 @@ from .signals import as_drive
 from .system import (
     Constraints,
     Elastic,
-    Line,
+    LineSamples,
     Loads,
     Output,
     Skin,
@@ -392,12 +392,12 @@ def rates_of_unknowns(system: System, count: int) -> np.ndarray:
     return v
 
 
-def picture_line(part: Body, layout: Coordinates) -> Line:
+def picture_line(part: Body, layout: Coordinates) -> LineSamples:
     """Samples of the centre line for pictures and position errors, at the same places on every mesh."""
     if not isinstance(part.space, line.BSpline | line.Hermite) or part.cells is None:
-        return Line(part.name, layout.spread(part, rigid_samples(part)), part.radius, Law.EXACT)
+        return LineSamples(part.name, layout.spread(part, rigid_samples(part)), part.radius, Law.EXACT)
     samples = partial(line_samples, part, layout)
-    return Line.later(
+    return LineSamples.later(
         part.name, samples, part.radius, part.cells.law, *stiffnesses(part, part.cells), partial(sections, part, layout)
     )
 

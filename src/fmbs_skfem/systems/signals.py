@@ -47,7 +47,7 @@ class Sine:
 
 
 @dataclass(frozen=True)
-class Bound:
+class BoundExpression:
     """An expression of inputs that are functions of time, by name."""
 
     of: Expression
@@ -101,7 +101,7 @@ def _(signal: Expression) -> Sequence[Input]:
 def _(signal: Expression, told: Mapping[str, Signal]) -> Signal:
     if not read_inputs(signal):
         return signal
-    return Bound(signal, {one.name: bound(one, told) for one in signal.inputs})
+    return BoundExpression(signal, {one.name: bound(one, told) for one in signal.inputs})
 
 
 @as_drive.register

@@ -125,7 +125,7 @@ class Loads:
 
 @storable
 @dataclass(frozen=True)
-class Line:
+class LineSamples:
     """What a picture needs of a line or rigid body: samples of its centre line as affine functions of the body coordinates q.
 
     With x points, samples @ q is (3 c x,): positions [m], then dr/dS [-], then d2r/dS2 [1/m].
@@ -150,7 +150,7 @@ class Line:
         EA: float | np.ndarray,
         EI: float | np.ndarray,
         swept: Callable[[], Any],
-    ) -> Line:
+    ) -> LineSamples:
         """A line whose samples and sections are made when they are first read: most runs draw no picture."""
         line = object.__new__(cls)
         made = {"make samples": samples, "make swept": swept}
@@ -229,7 +229,7 @@ class System:
     signals: Annotated[tuple[Signal, ...], Attributes("k")]
     sensors: Annotated[Affine, Inside("i=s j=n")]  #: x -> rows read by outputs
     outputs: Annotated[dict[str, Output], Inside("c s")]
-    lines: Annotated[tuple[Line, ...], Inside("c q")]
+    lines: Annotated[tuple[LineSamples, ...], Inside("c q")]
     skins: Annotated[tuple[Skin, ...], Inside("c q")]
     markers: tuple[tuple[str, str, tuple[int, ...]], ...]  #: joints in pictures: name, kind, sensor rows
     coordinates: tuple[tuple[str, int, int], ...]  #: (body, first, last + 1) in q

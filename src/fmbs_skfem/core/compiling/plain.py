@@ -32,7 +32,7 @@ def register(function: Callable[..., Any]) -> Code:
     return Code(id(function))
 
 
-class Opened:
+class OpenedStruct:
     """A struct at an address. As in compiled code a field is read where it is first used: those behind may not be there."""
 
     def __init__(self, kind: type, start: int) -> None:
@@ -44,7 +44,7 @@ class Opened:
             raise AttributeError(f"{self._kind.__name__} has no field {name}, but {', '.join(places)}")
         kind, first = places[name]
         start = self._start + 8 * first
-        found = unpacked(kind, start) if isinstance(kind, ArrayKind) or kind in SCALARS else Opened(kind, start)
+        found = unpacked(kind, start) if isinstance(kind, ArrayKind) or kind in SCALARS else OpenedStruct(kind, start)
         self.__dict__[name] = found  # integers of a struct never change while it is open
         return found
 
@@ -59,9 +59,9 @@ def places_of(kind: type) -> dict[str, tuple[Any, int]]:
     return {name: (part, sum(widths[:k])) for k, (name, part) in enumerate(fields(kind))}
 
 
-def opener(kind: type) -> Callable[[Any], Opened]:
+def opener(kind: type) -> Callable[[Any], OpenedStruct]:
     """The struct at an address."""
-    return lambda table: Opened(kind, int(table))
+    return lambda table: OpenedStruct(kind, int(table))
 
 
 def invoke(address: int, table: int, more: int) -> int:

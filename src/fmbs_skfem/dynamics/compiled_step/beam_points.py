@@ -36,7 +36,7 @@ DIGITS = 12  #: to which factors of the components of a vector agree
 Point = tuple[int, int]  #: number of a beam, and of a point of it
 
 
-class Beam(NamedTuple):
+class BeamPoints(NamedTuple):
     """A beam in b points of f vectors each, the position first."""
 
     first: int  #: number of its first vector
@@ -70,7 +70,7 @@ def find_tables(system: System, place: np.ndarray) -> dict[str, np.ndarray] | No
     return None if not beams or vectors is None else Joined(beams, vectors).tables(system.dim)
 
 
-def beams_of(system: System) -> list[Beam]:
+def beams_of(system: System) -> list[BeamPoints]:
     """All beams of a full system that consists of beams, rigid bodies and points; none where something else is in the way."""
     spans = {name: (first, last) for name, first, last in system.coordinates}
     found, lift = [], csr_array(system.lift.matrix)
@@ -88,7 +88,7 @@ def beams_of(system: System) -> list[Beam]:
         for nodes in (((one.nodes - first) // size).T for one in gathers):
             for cell in nodes:
                 near[np.ix_(cell, cell)] = True
-        found.append(Beam(first // system.dim, size // system.dim, near))
+        found.append(BeamPoints(first // system.dim, size // system.dim, near))
     return found
 
 
@@ -110,7 +110,7 @@ def vectors_of(system: System, place: np.ndarray) -> Vectors | None:
 class Joined:
     """Beams with the unknown vectors that move their points."""
 
-    def __init__(self, beams: list[Beam], vectors: Vectors) -> None:
+    def __init__(self, beams: list[BeamPoints], vectors: Vectors) -> None:
         self.beams, self.unknowns, self.S = beams, vectors.unknowns, csr_array(vectors.S)
         self.whole = np.asarray((vectors.unknowns >= 0).all(axis=1))
         at: dict[int, tuple[Point, int]] = {}

@@ -21,7 +21,7 @@ from ...core.values.expressions import Expression
 from ...core.values.inputs import GivenInput, Input
 from ...systems.forces import responses
 from ...systems.forces.force_laws import LawForces
-from ...systems.signals import Bound, read_inputs
+from ...systems.signals import BoundExpression, read_inputs
 from ...systems.system import System, driving
 from ..histories import of_histories
 
@@ -55,7 +55,7 @@ def _(signal: Expression) -> Traces | None:
 
 
 @traces.register
-def _(signal: Input | GivenInput | Bound) -> Traces | None:
+def _(signal: Input | GivenInput | BoundExpression) -> Traces | None:
     return None
 
 

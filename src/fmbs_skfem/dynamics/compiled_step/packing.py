@@ -20,7 +20,7 @@ from ..histories import leading_signals
 from ..scheme import allowed_change, of_length
 from . import parts, stepping, touching
 from .large import Large
-from .step import LEAP, LENGTH, NUMBERS, TAKEN, Doors, Kept, Levels, Method, Rows, State, Step
+from .step import LEAP, LENGTH, NUMBERS, TAKEN, Doors, JobStart, Kept, Levels, Method, State, Step
 from .touching import HALVINGS, TRIALS
 
 BEHIND = ("factorise", "solve", "settle")  #: doors of `stepping` behind which large models keep their factors
@@ -113,7 +113,7 @@ class PackedStep:
     def give(self, signals: np.ndarray, rows: np.ndarray) -> None:
         """What the next calls take: a row of signals for every step, and where its state is stored."""
         if self.given[0] is not signals or self.given[1] is not rows:
-            put(self.table, JOB, packed(Rows(signals, rows)))
+            put(self.table, JOB, packed(JobStart(signals, rows)))
             # the integers hold no array
             self.given = signals, rows
 
@@ -183,7 +183,7 @@ class Lengths:
         whole.table[DIVIDE] = parts.divide.address
         put(whole.table, LEVELS, packed(Levels(*self.addresses, address_of(self.copy), histories, self.found)))
         for table, (halvings, judging) in zip(self.tables, TRIALS, strict=True):
-            put(table, JOB, packed(Rows(self.signals[: 2**halvings], NONE)))
+            put(table, JOB, packed(JobStart(self.signals[: 2**halvings], NONE)))
             table[JUDGING], table[AGAIN] = judging, False
         self.set_span(whole.span)
 

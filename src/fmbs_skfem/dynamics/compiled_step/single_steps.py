@@ -12,7 +12,7 @@ import numpy as np
 from ...core.compiling.structs import Routine
 from ...systems.system import System, driven_rows
 from ..histories import leading_signals
-from ..observers import Looks, Source
+from ..observers import HistorySource, Looks
 from ..scheme import GeneralizedAlpha
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 AHEAD = 64  #: steps for which functions of time are tabulated at once
 
 
-class SingleSteps(Source):
+class SingleSteps(HistorySource):
     """Takes steps of a run, one at a time, with histories that are known ahead."""
 
     looks: Looks = "end"

@@ -184,7 +184,7 @@ class Kept(NamedTuple):
     before: Integers
 
 
-class Rows(NamedTuple):
+class JobStart(NamedTuple):
     """How a `StepJob` begins: what differs from call to call."""
 
     signals: Matrix

@@ -18,7 +18,7 @@ from ...core.algebra.linalg import evenly
 from ...core.notices import notify
 from ...systems.system import System
 from ...systems.terms import elastic as terms
-from ..observers import Found, Judge, Setting, offered, reviews
+from ..observers import FoundEquilibria, Judge, RunSetting, offered, reviews
 from ..tracing import FEW
 from ..trajectory import Trajectory
 
@@ -32,13 +32,13 @@ def beams(system: System) -> bool:
 
 
 @offered
-def _(setting: Setting) -> Iterator[Judge]:
+def _(setting: RunSetting) -> Iterator[Judge]:
     if not setting.live and beams(setting.system):
         yield Judge(lambda run, motion: warn(motion), reads_states=False)
 
 
 @reviews
-def _(found: Found) -> Trajectory:
+def _(found: FoundEquilibria) -> Trajectory:
     if beams(found.motion.system):
         warn(found.motion)
     return found.motion

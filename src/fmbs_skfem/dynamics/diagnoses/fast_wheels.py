@@ -17,7 +17,7 @@ from ...core.algebra import saddle
 from ...core.notices import notify
 from ...systems import compiled
 from ...systems.compiled import Compiled
-from ..observers import Judge, Setting, offered
+from ..observers import Judge, RunSetting, offered
 from ..trajectory import Trajectory
 
 GEAR = "gear_"  #: how the laws of gears begin
@@ -28,7 +28,7 @@ SHARE = 0.05  #: error of a moment, of the root mean square of the gear's, from 
 
 
 @offered
-def _(setting: Setting) -> Iterator[Judge]:
+def _(setting: RunSetting) -> Iterator[Judge]:
     if any(laws.law.name.startswith(GEAR) for laws in setting.system.constraints.laws):
         yield Judge(lambda run, motion: warn_of_fast_wheels(run.model, motion, run.scheme.step))
 

@@ -25,7 +25,7 @@ from ...core.notices import notify
 from ...systems.measures.beam_sections import matrices
 from ...systems.system import Elastic, System
 from ...systems.terms import elastic as terms
-from ..observers import Found, Judge, Setting, offered, reviews
+from ..observers import FoundEquilibria, Judge, RunSetting, offered, reviews
 from ..tracing import FEW
 from ..trajectory import Trajectory
 
@@ -45,13 +45,13 @@ class OpenClamp(NamedTuple):
 
 
 @offered
-def _(setting: Setting) -> Iterator[Judge]:
+def _(setting: RunSetting) -> Iterator[Judge]:
     if not setting.live and (found := list(held(setting.system))):
         yield Judge(lambda run, motion: warn(motion, found), reads_states=False)
 
 
 @reviews
-def _(found: Found) -> Trajectory:
+def _(found: FoundEquilibria) -> Trajectory:
     warn(found.motion, list(held(found.motion.system)))
     return found.motion
 

@@ -24,7 +24,7 @@ from ...systems.measures.angles import DOUBT
 from ...systems.signals import Cosine, Sine, read_inputs
 from ...systems.system import Signal, System, driving
 from ..histories import of_histories, pushed_body, signal_names
-from ..observers import Judge, Looks, Observer, Setting, offered
+from ..observers import Judge, Looks, Observer, RunSetting, offered
 from ..run import OpenRun
 from ..trajectory import Statistics, Trajectory
 
@@ -83,7 +83,7 @@ class PythonCost(Observer):
 
 
 @offered
-def _(setting: Setting) -> Iterator[Observer]:
+def _(setting: RunSetting) -> Iterator[Observer]:
     laws = [one for one in setting.system.loads.forces if isinstance(one, LawForces)]
     if not setting.live:
         yield Judge(lambda run, motion: warn_of_division(motion.statistics), reads_states=False)

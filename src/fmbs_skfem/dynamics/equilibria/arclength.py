@@ -36,13 +36,13 @@ from ...systems.connections.mechanism import refuse_held_drives
 from ...systems.connections.redundancy import without_redundant
 from ...systems.forces import pressure
 from ...systems.system import System
-from ..observers import Found, reviewed
+from ..observers import FoundEquilibria, reviewed
 from ..scheme import STATIC, Newton
 from ..trajectory import Crossing, Trajectory
 from . import leaps
 from .equilibrium import Equilibrium, is_enough, newton_statics, static_failure, tangent_at, unloaded
 from .loading import ramp
-from .statics import Problem, Walk, march, path
+from .statics import EquilibriumProblem, Walk, march, path
 
 UNIT = "load factor"
 # no step of a deep arch fails: 1803 iterations for 359 points with 0.25 and 0.8 as well
@@ -174,7 +174,7 @@ def follow_path(
         notify("no branch point lies on the way to the load: `branch: other` does nothing")
     motion = whole(system, walk)
     again = lambda other, shown: follow_path(other, control, newton, time, shown)  # noqa: E731
-    return reviewed(Found(motion, given, again, marks, progress))
+    return reviewed(FoundEquilibria(motion, given, again, marks, progress))
 
 
 def whole(system: System, walk: Walk) -> Trajectory:
@@ -397,7 +397,7 @@ def oriented(system: System, way: PathPoint) -> PathPoint:
 def begin(problem: PathProblem, walk: Walk) -> PathPoint:
     """The first equilibrium under load, found at a given load factor, with the tangent that leads on from there."""
     start = walk.states[0]
-    static = Problem(problem.model.system, start.x, lambda factor: problem.model, problem.newton, UNIT)
+    static = EquilibriumProblem(problem.model.system, start.x, lambda factor: problem.model, problem.newton, UNIT)
     state, passed = next(march(static, start, 1.0, problem.control.first))
     walk.crossings.extend(passed)
     ahead = state.x - start.x

@@ -28,7 +28,7 @@ from ...systems.system import System
 from ..histories import finite_signals
 from ..near_state.linear import linearise
 from ..near_state.shapes import find_free
-from ..observers import Found, reviewed
+from ..observers import FoundEquilibria, reviewed
 from ..scheme import STATIC, Newton, round_off
 from ..trajectory import Crossing, Statistics, Trajectory, Way
 from . import leaps
@@ -50,7 +50,7 @@ ATTEMPTS = 150  #: steps on the way over one load step, beyond which they are no
 
 
 @dataclass(frozen=True)
-class Problem:
+class EquilibriumProblem:
     """What all equilibria of a path share.
 
     `model` may differ from load factor to load factor, as with pressures that follow a surface.
@@ -114,15 +114,15 @@ def solve_statics(
     def at(factor: float) -> Compiled:
         return pressure.at_load_factor(model, factor)
 
-    problem = Problem(system, start.x, at, newton, "load factor", False)
+    problem = EquilibriumProblem(system, start.x, at, newton, "load factor", False)
     first = start if begin is not None else at_rest(problem, start)
     problem = replace(problem, judged=first is not None and begin is None)
     found = reach_targets(problem, start, np.arange(1, steps + 1) / steps, progress, first)
     again = lambda other, shown: solve_statics(other, steps, newton, time, shown)  # noqa: E731
-    return reviewed(Found(found, given, again, progress=progress))
+    return reviewed(FoundEquilibria(found, given, again, progress=progress))
 
 
-def at_rest(problem: Problem, start: Equilibrium) -> Equilibrium | None:
+def at_rest(problem: EquilibriumProblem, start: Equilibrium) -> Equilibrium | None:
     """The equilibrium without loads, from which a path is followed: the reference, unless springs act there that do not grow.
 
     None where there is none, or one that is unstable, as of bodies in a frame that turns, which the loads hold: what lies between
@@ -161,13 +161,13 @@ def solve_equilibria(system: System, times: np.ndarray, newton: Newton | None = 
         finite_signals(system, np.array([time]))
         return model
 
-    problem = Problem(system, system.x0, at, newton, "time [s]")
+    problem = EquilibriumProblem(system, system.x0, at, newton, "time [s]")
     found = reach_targets(problem, problem.solve(float(targets[0]), unloaded(model)), targets[1:])
-    return reviewed(Found(found, given, lambda other, shown: solve_equilibria(other, times, newton)))
+    return reviewed(FoundEquilibria(found, given, lambda other, shown: solve_equilibria(other, times, newton)))
 
 
 def reach_targets(
-    problem: Problem,
+    problem: EquilibriumProblem,
     start: Equilibrium,
     targets: np.ndarray,
     progress: Progress | None = None,
@@ -197,7 +197,7 @@ def reach_targets(
     return path(problem.system, walk)
 
 
-def march(problem: Problem, state: Equilibrium, end: float, step: float) -> Iterator[Passed]:
+def march(problem: EquilibriumProblem, state: Equilibrium, end: float, step: float) -> Iterator[Passed]:
     """Equilibria from that of `state` to `end` by steps, which are shortened where the iteration fails, or leaves the path.
 
     Where it fails in all shorter steps, as close behind a limit point, that is taken which lies downhill, or the branch of the next
@@ -235,7 +235,7 @@ def march(problem: Problem, state: Equilibrium, end: float, step: float) -> Iter
         state, size, growth = after, min(step, growth * size), 1.0 / SHORTER
 
 
-def branch_at(problem: Problem, at: float, before: Equilibrium, behind: Equilibrium) -> Equilibrium:
+def branch_at(problem: EquilibriumProblem, at: float, before: Equilibrium, behind: Equilibrium) -> Equilibrium:
     """Where a path that ends in `before` goes on at a load factor or time: downhill, or to the branch of `behind`.
 
     That of `behind` is followed back; it is `behind` itself where it does not reach so far.

@@ -29,7 +29,7 @@ UPWARD = 1e-3  #: by which one that grows is nearer than one that decays as much
 
 
 @dataclass(frozen=True)
-class Found:
+class MotionsAt:
     """Motions at one value of the parameter.
 
     Eigenvalues growth + i omega with their shapes, complex where bodies do not move in phase, and the mass M that measures these.
@@ -68,7 +68,7 @@ class CampbellDiagram:
 
 
 @checked
-def campbell(values: np.ndarray, find: Callable[[float, int], Found], count: int = 6) -> CampbellDiagram:
+def campbell(values: np.ndarray, find: Callable[[float, int], MotionsAt], count: int = 6) -> CampbellDiagram:
     """The `count` slowest motions at the first of the values (s,), followed over all; `find` gives so many at a value.
 
     `find(value, number)` gives the `number` slowest motions at a value; it is called with four more than are followed, so that a
@@ -85,13 +85,13 @@ def campbell(values: np.ndarray, find: Callable[[float, int], Found], count: int
             chosen = followers(before, found, ahead.real + 1j * np.abs(ahead.imag))
         rest = np.setdiff1d(np.flatnonzero(grows(found.omega, found.growth)), chosen)
         others.append(found.growth[rest].max(initial=0.0))
-        before = Found(found.omega[chosen], found.growth[chosen], found.vectors[:, chosen], found.mass)
+        before = MotionsAt(found.omega[chosen], found.growth[chosen], found.vectors[:, chosen], found.mass)
         omega.append(before.omega)
         growth.append(before.growth)
     return CampbellDiagram(np.asarray(values, dtype=float), np.array(omega), np.array(growth), np.array(others))
 
 
-def followers(before: Found, after: Found, ahead: np.ndarray) -> np.ndarray:
+def followers(before: MotionsAt, after: MotionsAt, ahead: np.ndarray) -> np.ndarray:
     """Which motion (i,) of `after` continues each of `before`, whose eigenvalues growth + i omega are expected `ahead` (i,)."""
     gap = max(float(np.ptp(after.omega)) / max(len(after.omega) - 1, 1), 1e-300)
     distance = np.abs(ahead[:, None] - (after.growth + 1j * after.omega)[None, :]) / gap - UPWARD * after.growth / gap

@@ -14,7 +14,7 @@ from ...core.notices import notify
 from ...core.storage.records import dataclass
 from ...core.values.fields import Count, name_in
 from ...core.values.ranges import Parameter
-from ...dynamics.near_state.campbell import Found
+from ...dynamics.near_state.campbell import MotionsAt
 from ...parts import finer_parts
 from ..yamlfile import Oddity, where
 from .analysis import StateTable, Work
@@ -68,7 +68,7 @@ class Campbell(NearState):
         last: list[StateTable] = []
         off = dict[str, float]()
 
-        def modes_at(value: float, count: int) -> Found:
+        def modes_at(value: float, count: int) -> MotionsAt:
             one = scene.again({name: value})
             assert isinstance(one.analysis, Campbell)
             modes = one.analysis.modes(count)
@@ -79,7 +79,7 @@ class Campbell(NearState):
             high = modes.too_high(found, reduced, about)
             if high is not None:
                 off.update({f"mode {k + 1} at {name} = {value:.4g}": error for k, error in enumerate(high[: self.count].tolist())})
-            return Found(found.omega, found.growth, found.vectors, linear.mass)
+            return MotionsAt(found.omega, found.growth, found.vectors, linear.mass)
 
         values = np.linspace(limits.low, limits.high, max(self.steps, 2))
         found = dynamics.campbell(values, modes_at, self.count)

@@ -17,8 +17,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .pilots import Found, ScenePilots
-from .planner import SAFETY, SHARE, Limits, Pilot, Plan, size
+from .pilots import PilotOutputs, ScenePilots
+from .planner import SAFETY, SHARE, AccuracyPlan, Limits, Pilot, size
 
 # 10 to 200 in twelve runs of a rolling hoop, a gripper, a stop and a four-bar
 AMPLIFIED = 50.0  #: error of a motion over that of a step: what the first run counts with
@@ -31,7 +31,9 @@ PAYS = 0.8  #: work over that of equal steps, from which these are kept
 LEAST, MOST = 1e-9, 1e-2  #: errors of steps that are tried
 
 
-def with_levels(pilots: ScenePilots, found: Plan, limits: Limits, fewest: int, see: Callable[[Pilot], None]) -> Plan:
+def with_levels(
+    pilots: ScenePilots, found: AccuracyPlan, limits: Limits, fewest: int, see: Callable[[Pilot], None]
+) -> AccuracyPlan:
     """A plan of a motion in which forces jump, with steps of several lengths where that takes less than PAYS of its work.
 
     `fewest` are the fewest steps of a run. The plan stays as it is where that is not cheaper, or cannot be proved.
@@ -44,7 +46,7 @@ def with_levels(pilots: ScenePilots, found: Plan, limits: Limits, fewest: int, s
         return found
     log = list(found.pilots)
 
-    def run(local: float) -> Found | None:
+    def run(local: float) -> PilotOutputs | None:
         other = pilots.run(found.cells, steps, local)
         apart = None if other is None else size(pilots.differ(other, equal))
         log.append(Pilot(found.cells, steps, other is not None, apart, local))

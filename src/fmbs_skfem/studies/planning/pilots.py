@@ -42,7 +42,7 @@ LOST = {"m": 0, "m/s": 0, "m/s^2": 0, "J": 0, "W": 0, "rad": 1, "rad/s": 1}
 GRID = 100_000  #: steps a duration may have at least because of other times of its scene
 
 
-class Found(NamedTuple):
+class PilotOutputs(NamedTuple):
     """Outputs of a pilot run."""
 
     times: np.ndarray  #: (s,) [s]
@@ -137,7 +137,7 @@ class ScenePilots:
         found.systems = {level: finer_systems.unchecked(finer)}
         return found
 
-    def run(self, cells: int, steps: int, local_error: float = 0.0) -> Found | None:
+    def run(self, cells: int, steps: int, local_error: float = 0.0) -> PilotOutputs | None:
         """Outputs at the ends of all steps.
 
         None where steps fail, many are divided, or are too large for a history.
@@ -158,7 +158,7 @@ class ScenePilots:
                 return None
             cost, happened = motion.statistics, tuple(one.time for one in motion.events)
             work = cost.iterations + FACTOR * cost.factorisations
-            found = Found(motion.times, output_errors.columns(motion), happened, work)
+            found = PilotOutputs(motion.times, output_errors.columns(motion), happened, work)
         self.find_room(found)
         return found
 
@@ -193,7 +193,7 @@ class ScenePilots:
         """All numbers of steps are multiples of it, and have a half."""
         return 2 * self.multiple(COMMON // 2)
 
-    def find_room(self, found: Found) -> None:
+    def find_room(self, found: PilotOutputs) -> None:
         """What a motion with these outputs may err by; an accuracy below what the iteration of every step leaves is refused.
 
         The room is the finest bound over what a mechanism of this size does in that time, or over the range where that is larger.
@@ -213,7 +213,7 @@ class ScenePilots:
             if bound is not None and (part := bound.part(error)) > 0.0 and (size := max(natural.get(error.unit, 0.0), error.range)):
                 self.room = min(self.room, 1.0 / (part * size)) if self.room else 1.0 / (part * size)
 
-    def differ(self, one: Found, other: Found) -> np.ndarray:
+    def differ(self, one: PilotOutputs, other: PilotOutputs) -> np.ndarray:
         """(2, k): differences of columns from `other` over what is wanted, 0 where nothing is; and in their units."""
         first, second = output_errors.common_times("pilot runs", one.times, other.times)
         between = between_events(other.times[second], one.events, other.events)
@@ -241,7 +241,7 @@ class ScenePilots:
         """Cells with which a chain of meshes begins: two, or as many as named points inside of lines ask for."""
         return max(FEWEST, *(self.scene.bodies[name].fewest(self.scene, self.allow_outside) for name in self.open))
 
-    def trusted(self, one: Found, other: Found) -> float:
+    def trusted(self, one: PilotOutputs, other: PilotOutputs) -> float:
         """The time [s] up to which two runs agree within the accuracy."""
         common = other.times[output_errors.common_times("pilot runs", one.times, other.times)[1]]
         low, high = 0, len(common) - 1
@@ -274,7 +274,7 @@ def between_events(times: np.ndarray, one: Sequence[float], other: Sequence[floa
     return found
 
 
-def until(found: Found, time: float) -> Found:
+def until(found: PilotOutputs, time: float) -> PilotOutputs:
     """A run up to a time [s]."""
     early = found.times <= time
     return found._replace(times=found.times[early], columns={name: values[early] for name, values in found.columns.items()})

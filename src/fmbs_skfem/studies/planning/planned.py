@@ -16,10 +16,10 @@ from ...scenes import build, times
 from ...scenes.schema import Scene
 from .levels import with_levels
 from .pilots import ScenePilots
-from .planner import LEAST, NOTHING, ROACHE, Limits, Pilot, Plan, Unresolved, plan, size
+from .planner import LEAST, NOTHING, ROACHE, AccuracyPlan, Limits, Pilot, Unresolved, plan, size
 
 USUAL = 6  #: pilot runs of a plan
-UNPLANNED = Plan(0, 1, NOTHING, NOTHING, ())  #: of an equilibrium whose meshes are all given, and whose parts are judged
+UNPLANNED = AccuracyPlan(0, 1, NOTHING, NOTHING, ())  #: of an equilibrium whose meshes are all given, and whose parts are judged
 TRAIN = "train its parts on such states, or take more of their shape functions"
 
 
@@ -125,14 +125,14 @@ def nothing_to_find(pilots: ScenePilots) -> Planned:
     return result
 
 
-def short_of(found: Plan, given: bool) -> str:
+def short_of(found: AccuracyPlan, given: bool) -> str:
     """What keeps a plan from its accuracy: parts, or the mesh where the step is not `given`."""
     if found.parts is not None and size(found.time + found.mesh) <= 1.0:
         return "parts"
     return "steps" if given else "cells"
 
 
-def with_given_meshes(pilots: ScenePilots, found: Plan, see: Callable[[Pilot], None]) -> Plan:
+def with_given_meshes(pilots: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None]) -> AccuracyPlan:
     """A plan of lines whose cells were chosen, with the errors of the meshes beside them, from a run with these once finer."""
     told = beside(pilots, ScenePilots(pilots.refined_by(2), pilots.allow_outside), found, see)
     if told is None:
@@ -142,7 +142,7 @@ def with_given_meshes(pilots: ScenePilots, found: Plan, see: Callable[[Pilot], N
     return replace(found, mesh=found.mesh + LEAST / (LEAST - 1.0) * difference, pilots=(*found.pilots, pilot))
 
 
-def with_parts(pilots: ScenePilots, found: Plan, see: Callable[[Pilot], None]) -> Plan:
+def with_parts(pilots: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None]) -> AccuracyPlan:
     """A plan with the errors of parts, from a run with all shapes that these know, which errs by a small part of that."""
     finer = pilots.with_finer_parts(found.cells)
     told = None if finer is None else beside(pilots, finer, found, see)
@@ -152,7 +152,9 @@ def with_parts(pilots: ScenePilots, found: Plan, see: Callable[[Pilot], None]) -
     return replace(found, parts=ROACHE * difference, pilots=(*found.pilots, pilot))
 
 
-def beside(pilots: ScenePilots, finer: ScenePilots, found: Plan, see: Callable[[Pilot], None]) -> tuple[np.ndarray, Pilot] | None:
+def beside(
+    pilots: ScenePilots, finer: ScenePilots, found: AccuracyPlan, see: Callable[[Pilot], None]
+) -> tuple[np.ndarray, Pilot] | None:
     """Differences (2, k) of the runs of a plan from those of a finer system, with the fewest steps that resolve both."""
     steps = min((one.steps for one in found.pilots if one.resolved), default=found.steps)
     one, other = pilots.run(found.cells, steps), finer.run(found.cells, steps)

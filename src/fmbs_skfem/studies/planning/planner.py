@@ -196,7 +196,7 @@ class Pilot:
 
 
 @dataclass(frozen=True)
-class Plan:
+class AccuracyPlan:
     """What is chosen, and why."""
 
     cells: int
@@ -265,7 +265,7 @@ class Planner:
 
     def proved(
         self, chosen: tuple[int, int], time: Chain, mesh: Chain | None, why: str, free: tuple[bool, bool], known: int = 0
-    ) -> Plan:
+    ) -> AccuracyPlan:
         """The plan of what is chosen, with the error of the step on its own mesh, from a run with half as many.
 
         More steps are taken where that is larger than the coarsest mesh has foretold. Where the run is farther than foretold from
@@ -308,7 +308,7 @@ class Planner:
                 cells = min(math.ceil(np.clip(mesh.more(of_mesh, left), MORE, TWICE) * cells), self.limits.cells)
         if free_steps and self.pilots.rough:
             steps, found = self.fewer(cells, steps, found, of_mesh)
-        return Plan(cells, steps, found, of_mesh, tuple(self.log), why)
+        return AccuracyPlan(cells, steps, found, of_mesh, tuple(self.log), why)
 
     def fewer(self, cells: int, steps: int, error: np.ndarray, of_mesh: np.ndarray) -> tuple[int, np.ndarray]:
         """Half of the steps, again and again, while twice the difference from these is within the share of the step.
@@ -378,13 +378,13 @@ class Planner:
                 found = np.maximum(found, ROACHE * apart / ((steps / fewer) ** powers - 1.0))
         return found
 
-    def unsettled(self, chosen: tuple[int, int], time: Chain, mesh: np.ndarray, apart: str, *pairs: Pair) -> Plan:
+    def unsettled(self, chosen: tuple[int, int], time: Chain, mesh: np.ndarray, apart: str, *pairs: Pair) -> AccuracyPlan:
         """The plan of a motion that pairs of runs do not settle."""
         known = [tuple(self.run(*one) for one in pair) for pair in pairs]
         resolved = tuple((one, other) for one, other in known if one is not None and other is not None)
-        return Plan(*chosen, time.errors(chosen[1]), mesh, tuple(self.log), "sensitive", resolved, apart)
+        return AccuracyPlan(*chosen, time.errors(chosen[1]), mesh, tuple(self.log), "sensitive", resolved, apart)
 
-    def unsettled_steps(self, cells: int, time: Chain, given: int | None, free_cells: bool) -> Plan:
+    def unsettled_steps(self, cells: int, time: Chain, given: int | None, free_cells: bool) -> AccuracyPlan:
         """The plan of a motion that more steps do not settle; another mesh tells the error of this one all the same."""
         fine, some = time.fine, time.fine // FINER
         pairs, chosen = [((cells, fine // 2), (cells, fine))], (cells, given or fine)
@@ -527,7 +527,7 @@ def plan(
     free_steps: bool = True,
     limits: Limits = FAR,
     see: Callable[[Pilot], None] = lambda pilot: None,
-) -> Plan:
+) -> AccuracyPlan:
     """Cells and steps that meet an accuracy, from chains that begin with so many of them; what is not free stays.
 
     `cells` are twice the fewest, and 0 where a scene has none to choose: its mesh is not judged. `steps` are 0 of an equilibrium.

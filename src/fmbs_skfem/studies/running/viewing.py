@@ -19,7 +19,7 @@ from ...core.storage import container
 from ...dynamics import Trajectory
 from ...families import parametric_model
 from ...pages import content
-from ...pages.live import LiveModel, Slider
+from ...pages.live import LiveModel, PageParameter
 from ...results import segments
 from ...scenes.analyses.analysis import States
 from .. import job as jobs
@@ -124,8 +124,8 @@ def live_model(job: Job, trajectory: Trajectory) -> LiveModel | None:
     if module is None:
         notify(f"the page shows the run alone: the model itself runs in it with a compiler, {extras.install('fmu')}")
         return None
-    parameters = tuple(Slider(name, *one) for name, one in made.parameters.items())
-    inputs = tuple(Slider(name, *one) for name, one in exporting.input_ranges(made).items())
+    parameters = tuple(PageParameter(name, *one) for name, one in made.parameters.items())
+    inputs = tuple(PageParameter(name, *one) for name, one in exporting.input_ranges(made).items())
     columns = tuple(one.name for one in made.columns)
     return LiveModel(module, made.step, trajectory.system.size, columns, parameters, inputs)
 

@@ -64,7 +64,7 @@ __all__ = [
     "Spherical",
     "Clamp",
     "Weld",
-    "Distance",
+    "RigidLink",
     "Slider",
     "DrivenAngle",
     "DrivenPosition",
@@ -175,7 +175,7 @@ class Weld(Joint):
 
 
 @dataclass(frozen=True)
-class Distance(Joint):
+class RigidLink(Joint, word="distance"):
     """A massless rigid link; its length [m] is that of the reference unless given.
 
     {type: distance, at: beam.right, to: [1 m, 0.5 m, 0], length: 0.4 m}

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from ...bodies import laws
 from ...bodies.body import Body, locate, own
 from ...bodies.plate import local_table
-from ...bodies.stress_recovery import Fields, recover
+from ...bodies.stress_recovery import RecoveredFields, recover
 from ...core.errors import InputError, say
 from ...core.notices import notify
 from ...core.storage.records import dataclass
@@ -95,8 +95,8 @@ def warn_of_jump(where: str, shape: surface.Surface, thickness: float | np.ndarr
         notify(f"{where}: {text}; read a point beside it")
 
 
-def recovered(parameters: tuple[float, ...], values: np.ndarray) -> Fields:
-    """Fields (.., s) of what the rows of a surface point read over time, values (s, k c), by the parameters of the point."""
+def recovered(parameters: tuple[float, ...], values: np.ndarray) -> RecoveredFields:
+    """RecoveredFields (.., s) of what the rows of a surface point read over time, values (s, k c), by the parameters of the point."""
     law, thickness, *section = parameters
     data = np.tile(np.array(section)[:, None], (1, len(values)))
     return recover(laws.NUMBERS[int(law)], values.T, data, thickness)
