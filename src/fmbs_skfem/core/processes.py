@@ -1,6 +1,6 @@
-"""Processes of this machine that run calls: an executor is one process, which may die without hurting the others.
+"""Processes of this machine that run calls: an executor of so many, each of which may die without hurting the others.
 
-    call -> process -> what it gives, or BrokenExecutor where the process ends before
+    call -> a process that is free -> what it gives, or BrokenExecutor where the process ends before
 
 They start as new interpreters (nothing is forked), have one thread for linear algebra, import nothing from the current folder, and
 run the Python files of scenes where this call may. What they read and write goes over a pair of sockets without an address, which
@@ -30,78 +30,87 @@ from typing import Any
 from . import consents
 from .errors import InputError, say
 
-LEAVE = 5.0  #: longest wait for a process that has nothing to do [s]
+LEAVE = 5.0  #: longest wait for the end of a process that has closed its line [s]
 #: part of memory, in thousandths, by which Linux takes them for larger where memory is short: they have to go before this process
 FIRST_TO_GO = 500
 ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 ENVIRONMENT = {**dict.fromkeys(ONE_THREAD, "1"), "PYTHONSAFEPATH": "1"}
 
 
-class WorkerProcess(Executor):
-    """A process, which runs one call after the other.
+class Processes(Executor):
+    """So many processes of this machine, each of which runs one call after the other.
 
-    BrokenExecutor for calls that it cannot finish. InputError where it cannot start, as in a script that it would run again.
+    A process that ends by itself loses its own call alone (BrokenExecutor), and another one takes its place; a
+    `ProcessPoolExecutor` loses all calls and ends. InputError where no process can start, as in a script that it would run again.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, count: int) -> None:
+        self._max_workers = count  # as those of concurrent.futures call it
+        self.threads = ThreadPoolExecutor(count)  # one a process: it waits for the answers
+        self.consent = consents.current()  # of this call: threads have none
+        self.running: dict[int, Process] = {}  #: by thread
+        self.lock = threading.Lock()
+        self.closed = False
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
+        return self.threads.submit(self.ask, function, arguments, more)
+
+    def ask(self, function: Callable[..., Any], arguments: tuple[Any, ...], more: Mapping[str, Any]) -> Any:
+        """What a call gives in the process of this thread."""
+        sent, thread = dumps((function, arguments, more)), threading.get_ident()
+        with self.lock:  # one starts after the other: they are given an environment
+            if self.closed:
+                raise BrokenExecutor("the worker processes are shut down")
+            one = self.running.get(thread)
+            if one is None or not one.process.is_alive():
+                one = self.running[thread] = Process(self.consent)
+        value, failed = pickle.loads(one.ask(sent))
+        if failed is not None:
+            raise failed
+        return value
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """End the processes at once, also where they work on a call or still start, which may take long; all calls are lost."""
+        with self.lock:
+            self.closed = True
+        for one in self.running.values():
+            one.process.kill()
+        self.threads.shutdown(wait, cancel_futures=True)
+        for one in self.running.values():
+            one.process.join()
+
+
+class Process:
+    """A process, which runs one call at a time."""
+
+    def __init__(self, consent: str) -> None:
         context = multiprocessing.get_context("spawn")
         self.line, far = context.Pipe()
         self.process = context.Process(target=serve, args=(far,), daemon=True)
-        consent = {consents.SWITCH: consents.current()}
+        self.begun = False
         try:
             # holding interrupts may start a process as well
-            with environment(ENVIRONMENT | consent), interrupts_held():
+            with environment(ENVIRONMENT | {consents.SWITCH: consent}), interrupts_held():
                 self.process.start()
         except RuntimeError as error:  # this is such a process, on its way through the script
             raise unguarded() from error
         far.close()
-        self.thread = ThreadPoolExecutor(1)
-        self.begun = self.busy = self.lost = False
 
-    def submit(self, function: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
-        return self.thread.submit(self.ask, function, arguments, more)
-
-    def ask(self, function: Callable[..., Any], arguments: tuple[Any, ...], more: Mapping[str, Any]) -> Any:
-        """What a call gives in the process."""
-        sent = dumps((function, arguments, more))
-        self.busy = True
+    def ask(self, sent: bytes) -> bytes:
+        """What it answers; where it ends instead it is gone afterwards."""
         try:
             if not self.begun:
                 self.line.recv_bytes()
                 self.begun = True
             self.line.send_bytes(sent)
-            answer = self.line.recv_bytes()
+            return self.line.recv_bytes()
         except (EOFError, OSError) as error:
-            self.lost = True
             self.process.join(LEAVE)  # its exit code is known a moment later than its end
+            self.process.kill()
+            self.process.join()
             if not self.begun and (self.process.exitcode or 0) > 0:
                 raise unguarded() from error
             raise BrokenExecutor("a worker process ended") from error
-        finally:
-            self.busy = False
-        found, failed = pickle.loads(answer)
-        if failed is not None:
-            raise failed
-        return found
-
-    @property
-    def ended(self) -> bool:
-        return self.lost or not self.process.is_alive()
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Let the process end: at once where it works on a call or still starts, which may take long."""
-        if self.busy or not self.begun:
-            self.process.kill()
-        self.thread.submit(self.line.close)
-        self.thread.shutdown(wait=False)
-        if wait:
-            self.wait()
-
-    def wait(self) -> None:
-        """Wait for the end of a process that was shut down."""
-        self.process.join(LEAVE)
-        self.process.kill()
-        self.process.join()
 
 
 def unguarded() -> InputError:

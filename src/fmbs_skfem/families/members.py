@@ -139,14 +139,21 @@ def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
     return None
 
 
-def work(token: str, task: Task, batch: Sequence[Member], timeout: float | None) -> list[Record] | tuple[type[FmbsError], str, Any]:
-    """Run a batch in this worker, which prepares the task first where it has not yet; what `prepare` gives where that fails.
+def work(
+    token: str, task: Task, batch: Sequence[Member], timeout: float | None, at_once: bool
+) -> list[Record] | tuple[type[FmbsError], str, Any] | None:
+    """Run a batch in this worker; what `prepare` gives where that fails.
 
-    A member that takes longer than `timeout` [s] ends the process.
+    A worker that has not prepared the task does so first, and gives its batch back as None unless it is to run `at_once`. A member
+    that takes longer than `timeout` [s] ends the process.
     """
     with PREPARING:
-        failed = None if token in READY else prepare(token, task)
-    return failed or [run_member(READY[token], member, timeout) for member in batch]
+        if token not in READY:
+            failed = prepare(token, task)
+            if failed or not at_once:
+                return failed
+        ready = READY[token]
+    return [run_member(ready, member, timeout) for member in batch]
 
 
 def run_member(function: Work, member: Member, timeout: float | None) -> Record:
