@@ -20,7 +20,7 @@ from fmbs_skfem.contact.contacts import ContactPlane
 from fmbs_skfem.contact.states import ContactState
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.storage import container
+from fmbs_skfem.core.storage import container, locks
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration, outputs
 from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.dynamics.trajectory import COLUMNS
@@ -53,7 +53,7 @@ def go_on(folder: Path, every: float = 0.0) -> Trajectory:
     """The run in a folder from where it is to its end; a segment whenever it is looked at."""
     if segments.exists(folder):
         found = segments.manifest(folder)
-        record, resume = Recorder(folder, JOB, every, found), segments.read(folder, found)
+        record, resume = Recorder(folder, JOB, every, found), segments.read(folder)
     else:
         record, resume = Recorder(folder, JOB, every), None
     return integrate(SYSTEM, SCHEME, STEPS * SCHEME.step, every=EVERY, record=record, resume=resume)
@@ -167,10 +167,10 @@ def test_segments_are_plain_hdf5(written: Path) -> None:
     assert (found.state, found.done, found.steps) == (HistoryState.DONE, 400, 400)
     assert found.time == pytest.approx(0.2)
     whole, rows = integrate(SYSTEM, SCHEME, 0.2), list[np.ndarray]()
-    for entry in found.segments:
-        with h5py.File(written / "history" / entry.name) as file:
+    for number, (first, last) in enumerate(itertools.pairwise((0, *found.segments)), 1):
+        with h5py.File(written / "history" / f"segment-{number:05d}.h5") as file:
             rows.append(file["x"][()])
-            np.testing.assert_array_equal(file["times"][()], whole.times[entry.first : entry.last])
+            np.testing.assert_array_equal(file["times"][()], whole.times[first:last])
     np.testing.assert_array_equal(np.concatenate(rows), whole.x)
 
 
@@ -210,7 +210,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("name", ["segment-00001.h5", "segment-00003.h5", "checkpoint-*.h5", "manifest.json"])
+@pytest.mark.parametrize("name", ["segment-00001.h5", "segment-00003.h5", "checkpoint-*.h5"])
 def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
     """One bit in the first, the last and some random bytes of a file; and a file that is cut off, and one that is gone."""
     (path,) = (written / "history").glob(name)
@@ -224,7 +224,8 @@ def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
                 segments.read(written)
             assert caught.value.exit_code == 8
         path.unlink()
-        with pytest.raises((CorruptFile, InputError), match=path.name):
+        gone = path.name if name.startswith("segment") else r"a folder with history/checkpoint-\*\.h5, got none"
+        with pytest.raises((CorruptFile, InputError), match=gone):
             segments.read(written)
     finally:
         path.write_bytes(whole)
@@ -232,10 +233,11 @@ def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
 
 
 def test_a_history_of_another_version_is_refused(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = written / "history" / "manifest.json"
+    (path,) = (written / "history").glob("checkpoint-*")
     data = path.read_bytes()
+    kept = segments.newest(written)
     monkeypatch.setattr(segments, "KIND", replace(segments.KIND, version=5))
-    segments.write_manifest(path.parent, segments.manifest(written))
+    segments.store_of(written).append(segments.CHECKPOINT, kept.manifest.checkpoint, kept)
     monkeypatch.undo()
     with pytest.raises(CorruptFile, match=r"expected version 4 of the format, got version 5; it was written by a newer release"):
         segments.manifest(written)
@@ -267,10 +269,10 @@ def test_the_lock_of_a_killed_run_is_taken_over_with_a_notice(tmp_path: Path) ->
     os.kill(number, signal.SIGKILL)
     assert ended(number) == -signal.SIGKILL
     with pytest.warns(Notice, match=f"the lock of process {number}, which is gone, is taken over"), segments.lock(tmp_path):
-        assert (tmp_path / segments.LOCK).read_text() == f"process {os.getpid()}\n"
+        assert (tmp_path / locks.LOCK).read_text() == f"process {os.getpid()}\n"
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_without_a_history(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"a folder with history/manifest\.json, got none"):
+    with pytest.raises(InputError, match=r"a folder with history/checkpoint-\*\.h5, got none"):
         segments.read(tmp_path)

@@ -25,7 +25,6 @@ import numpy as np
 from ..core.algebra.linalg import evenly
 from ..core.errors import FmbsError, InputError, SolverError, say
 from ..core.notices import Notice, notify
-from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 
 if TYPE_CHECKING:
@@ -40,7 +39,6 @@ MEMORY = "out of memory"  #: why a member failed
 NEAR = 1e-6  #: part of a step that is round-off
 
 
-@storable
 class Status(Enum):
     """How a member ended.
 
@@ -64,7 +62,6 @@ class Member:
     values: dict[str, float]  #: of the parameters, SI
 
 
-@storable
 @dataclass(frozen=True)
 class Result:
     """What a member that ran gives.
@@ -80,7 +77,6 @@ class Result:
     extremes: dict[str, np.ndarray] = field(default_factory=dict)  #: output -> smallest and largest value (2,) of all steps
 
 
-@storable
 @dataclass(frozen=True)
 class Record:
     """A member that is settled.

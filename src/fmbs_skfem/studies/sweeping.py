@@ -145,7 +145,7 @@ def open_folder(
     if there and same and resume:
         found = sweep_files.read_settled(out, points, [own.name for own in members.parameters])
     elif there:
-        sweep_files.forget(out)
+        sweep_files.store_of(out).forget("")
     begun = {"status": "running", "fingerprint": mark, "members": len(points), "provenance": origin}
     reports.write_json(out / reports.REPORT, begun)
     return out, found

@@ -91,7 +91,7 @@ def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
             return record(moment)
         record.write(moment)
         at = f"at t = {moment.time:.6g} s, after {moment.done} of {moment.steps} steps"
-        remedy = f"go on with: fmbs resume {record.folder.parent}"
+        remedy = f"go on with: fmbs resume {record.folder}"
         if arrived:
             raise Interrupted(arrived[0], f"stopped by {signal.Signals(arrived[0]).name} {at}; {remedy}")
         raise TimeOver(f"stopped by --time-limit {limit:g} {at}; {remedy}")

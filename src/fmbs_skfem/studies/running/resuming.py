@@ -38,7 +38,7 @@ def resume_run(job: Job) -> Run:
         compare(out, asked["provenance"], reports.plain(task.facts["provenance"]))
         solving.warm_up(task, compiling.announce(own))
         record = segments.Recorder(out, asked, asked["checkpoint"], found)
-        return solving.finish(own, task, None, record, segments.read(out, found))
+        return solving.finish(own, task, None, record, segments.read(out))
 
 
 def compare(out: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
