@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import pytest
@@ -43,16 +44,16 @@ def worker() -> Iterator[Processes]:
         yield made
 
 
-def only(worker: Processes) -> processes.Process:
+def only(worker: Processes) -> SpawnProcess:
     """The only process."""
-    (one,) = worker.running.values()
+    ((one, _),) = worker.running.values()
     return one
 
 
 def pid(worker: Processes) -> int:
     """Of the only process, which is started where there is none."""
     found = worker.submit(os.getpid).result(timeout=60)
-    assert [one.process.pid for one in worker.running.values()] == [found]
+    assert only(worker).pid == found
     return int(found)
 
 
@@ -111,7 +112,7 @@ def test_a_process_that_ends_loses_its_own_call_and_is_replaced(worker: Processe
 
 def test_a_process_that_ends_while_nothing_is_asked_of_it_is_replaced(worker: Processes) -> None:
     os.kill(before := pid(worker), signal.SIGKILL)
-    only(worker).process.join()
+    only(worker).join()
     assert worker.submit(pow, 3, 2).result(timeout=60) == 9
     assert pid(worker) != before
 
@@ -133,9 +134,9 @@ def test_a_process_sees_no_interrupts(worker: Processes) -> None:
     while not worker.running:
         time.sleep(0.001)
     one = only(worker)
-    os.kill(one.process.pid or 0, signal.SIGINT)
+    os.kill(one.pid or 0, signal.SIGINT)
     assert first.result(timeout=60) == 9
-    os.kill(one.process.pid or 0, signal.SIGINT)
+    os.kill(one.pid or 0, signal.SIGINT)
     assert worker.submit(pow, 3, 2).result(timeout=60) == 9
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
@@ -151,14 +152,14 @@ def test_whoever_works_is_ended_at_once() -> None:
     with pytest.raises(BrokenExecutor):
         long.result(timeout=60)
     assert waiting.cancelled()
-    assert one.process.exitcode == -signal.SIGKILL
+    assert one.exitcode == -signal.SIGKILL
 
 
 def test_nothing_is_left_of_what_is_shut_down() -> None:
     worker = Processes(1)
     pid(worker)
     worker.shutdown()
-    assert only(worker).process.exitcode == -signal.SIGKILL
+    assert only(worker).exitcode == -signal.SIGKILL
     with pytest.raises(RuntimeError, match="after shutdown"):
         worker.submit(pow, 3, 2)
 
@@ -166,7 +167,8 @@ def test_nothing_is_left_of_what_is_shut_down() -> None:
 def test_nobody_else_reaches_a_process(worker: Processes) -> None:
     """Its socket has no address and listens to nobody."""
     pid(worker)
-    with socket.socket(fileno=os.dup(only(worker).line.fileno())) as own:
+    ((_, line),) = worker.running.values()
+    with socket.socket(fileno=os.dup(line.fileno())) as own:
         assert (own.family, own.getsockname(), own.getpeername()) == (socket.AF_UNIX, "", "")
         assert not own.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN)
 

@@ -528,8 +528,8 @@ def test_the_folder_of_another_training_is_refused(tmp_path: Path) -> None:
             training.train(other, places(task), dataclasses.replace(OPTIONS, iterations=1), tmp_path)
     with pytest.raises(InputError, match="one of another training"):
         training.train(task, places(task), dataclasses.replace(OPTIONS, iterations=1, seed=1), tmp_path)
-    (tmp_path / "training-000.h5").unlink()
-    with pytest.raises(InputError, match=r"one without training-000\.h5"):
+    (tmp_path / "training.h5").unlink()
+    with pytest.raises(InputError, match=r"one without training\.h5"):
         training.train(task, places(task), OPTIONS, tmp_path)
 
 

@@ -20,7 +20,7 @@ from fmbs_skfem.contact.contacts import ContactPlane
 from fmbs_skfem.contact.states import ContactState
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.storage import container, locks
+from fmbs_skfem.core.storage import container, durable, locks
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration, outputs
 from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.dynamics.trajectory import COLUMNS
@@ -153,11 +153,11 @@ def test_a_full_disk_says_so(tmp_path: Path, written: Path) -> None:
     for folder, advice in ((tmp_path, "run it again"), (written, "fmbs resume")):
         with (
             pytest.raises(NoRoom, match=rf"/dev/full: expected room on the disk.*{advice}") as caught,
-            segments.room(Path("/dev/full"), folder),
+            durable.room(Path("/dev/full"), segments.remedy(folder)),
         ):
             Path("/dev/full").write_bytes(b"x")
         assert caught.value.exit_code == 6
-    with pytest.raises(FileNotFoundError), segments.room(Path("nowhere")):
+    with pytest.raises(FileNotFoundError), durable.room(Path("nowhere")):
         Path("/nowhere/file").write_bytes(b"x")
 
 
@@ -210,7 +210,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("name", ["segment-00001.h5", "segment-00003.h5", "checkpoint-*.h5"])
+@pytest.mark.parametrize("name", ["segment-00001.h5", "segment-00003.h5", "checkpoint-*.h5", "manifest.h5"])
 def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
     """One bit in the first, the last and some random bytes of a file; and a file that is cut off, and one that is gone."""
     (path,) = (written / "history").glob(name)
@@ -224,8 +224,7 @@ def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
                 segments.read(written)
             assert caught.value.exit_code == 8
         path.unlink()
-        gone = path.name if name.startswith("segment") else r"a folder with history/checkpoint-\*\.h5, got none"
-        with pytest.raises((CorruptFile, InputError), match=gone):
+        with pytest.raises((CorruptFile, InputError), match=path.name):
             segments.read(written)
     finally:
         path.write_bytes(whole)
@@ -233,11 +232,10 @@ def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
 
 
 def test_a_history_of_another_version_is_refused(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (path,) = (written / "history").glob("checkpoint-*")
+    path, found = written / "history" / "manifest.h5", segments.manifest(written)
     data = path.read_bytes()
-    kept = segments.newest(written)
     monkeypatch.setattr(segments, "KIND", replace(segments.KIND, version=5))
-    segments.store_of(written).append(segments.CHECKPOINT, kept.manifest.checkpoint, kept)
+    segments.store_of(written).append(segments.MANIFEST, None, found)
     monkeypatch.undo()
     with pytest.raises(CorruptFile, match=r"expected version 4 of the format, got version 5; it was written by a newer release"):
         segments.manifest(written)
@@ -251,28 +249,28 @@ def test_python_objects_cannot_be_written() -> None:
 
 
 def test_a_folder_belongs_to_one_run(tmp_path: Path) -> None:
-    with segments.lock(tmp_path):
+    with locks.own(tmp_path):
         with pytest.raises(InputError, match=f"expected a folder no other run writes into, got process {os.getpid()}"):
-            segments.lock(tmp_path).__enter__()
-        number = child(lambda: segments.lock(tmp_path).__enter__())
+            locks.own(tmp_path).__enter__()
+        number = child(lambda: locks.own(tmp_path).__enter__())
         assert ended(number) == 99
     assert list(tmp_path.iterdir()) == []
 
 
 def test_the_lock_of_a_killed_run_is_taken_over_with_a_notice(tmp_path: Path) -> None:
     def hold() -> None:
-        with segments.lock(tmp_path):
+        with locks.own(tmp_path):
             os.kill(os.getpid(), signal.SIGSTOP)
 
     number = child(hold)
     assert os.WIFSTOPPED(os.waitpid(number, os.WUNTRACED)[1])
     os.kill(number, signal.SIGKILL)
     assert ended(number) == -signal.SIGKILL
-    with pytest.warns(Notice, match=f"the lock of process {number}, which is gone, is taken over"), segments.lock(tmp_path):
+    with pytest.warns(Notice, match=f"the lock of process {number}, which is gone, is taken over"), locks.own(tmp_path):
         assert (tmp_path / locks.LOCK).read_text() == f"process {os.getpid()}\n"
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_without_a_history(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"a folder with history/checkpoint-\*\.h5, got none"):
+    with pytest.raises(InputError, match=r"a folder with history/manifest\.h5, got none"):
         segments.read(tmp_path)

@@ -24,6 +24,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,7 @@ class Processes(Executor):
         self._max_workers = count  # as those of concurrent.futures call it
         self.threads = ThreadPoolExecutor(count)  # one a process: it waits for the answers
         self.consent = consents.current()  # of this call: threads have none
-        self.running: dict[int, Process] = {}  #: by thread
+        self.running: dict[int, tuple[SpawnProcess, Any]] = {}  #: by thread, each with the end of its line
         self.lock = threading.Lock()
         self.closed = False
 
@@ -61,10 +62,24 @@ class Processes(Executor):
         with self.lock:  # one starts after the other: they are given an environment
             if self.closed:
                 raise BrokenExecutor("the worker processes are shut down")
-            one = self.running.get(thread)
-            if one is None or not one.process.is_alive():
-                one = self.running[thread] = Process(self.consent)
-        value, failed = pickle.loads(one.ask(sent))
+            begun = thread in self.running and self.running[thread][0].is_alive()
+            if not begun:
+                self.running[thread] = start(self.consent)
+        process, line = self.running[thread]
+        try:
+            if not begun:
+                line.recv_bytes()
+                begun = True
+            line.send_bytes(sent)
+            found = line.recv_bytes()
+        except (EOFError, OSError) as error:
+            process.join(LEAVE)  # its exit code is known a moment later than its end
+            process.kill()
+            process.join()
+            if not begun and (process.exitcode or 0) > 0:
+                raise unguarded() from error
+            raise BrokenExecutor("a worker process ended") from error
+        value, failed = pickle.loads(found)
         if failed is not None:
             raise failed
         return value
@@ -73,44 +88,26 @@ class Processes(Executor):
         """End the processes at once, also where they work on a call or still start, which may take long; all calls are lost."""
         with self.lock:
             self.closed = True
-        for one in self.running.values():
-            one.process.kill()
+        for process, _ in self.running.values():
+            process.kill()
         self.threads.shutdown(wait, cancel_futures=True)
-        for one in self.running.values():
-            one.process.join()
+        for process, _ in self.running.values():
+            process.join()
 
 
-class Process:
-    """A process, which runs one call at a time."""
-
-    def __init__(self, consent: str) -> None:
-        context = multiprocessing.get_context("spawn")
-        self.line, far = context.Pipe()
-        self.process = context.Process(target=serve, args=(far,), daemon=True)
-        self.begun = False
-        try:
-            # holding interrupts may start a process as well
-            with environment(ENVIRONMENT | {consents.SWITCH: consent}), interrupts_held():
-                self.process.start()
-        except RuntimeError as error:  # this is such a process, on its way through the script
-            raise unguarded() from error
-        far.close()
-
-    def ask(self, sent: bytes) -> bytes:
-        """What it answers; where it ends instead it is gone afterwards."""
-        try:
-            if not self.begun:
-                self.line.recv_bytes()
-                self.begun = True
-            self.line.send_bytes(sent)
-            return self.line.recv_bytes()
-        except (EOFError, OSError) as error:
-            self.process.join(LEAVE)  # its exit code is known a moment later than its end
-            self.process.kill()
-            self.process.join()
-            if not self.begun and (self.process.exitcode or 0) > 0:
-                raise unguarded() from error
-            raise BrokenExecutor("a worker process ended") from error
+def start(consent: str) -> tuple[SpawnProcess, Any]:
+    """A process, and this end of its line, on which it says when it is there."""
+    context = multiprocessing.get_context("spawn")
+    line, far = context.Pipe()
+    process = context.Process(target=serve, args=(far,), daemon=True)
+    try:
+        # holding interrupts may start a process as well
+        with environment(ENVIRONMENT | {consents.SWITCH: consent}), interrupts_held():
+            process.start()
+    except RuntimeError as error:  # this is such a process, on its way through the script
+        raise unguarded() from error
+    far.close()
+    return process, line
 
 
 def unguarded() -> InputError:

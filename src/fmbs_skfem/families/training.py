@@ -186,8 +186,8 @@ def begin(
 
 def resume(work: TrainingState) -> tuple[Iteration, ...]:
     """Take over what the folder holds; its complete iterations."""
-    known = store.read(work.files)
-    work.runs, work.points = [stored.run for stored in known.runs], [stored.point for stored in known.runs]
+    known = work.files.series(store.RUN, store.StoredRun)
+    work.runs, work.points = [one.run for one in known], [one.point for one in known]
     for number in range(1, len(work.runs) + 1):
         if (notes := work.files.read(store.NOTES, number, store.Notes)) is None:
             break
@@ -197,10 +197,10 @@ def resume(work: TrainingState) -> tuple[Iteration, ...]:
         work.models.append(store.read_model(work.files, number) or make_savable(work, work.runs[:number]))
     work.checks |= store.read_checks(work.files)
     if len(work.models) == len(work.runs):
-        work.indicators = known.indicators
+        work.indicators = (work.files.read(store.INDICATORS, len(known), store.Indicators) or store.Indicators({})).values
         if work.models and work.checks:
             recalibrate(work)
-    return known.iterations[: len(work.models)]
+    return work.files.series(store.ITERATION, Iteration)[: len(work.models)]
 
 
 def loop(

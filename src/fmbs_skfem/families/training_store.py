@@ -1,6 +1,6 @@
 """The folder of a training: closed files that a later session reads, so that nothing in it is computed again.
 
-    training-000.h5      what is trained, as a fingerprint
+    training.h5          what is trained, as a fingerprint
     run-001.h5           factors of the first full run
     model-001.h5         the reduced model of one run, as a file of `parametric_model`; there is none where a file cannot hold it
     notes-001.h5         pairs of indicator and error known with this model, the choice of eps and eta
@@ -17,7 +17,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import hashlib
-import itertools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
@@ -40,19 +39,12 @@ from ..reduction.full_runs import FullRun, TrainingTask
 from ..reduction.reduced_models import ReducedModel
 from ..systems.row_laws import RowLaw
 from ..systems.system import Signal, System
-from . import greedy, parametric_model
+from . import parametric_model
 from .parametric_model import ParametricModel
 
 KIND = FileKind("fmbs_skfem training", "a part of a training", "delete the file; what it held is made again")
-TITLE, RUN, MODEL, NOTES, INDICATORS, ITERATION, CHECK = (
-    "training-",
-    "run-",
-    "model-",
-    "notes-",
-    "indicators-",
-    "iteration-",
-    "check-",
-)
+TITLE, RUN, MODEL, NOTES = "training", "run-", "model-", "notes-"
+INDICATORS, ITERATION, CHECK = "indicators-", "iteration-", "check-"
 DIGITS = 9  #: of numbers in a fingerprint
 TIMES = np.linspace(0.0, 1.0, 17)  #: where functions of time are sampled for a fingerprint [s]
 PARTS = 0.5 * (math.sqrt(5.0) - 1.0) * np.arange(1, 1025) % 1.0  #: of a duration, the same, in no rhythm that a function may have
@@ -82,13 +74,6 @@ class Notes:
 
 
 @dataclass(frozen=True)
-class Title:
-    """What is trained."""
-
-    fingerprint: str
-
-
-@dataclass(frozen=True)
 class Indicators:
     """Indicators of a model as they are stored."""
 
@@ -112,18 +97,6 @@ class FailedRun:
     time: float  #: [s]
 
 
-@dataclass(frozen=True)
-class Stored:
-    """What a folder holds.
-
-    Numbers follow each other from 1; what stands behind a gap is not read.
-    """
-
-    runs: tuple[StoredRun, ...]
-    iterations: tuple[greedy.Iteration, ...]
-    indicators: dict[int, float]  #: of the model of all runs
-
-
 def store_of(folder: Path | None) -> Store:
     """The files of a training; without a folder nothing is stored."""
     return Store(folder, KIND, 3)
@@ -132,29 +105,16 @@ def store_of(folder: Path | None) -> Store:
 def open_folder(folder: Path | str, fingerprint: str) -> Store:
     """The files in a folder, made where there is none; that of another training is refused."""
     files = store_of(Path(folder))
-    title: Title | None = files.read(TITLE, 0, Title)
+    title = files.read(TITLE, None)
     if title is None and any(Path(folder).glob("*-[0-9][0-9][0-9].*")):
-        got, expected = f"one without {files.path(TITLE, 0).name}", "an empty folder or one of this training"
+        got, expected = f"one without {files.path(TITLE, None).name}", "an empty folder or one of this training"
         raise InputError(say(f"{folder}", expected, got, "take an empty folder"))
     if title is None:
-        files.append(TITLE, 0, Title(fingerprint))
-    elif title.fingerprint != fingerprint:
+        files.append(TITLE, None, {"fingerprint": fingerprint})
+    elif title.get("fingerprint") != fingerprint:
         remedy = "take an empty folder, or train with the family, plan, candidates and options of this one"
         raise InputError(say(f"{folder}", "a folder of this training", "one of another training", remedy))
     return files
-
-
-def numbered(files: Store, name: str, kind: Any) -> tuple[Any, ...]:
-    """The structs of the files with this name, from number 1 to the first that is not there."""
-    each = (files.read(name, number, kind) for number in itertools.count(1))
-    return tuple(itertools.takewhile(lambda found: found is not None, each))
-
-
-def read(files: Store) -> Stored:
-    """All that is complete, less the models."""
-    runs = numbered(files, RUN, StoredRun)
-    known = files.read(INDICATORS, len(runs), Indicators) or Indicators({})
-    return Stored(runs, numbered(files, ITERATION, greedy.Iteration), known.values)
 
 
 def keep_model(files: Store, number: int, model: ReducedModel, notes: Notes) -> None:

@@ -3,15 +3,15 @@
     history/segment-00001.h5    HDF5: times (s,), x, v, a (s, n), multipliers (s, m), memory (s, l), work (s,)
                                 of a run that keeps few states x, v, a (k, n), ..., their numbers `kept` (k,), and in `trace` what
                                 was read of all
-    history/checkpoint-00001.h5 all that the next step reads (`dynamics.checkpoint`), the job and how far it is
+    history/checkpoint-00001.h5 all that the next step reads (`dynamics.checkpoint`), of the newest segment only
+    history/manifest.h5         the job, and how far it is
 
-The checkpoint comes last: segments that it counts are there, those that it does not count are written again; then the one before is
-removed. Other programs read the segments as plain HDF5.
+The manifest comes last: what it counts is there, what it does not count is written again. Other programs read the segments as plain
+HDF5.
 """
 
 from __future__ import annotations
 
-import contextlib
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import InputError, say
-from ..core.storage import container, durable, locks
+from ..core.storage import container
 from ..core.storage.container import FileKind
 from ..core.storage.records import dataclass
 from ..core.storage.store import Store
@@ -30,7 +30,7 @@ from ..dynamics.checkpoint import Checkpoint, Resumed, Rows, RunState
 from ..dynamics.trajectory import COLUMNS, Trace, joined_traces
 
 FOLDER = "history"
-SEGMENT, CHECKPOINT = "segment-", "checkpoint-"
+SEGMENT, CHECKPOINT, MANIFEST = "segment-", "checkpoint-", "manifest"
 REMEDY = "restore the file from a copy, or run the scene anew with --force"
 KIND = FileKind("fmbs_skfem history", "a history", REMEDY, "run the scene anew")
 EVERY = 10.0  #: time between two segments of a run [s]
@@ -59,14 +59,6 @@ class Manifest:
     time: float = 0.0  #: [s]
     segments: tuple[int, ...] = ()  #: stored states up to the end of each
     checkpoint: int = 0  #: its number; 0 where there is none
-
-
-@dataclass(frozen=True)
-class Kept:
-    """What a file of a checkpoint holds."""
-
-    manifest: Manifest
-    checkpoint: Checkpoint
 
 
 class Recorder:
@@ -107,10 +99,11 @@ class Recorder:
             files.append(SEGMENT, len(segments) + 1, columns_of(moment.rows(self.kept, moment.kept)))
             segments = (*segments, moment.kept)
         number = self.manifest.checkpoint + 1
+        files.append(CHECKPOINT, number, moment.checkpoint())
         state = HistoryState.DONE if moment.done == moment.steps else HistoryState.RUNNING
         found = replace(self.manifest, state=state, done=moment.done, steps=moment.steps, time=moment.time)
         self.manifest = replace(found, segments=segments, checkpoint=number)
-        files.append(CHECKPOINT, number, Kept(self.manifest, moment.checkpoint()))
+        files.append(MANIFEST, None, self.manifest)
         files.forget(CHECKPOINT, but=number)
         self.last, self.took = time.perf_counter(), time.perf_counter() - begin
 
@@ -118,7 +111,7 @@ class Recorder:
         """Note that the run cannot go on: it would fail again."""
         if self.manifest.checkpoint:
             self.manifest = replace(self.manifest, state=HistoryState.FAILED)
-            note(self.folder, self.manifest)
+            store_of(self.folder).append(MANIFEST, None, self.manifest)
 
 
 def columns_of(rows: Rows) -> dict[str, Any]:
@@ -145,53 +138,33 @@ def store_of(folder: Path) -> Store:
     return Store(folder / FOLDER, KIND, remedy=remedy(folder))
 
 
-def remedy(folder: Path | None) -> str:
+def remedy(folder: Path) -> str:
     """What helps where the disk is full: whether the run in a folder has closed what it can go on from."""
-    closed = folder is not None and exists(folder)
+    closed = exists(folder)
     return (
         "everything closed before is intact: make room, then go on with fmbs resume" if closed else "make room, then run it again"
     )
 
 
-def room(path: Path, folder: Path | None = None) -> contextlib.AbstractContextManager[None]:
-    """A full disk as an error that says so."""
-    return durable.room(path, remedy(folder))
-
-
 def exists(folder: Path) -> bool:
     """Whether a folder holds a history."""
-    return any((folder / FOLDER).glob(f"{CHECKPOINT}*.h5"))
-
-
-def newest(folder: Path) -> Kept:
-    """The last checkpoint in a folder."""
-    files = store_of(folder)
-    if not (known := files.numbers(CHECKPOINT)):
-        remedy = f"a run writes its first one after {EVERY:g} s, or earlier with --checkpoint"
-        raise InputError(say(f"{folder}", f"a folder with {FOLDER}/{CHECKPOINT}*.h5", "none", remedy))
-    found: Kept = files.read(CHECKPOINT, known[-1], Kept, needed=True)
-    return found
+    return Store(folder / FOLDER, KIND).there(MANIFEST, None)
 
 
 def manifest(folder: Path) -> Manifest:
-    """What the history in a folder holds."""
-    return newest(folder).manifest
-
-
-def note(folder: Path, manifest: Manifest) -> None:
-    """Write what the last checkpoint says of its run."""
-    store_of(folder).append(CHECKPOINT, manifest.checkpoint, replace(newest(folder), manifest=manifest))
+    """The manifest of the history in a folder."""
+    files = store_of(folder)
+    found: Manifest | None = files.read(MANIFEST, None, Manifest)
+    if found is None:
+        remedy = f"a run writes its first segment after {EVERY:g} s, or earlier with --checkpoint"
+        raise InputError(say(f"{folder}", f"a folder with {FOLDER}/{files.path(MANIFEST, None).name}", "none", remedy))
+    return found
 
 
 def read(folder: Path) -> Resumed:
     """All states of the history in a folder and its checkpoint; CorruptFile where a byte is not as it was written."""
-    kept, files = newest(folder), store_of(folder)
-    ends = kept.manifest.segments
-    parts = [files.read(SEGMENT, number, needed=True) for number in range(1, len(ends) + 1)]
-    with container.reading(folder / FOLDER, KIND):
-        return Resumed(kept.checkpoint, joined(parts, (0, *ends[:-1])))
-
-
-def lock(folder: Path) -> contextlib.AbstractContextManager[None]:
-    """The folder of a run belongs to this process, see `locks.own`."""
-    return locks.own(folder, remedy(folder))
+    found, files = manifest(folder), store_of(folder)
+    parts = [files.read(SEGMENT, number, needed=True) for number in range(1, len(found.segments) + 1)]
+    with container.reading(files.path(MANIFEST, None), KIND):
+        rows = joined(parts, (0, *found.segments[:-1]))
+    return Resumed(files.read(CHECKPOINT, found.checkpoint, Checkpoint, needed=True), rows)

@@ -113,9 +113,8 @@ def read_or_run(found: FinishedTraining, task: TrainingTask, out: Path | None, s
         signals = () if task.signals is None else (task.signals,)
         text = repr((sorted(values.items()), task.plan.tolerance, task.plan.modes, *signals))
         name, number = "full-" if sharp else "own-", int(hashlib.sha256(text.encode()).hexdigest()[:16], 16)
-        return store.read_or_make(
-            store.store_of(out / "training"), name, number, functools.partial(full_runs.full_run, task, values, sharp)
-        )
+        make = functools.partial(full_runs.full_run, task, values, sharp)
+        return store.read_or_make(store.store_of(out / "training"), name, number, make)
 
     return full
 

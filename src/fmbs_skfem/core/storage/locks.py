@@ -47,26 +47,26 @@ def take_byte(file: IO[str], wait: bool) -> None:
 
 
 @contextlib.contextmanager
-def own(folder: Path, remedy: str = durable.AGAIN) -> Iterator[None]:
+def own(folder: Path) -> Iterator[None]:
     """The folder belongs to this process; a lock left by one that is gone is taken over with a warning.
 
     The lock is that of the system on `run.lock`, which ends with the process; the file says who holds it, and goes with it, also
     where a signal ends the process that can be taken.
     """
-    with endings.raised(), held(folder / LOCK, remedy):
+    with endings.raised(), held(folder / LOCK):
         yield
 
 
 @contextlib.contextmanager
-def held(path: Path, remedy: str) -> Iterator[None]:
+def held(path: Path) -> Iterator[None]:
     """The lock of a file."""
-    with durable.room(path, remedy):
+    with durable.room(path):
         file = grab(path)
     try:
         left = file.read().strip()
         file.seek(0)
         file.truncate()
-        with durable.room(path, remedy):
+        with durable.room(path):
             file.write(f"process {os.getpid()}\n")
             file.flush()
         if left:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from ...core.errors import FmbsError, InputError, say
-from ...core.storage import endings
+from ...core.storage import endings, locks
 from ...dynamics.checkpoint import RunState
 from ...results import segments
 from ...results.segments import Recorder
@@ -44,7 +44,7 @@ def place(job: Job, names: Iterable[str], mark: str) -> Iterator[Path | None]:
     if out is None:
         yield None
         return
-    with segments.lock(out):
+    with locks.own(out):
         if (out / segments.FOLDER).exists():
             clear(job, out, mark)
         yield out
