@@ -150,7 +150,7 @@ def tasks() -> dict[str, Callable[[], Task]]:
 def measure(name: str, task: Task, folder: Path, every: int) -> Row:
     """Train, check at every so many hold-out points, and tell."""
     known, begun = task.task.parameters, time.process_time()
-    before = sum(stored.run.cpu_s for stored in store.read(folder / "training").runs)
+    before = sum(stored.run.cpu_s for stored in store.store_of(folder / "training").series(store.RUN, store.StoredRun))
     found = training.train(task.task, task.search, task.options, folder / "training", task.tolerance)
     spent = time.process_time() - begun + before
     count = HELD[len(known)]

@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from fmbs_skfem.core.storage import endings
+from fmbs_skfem.core.storage import endings, locks
 from fmbs_skfem.dynamics import integration
 from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.results import segments
@@ -227,11 +227,11 @@ def test_the_history_of_another_run_is_kept(tmp_path: Path) -> None:
 def test_a_folder_in_use_is_refused(tmp_path: Path) -> None:
     out = tmp_path / "out"
     out.mkdir()
-    with segments.lock(out):
+    with locks.own(out):
         refused = run(scene(tmp_path, MOTION), out)
         assert refused.code == 3
         assert f"a folder no other run writes into, got process {os.getpid()}; wait for it" in refused.err
-        assert [item.name for item in out.iterdir()] == [segments.LOCK]
+        assert [item.name for item in out.iterdir()] == [locks.LOCK]
 
 
 def test_a_run_that_cannot_start_leaves_no_folder(tmp_path: Path) -> None:
@@ -255,7 +255,7 @@ def test_a_run_that_failed_may_be_repeated(tmp_path: Path) -> None:
     assert run(path, out).code == 4
 
 
-@pytest.mark.parametrize("name", ["segment-00001.h5", "checkpoint-00001.h5", "manifest.json"])
+@pytest.mark.parametrize("name", ["segment-00001.h5", "checkpoint-00001.h5", "manifest.h5"])
 def test_a_flipped_byte_is_found(name: str, stopped: Path) -> None:
     path = stopped / "history" / name
     data = bytearray(path.read_bytes())
@@ -302,7 +302,7 @@ def rewritten(folder: Path, key: str, values: Mapping[str, Any]) -> None:
     found = segments.manifest(folder)
     origin = dict(found.job["provenance"])
     origin[key] = {**origin[key], **values}
-    segments.write_manifest(folder / segments.FOLDER, replace(found, job={**found.job, "provenance": origin}))
+    segments.store_of(folder).append(segments.MANIFEST, None, replace(found, job={**found.job, "provenance": origin}))
 
 
 def test_another_release_is_refused_and_other_libraries_are_told(stopped: Path) -> None:
@@ -324,7 +324,7 @@ def test_what_is_no_run_is_refused(tmp_path: Path) -> None:
     assert fmbs("resume", tmp_path / "nowhere").code == 3
     refused = fmbs("resume", tmp_path)
     assert refused.code == 3
-    assert "expected a folder with history/manifest.json, got none" in refused.err
+    assert "expected a folder with history/manifest.h5, got none" in refused.err
     assert fmbs("resume", tmp_path, "--out", tmp_path / "other").code == 3
     assert run(scene(tmp_path, "{type: static, load_steps: 2}"), tmp_path / "out", "--checkpoint", "1").code == 3
     assert "--checkpoint: expected a scene" in run(tmp_path / "model.h5", tmp_path / "out", "--checkpoint", "1").err

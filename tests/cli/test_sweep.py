@@ -286,9 +286,9 @@ def test_a_signal_ends_a_sweep_that_goes_on_later(
         ("sweep", scene, "--samples", "60", "--scheduler", address, "--out", tmp_path / "out", "--json"),
     )
 
-    def told(folder: Path, record: Record) -> Path:
+    def told(folder: Path, record: Record) -> None:
         os.kill(os.getpid(), number)
-        return write(folder, record)
+        write(folder, record)
 
     usual = signal.signal(signal.SIGINT, signal.default_int_handler)  # shells start background jobs that ignore it
     try:

@@ -11,19 +11,20 @@ import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import pytest
 
 from fmbs_skfem.core import consents, processes
-from fmbs_skfem.core.processes import WorkerProcess
+from fmbs_skfem.core.processes import Processes
 
 from ..cli.calls import scene
 from ..hard_cases import alive
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and sockets of POSIX")
 SOURCE = Path(__file__).parents[2] / "src"
-START = f"import sys; sys.path.insert(0, {str(SOURCE)!r})\nfrom fmbs_skfem.core.processes import WorkerProcess\n"
+START = f"import sys; sys.path.insert(0, {str(SOURCE)!r})\nfrom fmbs_skfem.core.processes import Processes\n"
 CUT = """
 import os, signal
 from multiprocessing.connection import Connection
@@ -40,21 +41,32 @@ raise SolverError("t = 0.5: no", Reason.DIVERGED, 0.5)
 
 
 @pytest.fixture
-def worker() -> Iterator[WorkerProcess]:
-    made = WorkerProcess()
-    yield made
-    made.shutdown()
+def worker() -> Iterator[Processes]:
+    with Processes(1) as made:
+        yield made
 
 
-def test_calls_are_answered_in_their_order(worker: WorkerProcess) -> None:
+def only(worker: Processes) -> SpawnProcess:
+    """The only process."""
+    ((one, _),) = worker.running.values()
+    return one
+
+
+def pid(worker: Processes) -> int:
+    """Of the only process, which is started where there is none."""
+    found = worker.submit(os.getpid).result(timeout=60)
+    assert only(worker).pid == found
+    return int(found)
+
+
+def test_calls_are_answered_in_their_order(worker: Processes) -> None:
     found = [worker.submit(pow, k, 2) for k in range(20)]
     assert [one.result(timeout=60) for one in found] == [k * k for k in range(20)]
     assert worker.submit(int, "ff", base=16).result(timeout=60) == 255
-    assert worker.submit(os.getpid).result(timeout=60) == worker.process.pid
-    assert not worker.ended
+    assert pid(worker) == pid(worker)
 
 
-def test_a_process_has_one_thread_and_nothing_of_the_current_folder(worker: WorkerProcess) -> None:
+def test_a_process_has_one_thread_and_nothing_of_the_current_folder(worker: Processes) -> None:
     before = dict(os.environ)
     for name in processes.ONE_THREAD:
         assert worker.submit(os.getenv, name).result(timeout=60) == "1"
@@ -68,12 +80,12 @@ def test_a_process_has_one_thread_and_nothing_of_the_current_folder(worker: Work
 def test_a_process_has_the_consent_of_the_call(word: str) -> None:
     """As `--allow-extensions` gives it."""
     with consents.given(word):
-        worker = WorkerProcess()
+        worker = Processes(1)
     assert worker.submit(os.getenv, consents.SWITCH).result(timeout=60) == word
     worker.shutdown()
 
 
-def test_errors_come_back_with_the_traceback_of_the_process(worker: WorkerProcess) -> None:
+def test_errors_come_back_with_the_traceback_of_the_process(worker: Processes) -> None:
     with pytest.raises(ZeroDivisionError) as caught:
         worker.submit(eval, "1 / 0").result(timeout=60)
     assert "in a worker process" in caught.value.__notes__[0]
@@ -83,64 +95,82 @@ def test_errors_come_back_with_the_traceback_of_the_process(worker: WorkerProces
     assert worker.submit(pow, 3, 2).result(timeout=60) == 9
 
 
-def test_functions_without_a_name_go_by_value(worker: WorkerProcess) -> None:
+def test_functions_without_a_name_go_by_value(worker: Processes) -> None:
     """As those of notebooks."""
     factor = 3
     assert worker.submit(lambda value: factor * value, 4).result(timeout=60) == 12
 
 
 @pytest.mark.parametrize("text", ["import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "import os; os._exit(1)", CUT])
-def test_a_process_that_ends_breaks_its_calls_alone(worker: WorkerProcess, text: str) -> None:
+def test_a_process_that_ends_loses_its_own_call_and_is_replaced(worker: Processes, text: str) -> None:
     """Also one that ends while it sends, for which a ProcessPoolExecutor waits for ever."""
-    other = WorkerProcess()
+    before = pid(worker)
     lost, waiting = worker.submit(exec, text, {}), worker.submit(pow, 3, 2)
-    for one in (lost, waiting):
-        with pytest.raises(BrokenExecutor):
-            one.result(timeout=60)
-    assert worker.ended
-    assert other.submit(pow, 3, 2).result(timeout=60) == 9
-    other.shutdown()
+    with pytest.raises(BrokenExecutor):
+        lost.result(timeout=60)
+    assert waiting.result(timeout=60) == 9
+    assert pid(worker) != before
 
 
-def test_a_process_that_ends_while_nothing_is_asked_of_it(worker: WorkerProcess) -> None:
-    worker.submit(pow, 3, 2).result(timeout=60)
-    os.kill(worker.process.pid or 0, signal.SIGKILL)
-    worker.process.join()
-    assert worker.ended
-
-
-def test_a_process_sees_no_interrupts(worker: WorkerProcess) -> None:
-    """Neither while it starts nor later: Ctrl-C goes to all processes of a terminal."""
-    os.kill(worker.process.pid or 0, signal.SIGINT)
+def test_a_process_that_ends_while_nothing_is_asked_of_it_is_replaced(worker: Processes) -> None:
+    os.kill(before := pid(worker), signal.SIGKILL)
+    only(worker).join()
     assert worker.submit(pow, 3, 2).result(timeout=60) == 9
-    os.kill(worker.process.pid or 0, signal.SIGINT)
+    assert pid(worker) != before
+
+
+def test_others_go_on_where_a_process_ends() -> None:
+    """Two calls that wait for each other, so that two processes have them; one ends, and two are there again."""
+    with Processes(2) as workers:
+        long, lost = workers.submit(time.sleep, 0.2), workers.submit(os._exit, 1)
+        with pytest.raises(BrokenExecutor):
+            lost.result(timeout=60)
+        assert long.result(timeout=60) is None
+        assert [workers.submit(pow, 3, 2).result(timeout=60) for _ in range(9)] == [9] * 9
+        assert len(workers.running) <= 2
+
+
+def test_a_process_sees_no_interrupts(worker: Processes) -> None:
+    """Neither while it starts nor later: Ctrl-C goes to all processes of a terminal."""
+    first = worker.submit(pow, 3, 2)
+    while not worker.running:
+        time.sleep(0.001)
+    one = only(worker)
+    os.kill(one.pid or 0, signal.SIGINT)
+    assert first.result(timeout=60) == 9
+    os.kill(one.pid or 0, signal.SIGINT)
     assert worker.submit(pow, 3, 2).result(timeout=60) == 9
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
 
 
 def test_whoever_works_is_ended_at_once() -> None:
-    worker = WorkerProcess()
-    worker.submit(pow, 3, 2).result(timeout=60)
-    long = worker.submit(time.sleep, 3600.0)
-    while not worker.busy:
+    worker = Processes(1)
+    pid(worker)
+    one = only(worker)
+    long, waiting = worker.submit(time.sleep, 3600.0), worker.submit(pow, 3, 2)
+    while not long.running():
         time.sleep(0.001)
-    worker.shutdown(wait=False)
+    worker.shutdown()
     with pytest.raises(BrokenExecutor):
         long.result(timeout=60)
-    worker.wait()
-    assert worker.process.exitcode == -signal.SIGKILL
+    assert waiting.cancelled()
+    assert one.exitcode == -signal.SIGKILL
 
 
-def test_what_is_idle_leaves_by_itself() -> None:
-    worker = WorkerProcess()
-    worker.submit(pow, 3, 2).result(timeout=60)
+def test_nothing_is_left_of_what_is_shut_down() -> None:
+    worker = Processes(1)
+    pid(worker)
     worker.shutdown()
-    assert worker.process.exitcode == 0
+    assert only(worker).exitcode == -signal.SIGKILL
+    with pytest.raises(RuntimeError, match="after shutdown"):
+        worker.submit(pow, 3, 2)
 
 
-def test_nobody_else_reaches_a_process(worker: WorkerProcess) -> None:
+def test_nobody_else_reaches_a_process(worker: Processes) -> None:
     """Its socket has no address and listens to nobody."""
-    with socket.socket(fileno=os.dup(worker.line.fileno())) as own:
+    pid(worker)
+    ((_, line),) = worker.running.values()
+    with socket.socket(fileno=os.dup(line.fileno())) as own:
         assert (own.family, own.getsockname(), own.getpeername()) == (socket.AF_UNIX, "", "")
         assert not own.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN)
 
@@ -148,9 +178,9 @@ def test_nobody_else_reaches_a_process(worker: WorkerProcess) -> None:
 def test_a_process_ends_with_the_one_that_waits_for_it(tmp_path: Path) -> None:
     """Whatever it does, and however that one ends."""
     script = tmp_path / "script.py"
-    lines = ("import os, signal, time", "if __name__ == '__main__':", "    worker = WorkerProcess()")
-    lines += ("    print(worker.submit(os.getpid).result(), flush=True)", "    worker.submit(time.sleep, 3600.0)")
-    lines += ("    while not worker.busy: time.sleep(0.001)", "    os.kill(os.getpid(), signal.SIGKILL)")
+    lines = ("import os, signal, time", "if __name__ == '__main__':", "    worker = Processes(1)")
+    lines += ("    print(worker.submit(os.getpid).result(), flush=True)", "    long = worker.submit(time.sleep, 3600.0)")
+    lines += ("    while not long.running(): time.sleep(0.001)", "    os.kill(os.getpid(), signal.SIGKILL)")
     script.write_text(START + "\n".join(lines))
     done = subprocess.run([sys.executable, str(script)], stdout=subprocess.PIPE, text=True, timeout=60, check=False)
     assert done.returncode == -signal.SIGKILL
@@ -162,7 +192,7 @@ def test_a_process_ends_with_the_one_that_waits_for_it(tmp_path: Path) -> None:
 
 def test_a_script_that_its_processes_would_run_again_is_told(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
-    script.write_text(f"{START}print(WorkerProcess().submit(pow, 3, 2).result())\n")
+    script.write_text(f"{START}print(Processes(1).submit(pow, 3, 2).result())\n")
     found = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60, check=False)
     assert found.returncode == 1
     assert found.stderr.count("__main__") >= 2
@@ -172,7 +202,7 @@ def test_a_script_that_its_processes_would_run_again_is_told(tmp_path: Path) -> 
 def test_what_lies_in_the_current_folder_is_not_imported(tmp_path: Path) -> None:
     """Neither by a process nor by the one of Python that watches over them."""
     script, folder = tmp_path / "script.py", tmp_path / "folder"
-    script.write_text(f"{START}if __name__ == '__main__':\n    print(WorkerProcess().submit(pow, 3, 2).result())\n")
+    script.write_text(f"{START}if __name__ == '__main__':\n    print(Processes(1).submit(pow, 3, 2).result())\n")
     folder.mkdir()
     for name in ("multiprocessing", "pickle", "signal", "numpy", "fmbs_skfem"):
         (folder / f"{name}.py").write_text("open('imported', 'w').close()\n")

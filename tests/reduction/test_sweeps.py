@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import faulthandler
 import logging
 import multiprocessing
@@ -12,7 +13,7 @@ import time as clock
 import warnings
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -260,18 +261,67 @@ def test_an_interrupt_ends_a_sweep_of_this_machine_at_once() -> None:
     check_squares({record.number: record for record in found}, [0])
 
 
-def test_workers_of_this_machine_are_replaced() -> None:
-    """As many as are asked for, under names that none has had before."""
-    before = multiprocessing.active_children()
-    with workers.of_machine(3) as crew:
-        first = crew.there()
-        assert len(first) == 3
-        with pytest.raises(crew.losses):
-            first["process 1"].submit(os._exit, 1).result()
-        assert sorted(crew.there()) == ["process 0", "process 2", "process 3"]
-        assert crew.there()["process 0"] is first["process 0"]
-        assert [one.submit(pow, 3, 2).result() for one in crew.there().values()] == [9, 9, 9]
-    assert set(multiprocessing.active_children()) == set(before)
+class Stage(Executor):
+    """Stands for one worker that dies, by `script`: for each call the seconds that it takes, and whether the worker ends."""
+
+    def __init__(self, clock: SimpleNamespace, script: Sequence[tuple[float, bool]]) -> None:
+        self.clock, self.script, self.sent = clock, list(script), list[int]()
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        took, ends = self.script.pop(0) if self.script else (0.0, False)
+        self.sent.append(len(arguments[0]))
+        self.clock.now += took
+        if ends:
+            members.READY.clear()
+            future.set_exception(BrokenExecutor())
+        else:
+            future.set_result(function(*arguments, **more))
+        return future
+
+
+def staged(
+    script: Sequence[tuple[float, bool]], count: int, monkeypatch: pytest.MonkeyPatch, **options: Any
+) -> tuple[dict[int, Record], SweepOutcome, Stage]:
+    """A sweep whose only worker follows a script, with a clock of its own."""
+    clock = SimpleNamespace(now=0.0)
+    stage = Stage(clock, script)
+    monkeypatch.setattr(sweeps, "clock", SimpleNamespace(monotonic=lambda: clock.now))
+    monkeypatch.setattr(members, "limit_time", lambda timeout: contextlib.nullcontext())
+    known = workers.Workers(stage, lambda: 1, (BrokenExecutor,))
+    monkeypatch.setattr(sweeps, "find_workers", lambda *_: contextlib.nullcontext(known))
+    return *swept(Squares(), count, SweepOptions(**options)), stage
+
+
+def test_time_to_prepare_is_not_that_of_a_member(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A worker prepares for 5 s, its successor as well; the member ends both after 0.1 s: killed, though 1 s is the limit."""
+    script = [(5.0, False), (0.1, True), (5.0, False), (0.1, True), (5.0, False)]
+    records, outcome, stage = staged(script, 3, monkeypatch, timeout=1.0)
+    assert (records[0].status, records[0].wall_s) == (Status.KILLED, pytest.approx(0.1))
+    check_squares(records, [1, 2])
+    assert (outcome.deaths, outcome.start_s, outcome.workers) == (2, 5.0, 1)
+    assert stage.sent == [1, 1, 1, 1, 1, 1, 1]
+    records, outcome, _ = staged([(5.0, False), (1.0, True)], 3, monkeypatch, timeout=1.0)
+    assert (records[0].status, records[0].wall_s, outcome.deaths) == (Status.TIMEOUT, 1.0, 1)
+    check_squares(records, [1, 2])
+
+
+def test_a_lost_batch_is_tried_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The batch is lost, and of its members the second one again; the next batches are as long as before."""
+    script = [(0.0, False), (0.0, False), (0.0, True), *[(0.0, False)] * 2, (0.0, True)]
+    records, outcome, stage = staged(script, 9, monkeypatch)
+    assert stage.sent[:8] == [1, 1, 4, 1, 1, 1, 1, 1]
+    assert [k for k in range(9) if records[k].status is Status.KILLED] == [2]
+    assert outcome.deaths == 2
+    check_squares(records, [0, 1, *range(3, 9)])
+
+
+def test_workers_that_end_while_they_prepare_end_the_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InputError, match="expected workers that can run the task, got 3 that ended while they prepared it"):
+        staged([(1.0, True)] * 3, 3, monkeypatch)
+    records, outcome, _ = staged([(1.0, True)] * 2, 3, monkeypatch)
+    check_squares(records, range(3))
+    assert outcome.deaths == 0
 
 
 def test_an_interrupt_ends_a_sweep_on_an_executor() -> None:
@@ -292,7 +342,7 @@ def test_an_interrupt_ends_a_sweep_on_an_executor() -> None:
 
 
 def test_members_travel_together_on_an_executor() -> None:
-    """The first one of a worker by itself, then as many as take the time of a batch."""
+    """The first ones by themselves, of which one comes back from whoever prepares; then as many as take the time of a batch."""
     sent: list[int] = []
 
     class Counting(ThreadPoolExecutor):
@@ -303,7 +353,7 @@ def test_members_travel_together_on_an_executor() -> None:
     with Counting(2) as pool:
         records, outcome = swept(Squares(), 200, SweepOptions(executor=pool))
     check_squares(records, range(200))
-    assert (sent[:2], sum(sent), outcome.workers) == ([1, 1], 200, 2)
+    assert (sent[:3], sum(sent), outcome.workers) == ([1, 1, 1], 201, 2)
     assert len(sent) < 50
 
 

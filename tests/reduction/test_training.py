@@ -528,8 +528,8 @@ def test_the_folder_of_another_training_is_refused(tmp_path: Path) -> None:
             training.train(other, places(task), dataclasses.replace(OPTIONS, iterations=1), tmp_path)
     with pytest.raises(InputError, match="one of another training"):
         training.train(task, places(task), dataclasses.replace(OPTIONS, iterations=1, seed=1), tmp_path)
-    (tmp_path / store.TITLE).unlink()
-    with pytest.raises(InputError, match=r"one without training\.json"):
+    (tmp_path / "training.h5").unlink()
+    with pytest.raises(InputError, match=r"one without training\.h5"):
         training.train(task, places(task), OPTIONS, tmp_path)
 
 
@@ -666,7 +666,7 @@ def test_a_full_run_that_fails_in_a_corner_is_left_out() -> None:
 
 def test_a_reduced_run_that_fails_is_infinite(spin: TrainingTask, two: tuple[FullRun, ...]) -> None:
     """A negative modulus has no motion."""
-    work = training_work.TrainingState(spin, spin, Search(np.array([[1e9], [-1e9]]), (0,), 0), None, None)
+    work = training_work.TrainingState(spin, spin, Search(np.array([[1e9], [-1e9]]), (0,), 0), store.store_of(None), None)
     work.models = [reduced_models.make_model(spin, two)]
     assert 0.0 < training_work.evaluate(work, 0) < np.inf
     assert training_work.evaluate(work, 1) == np.inf

@@ -20,7 +20,7 @@ from fmbs_skfem.contact.contacts import ContactPlane
 from fmbs_skfem.contact.states import ContactState
 from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
-from fmbs_skfem.core.storage import container
+from fmbs_skfem.core.storage import container, durable, locks
 from fmbs_skfem.dynamics import GeneralizedAlpha, Trajectory, integrate, integration, outputs
 from fmbs_skfem.dynamics.checkpoint import RunState
 from fmbs_skfem.dynamics.trajectory import COLUMNS
@@ -53,7 +53,7 @@ def go_on(folder: Path, every: float = 0.0) -> Trajectory:
     """The run in a folder from where it is to its end; a segment whenever it is looked at."""
     if segments.exists(folder):
         found = segments.manifest(folder)
-        record, resume = Recorder(folder, JOB, every, found), segments.read(folder, found)
+        record, resume = Recorder(folder, JOB, every, found), segments.read(folder)
     else:
         record, resume = Recorder(folder, JOB, every), None
     return integrate(SYSTEM, SCHEME, STEPS * SCHEME.step, every=EVERY, record=record, resume=resume)
@@ -153,11 +153,11 @@ def test_a_full_disk_says_so(tmp_path: Path, written: Path) -> None:
     for folder, advice in ((tmp_path, "run it again"), (written, "fmbs resume")):
         with (
             pytest.raises(NoRoom, match=rf"/dev/full: expected room on the disk.*{advice}") as caught,
-            segments.room(Path("/dev/full"), folder),
+            durable.room(Path("/dev/full"), segments.remedy(folder)),
         ):
             Path("/dev/full").write_bytes(b"x")
         assert caught.value.exit_code == 6
-    with pytest.raises(FileNotFoundError), segments.room(Path("nowhere")):
+    with pytest.raises(FileNotFoundError), durable.room(Path("nowhere")):
         Path("/nowhere/file").write_bytes(b"x")
 
 
@@ -167,10 +167,10 @@ def test_segments_are_plain_hdf5(written: Path) -> None:
     assert (found.state, found.done, found.steps) == (HistoryState.DONE, 400, 400)
     assert found.time == pytest.approx(0.2)
     whole, rows = integrate(SYSTEM, SCHEME, 0.2), list[np.ndarray]()
-    for entry in found.segments:
-        with h5py.File(written / "history" / entry.name) as file:
+    for number, (first, last) in enumerate(itertools.pairwise((0, *found.segments)), 1):
+        with h5py.File(written / "history" / f"segment-{number:05d}.h5") as file:
             rows.append(file["x"][()])
-            np.testing.assert_array_equal(file["times"][()], whole.times[entry.first : entry.last])
+            np.testing.assert_array_equal(file["times"][()], whole.times[first:last])
     np.testing.assert_array_equal(np.concatenate(rows), whole.x)
 
 
@@ -210,7 +210,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("name", ["segment-00001.h5", "segment-00003.h5", "checkpoint-*.h5", "manifest.json"])
+@pytest.mark.parametrize("name", ["segment-00001.h5", "segment-00003.h5", "checkpoint-*.h5", "manifest.h5"])
 def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
     """One bit in the first, the last and some random bytes of a file; and a file that is cut off, and one that is gone."""
     (path,) = (written / "history").glob(name)
@@ -232,10 +232,10 @@ def test_every_flipped_byte_is_found(name: str, written: Path) -> None:
 
 
 def test_a_history_of_another_version_is_refused(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = written / "history" / "manifest.json"
+    path, found = written / "history" / "manifest.h5", segments.manifest(written)
     data = path.read_bytes()
     monkeypatch.setattr(segments, "KIND", replace(segments.KIND, version=5))
-    segments.write_manifest(path.parent, segments.manifest(written))
+    segments.store_of(written).append(segments.MANIFEST, None, found)
     monkeypatch.undo()
     with pytest.raises(CorruptFile, match=r"expected version 4 of the format, got version 5; it was written by a newer release"):
         segments.manifest(written)
@@ -249,28 +249,28 @@ def test_python_objects_cannot_be_written() -> None:
 
 
 def test_a_folder_belongs_to_one_run(tmp_path: Path) -> None:
-    with segments.lock(tmp_path):
+    with locks.own(tmp_path):
         with pytest.raises(InputError, match=f"expected a folder no other run writes into, got process {os.getpid()}"):
-            segments.lock(tmp_path).__enter__()
-        number = child(lambda: segments.lock(tmp_path).__enter__())
+            locks.own(tmp_path).__enter__()
+        number = child(lambda: locks.own(tmp_path).__enter__())
         assert ended(number) == 99
     assert list(tmp_path.iterdir()) == []
 
 
 def test_the_lock_of_a_killed_run_is_taken_over_with_a_notice(tmp_path: Path) -> None:
     def hold() -> None:
-        with segments.lock(tmp_path):
+        with locks.own(tmp_path):
             os.kill(os.getpid(), signal.SIGSTOP)
 
     number = child(hold)
     assert os.WIFSTOPPED(os.waitpid(number, os.WUNTRACED)[1])
     os.kill(number, signal.SIGKILL)
     assert ended(number) == -signal.SIGKILL
-    with pytest.warns(Notice, match=f"the lock of process {number}, which is gone, is taken over"), segments.lock(tmp_path):
-        assert (tmp_path / segments.LOCK).read_text() == f"process {os.getpid()}\n"
+    with pytest.warns(Notice, match=f"the lock of process {number}, which is gone, is taken over"), locks.own(tmp_path):
+        assert (tmp_path / locks.LOCK).read_text() == f"process {os.getpid()}\n"
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_without_a_history(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"a folder with history/manifest\.json, got none"):
+    with pytest.raises(InputError, match=r"a folder with history/manifest\.h5, got none"):
         segments.read(tmp_path)

@@ -47,6 +47,10 @@ def record(k: int) -> Record:
     return Record(k, values, Status.OK, cpu_s=0.1 * k, wall_s=0.2, result=result, notices=("mind the gap",))
 
 
+def place(folder: Path, number: int) -> Path:
+    return folder / "members" / f"{number:06d}.h5"
+
+
 def same(one: Record, other: Record) -> bool:
     if replace(one, result=None) != replace(other, result=None) or (one.result is None) is not (other.result is None):
         return False
@@ -63,25 +67,25 @@ def same(one: Record, other: Record) -> bool:
 
 @pytest.mark.parametrize("number", range(4))
 def test_a_record_comes_back_to_the_bit(number: int, tmp_path: Path) -> None:
-    path = sweep_files.write(tmp_path, record(number))
-    assert path == tmp_path / "members" / f"{number:06d}.h5"
-    assert same(sweep_files.read(path), record(number))
+    sweep_files.write(tmp_path, record(number))
+    path = tmp_path / "members" / f"{number:06d}.h5"
+    assert same(sweep_files.read(tmp_path, number), record(number))
     assert [item.name for item in path.parent.iterdir()] == [path.name]
 
 
 def test_any_damage_is_found(tmp_path: Path) -> None:
     """A flipped byte anywhere, and a file that is cut off."""
-    path = sweep_files.write(tmp_path, record(3))
+    sweep_files.write(tmp_path, record(3))
+    path = place(tmp_path, 3)
     data = path.read_bytes()
-    used = [k for k in range(len(data)) if k >= container.HEADER or data[k] != ord(" ")]
-    for k in (*used[:: len(used) // 200], len(data) - 1):
+    for k in (*range(0, len(data), len(data) // 200), container.HEADER - 1, len(data) - 1):
         path.write_bytes(data[:k] + bytes([data[k] ^ 0xFF]) + data[k + 1 :])
         with pytest.raises(CorruptFile, match="remove it and go on with --resume"):
-            sweep_files.read(path)
+            sweep_files.read(tmp_path, 3)
     for short in (data[: len(data) // 2], data[:-1], b""):
         path.write_bytes(short)
         with pytest.raises(CorruptFile, match=r"expected .*remove it and go on with --resume"):
-            sweep_files.read(path)
+            sweep_files.read(tmp_path, 3)
 
 
 def test_extremes_between_instants_count(tmp_path: Path) -> None:
@@ -90,7 +94,7 @@ def test_extremes_between_instants_count(tmp_path: Path) -> None:
     assert known.result is not None
     more = {"C_z": np.array([-9.0, 0.5]), "speed": np.array([np.nan, np.nan])}
     sweep_files.write(tmp_path, replace(known, result=replace(known.result, extremes=more)))
-    table = sweep_files.collect((E, D, N), POINTS, {0: sweep_files.read(sweep_files.path(tmp_path, 0)), 3: record(3)})
+    table = sweep_files.collect((E, D, N), POINTS, {0: sweep_files.read(tmp_path, 0), 3: record(3)})
     found = sweep_files.extremes(table, "C_z")
     assert (found["min"][0], found["max"][0], found["final"][0]) == (-9.0, history(0).max(), history(0)[-1])
     assert (found["min"][3], found["max"][3]) == (history(3).min(), history(3).max())
@@ -99,14 +103,15 @@ def test_extremes_between_instants_count(tmp_path: Path) -> None:
 
 
 def test_a_flipped_number_is_found(tmp_path: Path) -> None:
-    path = sweep_files.write(tmp_path, record(3))
+    sweep_files.write(tmp_path, record(3))
+    path = place(tmp_path, 3)
     data, wanted = bytearray(path.read_bytes()), history(3).tobytes()
-    place = bytes(data).find(wanted)
-    assert place > 0
-    data[place + 8] ^= 1
+    where = bytes(data).find(wanted)
+    assert where > 0
+    data[where + 8] ^= 1
     path.write_bytes(data)
     with pytest.raises(CorruptFile):
-        sweep_files.read(path)
+        sweep_files.read(tmp_path, 3)
 
 
 def test_settled_members_are_those_of_these_points(tmp_path: Path) -> None:
@@ -115,15 +120,15 @@ def test_settled_members_are_those_of_these_points(tmp_path: Path) -> None:
         sweep_files.write(tmp_path, record(k))
     names = ("E", "d", "n")
     assert sorted(sweep_files.read_settled(tmp_path, POINTS, names)) == [0, 1, 3]
-    sweep_files.path(tmp_path, 1).write_bytes(b"none")
+    place(tmp_path, 1).write_bytes(b"none")
     with pytest.warns(Notice, match="000001.h5.*counts as missing"):
         assert sorted(sweep_files.read_settled(tmp_path, POINTS, names)) == [0, 3]
-    sweep_files.path(tmp_path, 1).unlink()
+    place(tmp_path, 1).unlink()
     other = POINTS.copy()
     other[2, 0] *= 1 + 1e-15
     with pytest.warns(Notice, match="another sample"):
         assert sorted(sweep_files.read_settled(tmp_path, other, names)) == [0, 3]
-    sweep_files.forget(tmp_path)
+    sweep_files.store_of(tmp_path).forget("")
     assert sweep_files.read_settled(tmp_path, POINTS, names) == {}
 
 
@@ -155,7 +160,7 @@ def test_a_full_disk_loses_nothing(tmp_path: Path) -> None:
     with pytest.raises(NoRoom, match=r"000001\.h5: expected room on the disk.*no space left.*--resume"):
         sweep_files.write(tmp_path, record(1))
     assert sorted(item.name for item in (tmp_path / "members").iterdir()) == ["000000.h5"]
-    assert same(sweep_files.read(sweep_files.path(tmp_path, 0)), record(0))
+    assert same(sweep_files.read(tmp_path, 0), record(0))
 
 
 def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
-"""Processes of this machine that run calls: an executor is one process, which may die without hurting the others.
+"""Processes of this machine that run calls: an executor of so many, each of which may die without hurting the others.
 
-    call -> process -> what it gives, or BrokenExecutor where the process ends before
+    call -> a process that is free -> what it gives, or BrokenExecutor where the process ends before
 
 They start as new interpreters (nothing is forked), have one thread for linear algebra, import nothing from the current folder, and
 run the Python files of scenes where this call may. What they read and write goes over a pair of sockets without an address, which
@@ -24,84 +24,90 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any
 
 from . import consents
 from .errors import InputError, say
 
-LEAVE = 5.0  #: longest wait for a process that has nothing to do [s]
+LEAVE = 5.0  #: longest wait for the end of a process that has closed its line [s]
 #: part of memory, in thousandths, by which Linux takes them for larger where memory is short: they have to go before this process
 FIRST_TO_GO = 500
 ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 ENVIRONMENT = {**dict.fromkeys(ONE_THREAD, "1"), "PYTHONSAFEPATH": "1"}
 
 
-class WorkerProcess(Executor):
-    """A process, which runs one call after the other.
+class Processes(Executor):
+    """So many processes of this machine, each of which runs one call after the other.
 
-    BrokenExecutor for calls that it cannot finish. InputError where it cannot start, as in a script that it would run again.
+    A process that ends by itself loses its own call alone (BrokenExecutor), and another one takes its place; a
+    `ProcessPoolExecutor` loses all calls and ends. InputError where no process can start, as in a script that it would run again.
     """
 
-    def __init__(self) -> None:
-        context = multiprocessing.get_context("spawn")
-        self.line, far = context.Pipe()
-        self.process = context.Process(target=serve, args=(far,), daemon=True)
-        consent = {consents.SWITCH: consents.current()}
-        try:
-            # holding interrupts may start a process as well
-            with environment(ENVIRONMENT | consent), interrupts_held():
-                self.process.start()
-        except RuntimeError as error:  # this is such a process, on its way through the script
-            raise unguarded() from error
-        far.close()
-        self.thread = ThreadPoolExecutor(1)
-        self.begun = self.busy = self.lost = False
+    def __init__(self, count: int) -> None:
+        self._max_workers = count  # as those of concurrent.futures call it
+        self.threads = ThreadPoolExecutor(count)  # one a process: it waits for the answers
+        self.consent = consents.current()  # of this call: threads have none
+        self.running: dict[int, tuple[SpawnProcess, Any]] = {}  #: by thread, each with the end of its line
+        self.lock = threading.Lock()
+        self.closed = False
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **more: Any) -> Future[Any]:
-        return self.thread.submit(self.ask, function, arguments, more)
+        return self.threads.submit(self.ask, function, arguments, more)
 
     def ask(self, function: Callable[..., Any], arguments: tuple[Any, ...], more: Mapping[str, Any]) -> Any:
-        """What a call gives in the process."""
-        sent = dumps((function, arguments, more))
-        self.busy = True
+        """What a call gives in the process of this thread."""
+        sent, thread = dumps((function, arguments, more)), threading.get_ident()
+        with self.lock:  # one starts after the other: they are given an environment
+            if self.closed:
+                raise BrokenExecutor("the worker processes are shut down")
+            begun = thread in self.running and self.running[thread][0].is_alive()
+            if not begun:
+                self.running[thread] = start(self.consent)
+        process, line = self.running[thread]
         try:
-            if not self.begun:
-                self.line.recv_bytes()
-                self.begun = True
-            self.line.send_bytes(sent)
-            answer = self.line.recv_bytes()
+            if not begun:
+                line.recv_bytes()
+                begun = True
+            line.send_bytes(sent)
+            found = line.recv_bytes()
         except (EOFError, OSError) as error:
-            self.lost = True
-            self.process.join(LEAVE)  # its exit code is known a moment later than its end
-            if not self.begun and (self.process.exitcode or 0) > 0:
+            process.join(LEAVE)  # its exit code is known a moment later than its end
+            process.kill()
+            process.join()
+            if not begun and (process.exitcode or 0) > 0:
                 raise unguarded() from error
             raise BrokenExecutor("a worker process ended") from error
-        finally:
-            self.busy = False
-        found, failed = pickle.loads(answer)
+        value, failed = pickle.loads(found)
         if failed is not None:
             raise failed
-        return found
-
-    @property
-    def ended(self) -> bool:
-        return self.lost or not self.process.is_alive()
+        return value
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Let the process end: at once where it works on a call or still starts, which may take long."""
-        if self.busy or not self.begun:
-            self.process.kill()
-        self.thread.submit(self.line.close)
-        self.thread.shutdown(wait=False)
-        if wait:
-            self.wait()
+        """End the processes at once, also where they work on a call or still start, which may take long; all calls are lost."""
+        with self.lock:
+            self.closed = True
+        for process, _ in self.running.values():
+            process.kill()
+        self.threads.shutdown(wait, cancel_futures=True)
+        for process, _ in self.running.values():
+            process.join()
 
-    def wait(self) -> None:
-        """Wait for the end of a process that was shut down."""
-        self.process.join(LEAVE)
-        self.process.kill()
-        self.process.join()
+
+def start(consent: str) -> tuple[SpawnProcess, Any]:
+    """A process, and this end of its line, on which it says when it is there."""
+    context = multiprocessing.get_context("spawn")
+    line, far = context.Pipe()
+    process = context.Process(target=serve, args=(far,), daemon=True)
+    try:
+        # holding interrupts may start a process as well
+        with environment(ENVIRONMENT | {consents.SWITCH: consent}), interrupts_held():
+            process.start()
+    except RuntimeError as error:  # this is such a process, on its way through the script
+        raise unguarded() from error
+    far.close()
+    return process, line
 
 
 def unguarded() -> InputError:

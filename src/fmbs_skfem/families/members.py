@@ -25,7 +25,6 @@ import numpy as np
 from ..core.algebra.linalg import evenly
 from ..core.errors import FmbsError, InputError, SolverError, say
 from ..core.notices import Notice, notify
-from ..core.storage.container import storable
 from ..core.storage.records import dataclass
 
 if TYPE_CHECKING:
@@ -40,7 +39,6 @@ MEMORY = "out of memory"  #: why a member failed
 NEAR = 1e-6  #: part of a step that is round-off
 
 
-@storable
 class Status(Enum):
     """How a member ended.
 
@@ -64,7 +62,6 @@ class Member:
     values: dict[str, float]  #: of the parameters, SI
 
 
-@storable
 @dataclass(frozen=True)
 class Result:
     """What a member that ran gives.
@@ -80,7 +77,6 @@ class Result:
     extremes: dict[str, np.ndarray] = field(default_factory=dict)  #: output -> smallest and largest value (2,) of all steps
 
 
-@storable
 @dataclass(frozen=True)
 class Record:
     """A member that is settled.
@@ -139,14 +135,21 @@ def prepare(token: str, task: Task) -> tuple[type[FmbsError], str, Any] | None:
     return None
 
 
-def work(token: str, task: Task, batch: Sequence[Member], timeout: float | None) -> list[Record] | tuple[type[FmbsError], str, Any]:
-    """Run a batch in this worker, which prepares the task first where it has not yet; what `prepare` gives where that fails.
+def work(
+    token: str, task: Task, batch: Sequence[Member], timeout: float | None, at_once: bool
+) -> list[Record] | tuple[type[FmbsError], str, Any] | None:
+    """Run a batch in this worker; what `prepare` gives where that fails.
 
-    A member that takes longer than `timeout` [s] ends the process.
+    A worker that has not prepared the task does so first, and gives its batch back as None unless it is to run `at_once`. A member
+    that takes longer than `timeout` [s] ends the process.
     """
     with PREPARING:
-        failed = None if token in READY else prepare(token, task)
-    return failed or [run_member(READY[token], member, timeout) for member in batch]
+        if token not in READY:
+            failed = prepare(token, task)
+            if failed or not at_once:
+                return failed
+        ready = READY[token]
+    return [run_member(ready, member, timeout) for member in batch]
 
 
 def run_member(function: Work, member: Member, timeout: float | None) -> Record:

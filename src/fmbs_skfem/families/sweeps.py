@@ -2,11 +2,12 @@ r"""Sweeps: many members of a family computed by worker processes, which may fai
 
     points (k, d) -> batches -> workers -> records, one a member, as they finish
 
-A task is prepared once in every worker and then runs members. Workers (`workers`) are processes of this machine that live as long
-as the sweep, or those of a cluster of dask. Every worker has one batch at a time, long enough that sending it costs next to
-nothing. A worker that ends takes its batch with it: its members are tried again one by one, and the member with which a worker
-ends again is listed as killed. A member that takes longer than the time limit ends its worker by a timer outside of the
-interpreter (so that compiled code cannot hold it up) and is listed as timeout.
+Workers (`workers`) are those of an executor: processes of this machine that live as long as the sweep, a cluster of dask, or any
+other. There are as many batches on their way as workers, each long enough that sending it costs next to nothing. A worker prepares
+the task once: with its first batch, which it gives back, so that what happens to a batch later is its members' own. A worker that
+ends takes its batch with it: its members are tried again one by one, and the member with which a worker ends again is listed as
+killed. A member that takes longer than the time limit ends its worker by a timer outside of the interpreter (so that compiled code
+cannot hold it up) and is listed as timeout.
 
 Whoever may hand tasks to a worker runs code as its user: workers of this machine have no ports, a cluster is secured by those who
 run it.
@@ -22,9 +23,8 @@ import time as clock
 import uuid
 import warnings
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
-from contextlib import AbstractContextManager
 from dataclasses import field, replace
 from functools import partial
 from queue import Empty, SimpleQueue
@@ -40,14 +40,13 @@ from ..core.storage import endings
 from ..core.storage.records import dataclass
 from . import members, workers
 from .members import Member, Record, Result, Status, Task, Work
-from .workers import Crew
+from .workers import Workers
 
 __all__ = ["Task", "Work", "Member", "Result", "Record", "Status", "SweepOptions", "SweepOutcome", "run"]
 
 BATCH = 1.0  #: time that a batch should take [s]
 SHORTEST = 1e-4  #: time of a member, at least [s]
 TICK = 0.5  #: longest time between two looks at the workers [s]
-GRACE = 2.0  #: after which a batch on a worker that is not there is taken for lost [s]
 PATIENCE = 60.0  #: after which a sweep without any worker is given up [s]
 ATTEMPTS = 3  #: workers in a row that may end while they prepare
 LISTED = 10  #: members that a notice lists
@@ -107,37 +106,35 @@ class SweepOutcome:
 
 
 @dataclass(frozen=True)
-class Sent:
-    """Members that went to a worker together; none where it prepares."""
+class Batch:
+    """Members that go to a worker together."""
 
     members: tuple[Member, ...]
-    worker: str
-    since: float  #: [s]
-    again: bool  #: whether its only member was with a worker that ended
+    again: bool = False  #: whether its only member was with a worker that ended
+    at_once: bool = False  #: whether a worker has given it back to be sent anew
+    since: float = 0.0  #: when it was sent [s]
 
 
 @dataclass
 class Desk:
-    """A sweep on its way. A worker is an executor of one process, and an executor that is given stands for any number of them."""
+    """A sweep on its way."""
 
-    crew: Crew
+    workers: Workers
     work: Callable[..., Any]  #: `members.work` of the task
     options: SweepOptions
     queue: deque[Member]
     keep: Keep
-    alone: deque[Member] = field(default_factory=deque)  #: members of lost batches, one by one
-    busy: dict[Future[Any], Sent] = field(default_factory=dict)
+    back: deque[Batch] = field(default_factory=deque)  #: members of lost batches, one by one, and batches that were given back
+    busy: dict[Future[Any], Batch] = field(default_factory=dict)
     done: SimpleQueue[Future[Any]] = field(default_factory=SimpleQueue)
-    ready: set[str] = field(default_factory=set)  #: workers that have prepared the task
-    counts: Counter[Status] = field(default_factory=Counter)
+    settled: list[Record] = field(default_factory=list)  #: without results
     heard: Heard = field(default_factory=dict)  #: notices of members
-    late: list[Record] = field(default_factory=list)  #: whose notices are given when all are settled
+    prepared: int = 0  #: workers that have given a batch back
     most: int = 0  #: workers at a time
     deaths: int = 0
-    unprepared: int = 0  #: workers in a row that ended while they prepared
-    busy_s: float = 0.0
-    cpu_s: float = 0.0
-    began: float | None = None  #: when the first member was sent [s]
+    unprepared: int = 0  #: workers that ended before any was prepared
+    busy_s: float = 0.0  #: of all that are settled
+    began: float | None = None  #: when the first member was sent to a worker that is prepared [s]
     seen: float = field(default_factory=clock.monotonic)  #: when there was a worker [s]
 
 
@@ -163,7 +160,7 @@ def run(
     if not todo:
         return SweepOutcome({}, 0, 0.0, 0.0, 0.0, 0.0, 0)
     # an interrupt that is raised inside of a callback, as dask has many, would be lost
-    with endings.noted(asked.append), crew(options, len(todo)) as found:
+    with endings.noted(asked.append), find_workers(options, len(todo)) as found:
         desk = Desk(found, partial(members.work, uuid.uuid4().hex, task), options, deque(todo), keep)
         try:
             with warnings.catch_warnings():  # as they were, whatever threads leave of theirs
@@ -171,13 +168,15 @@ def run(
         finally:
             for future in desk.busy:
                 future.cancel()
-            for record in desk.late:
-                hear(desk.heard, record)
+            if options.executor is not None:  # its threads would have caught them as well
+                for record in desk.settled:
+                    hear(desk.heard, record)
             show_others(desk.heard)
     end = clock.monotonic()
     begun = (desk.began or end) - start
-    count = desk.most if options.executor is None else workers.width(options.executor) or 1
-    return SweepOutcome(dict(desk.counts), count, begun, end - start, desk.busy_s, desk.cpu_s, desk.deaths)
+    count = desk.most if options.executor is None else width(options.executor) or 1
+    counts, cpu_s = Counter(one.status for one in desk.settled), sum(one.cpu_s for one in desk.settled)
+    return SweepOutcome(dict(counts), count, begun, end - start, desk.busy_s, cpu_s, desk.deaths)
 
 
 class Stopped(KeyboardInterrupt):
@@ -193,86 +192,84 @@ class Stopped(KeyboardInterrupt):
 
 def serve(desk: Desk, total: int, asked: Sequence[int], progress: Progress | None) -> None:
     """Send batches and take their records until all members are settled, or until someone asks for an end."""
-    while sum(desk.counts.values()) < total and not asked:
+    while len(desk.settled) < total and not asked:
         send(desk)
         with contextlib.suppress(Empty):
             future = desk.done.get(timeout=TICK)
             if future in desk.busy:
                 settle(desk, future, desk.busy.pop(future))
         if progress:
-            progress(sum(desk.counts.values()) / total)
+            progress(len(desk.settled) / total)
     if asked:
-        raise Stopped(asked[0], sum(desk.counts.values()))
+        raise Stopped(asked[0], len(desk.settled))
 
 
-def crew(options: SweepOptions, count: int) -> AbstractContextManager[Crew]:
+@contextlib.contextmanager
+def find_workers(options: SweepOptions, count: int) -> Iterator[Workers]:
     """Where so many members run."""
-    if options.executor is not None:
-        return contextlib.nullcontext(workers.of_executor(options.executor, count))
     if options.scheduler:
-        return workers.of_cluster(options.scheduler)
-    return workers.of_machine(min(options.workers or processes.cores(), count))
+        with workers.of_cluster(options.scheduler) as found:
+            yield found
+        return
+    given = options.executor
+    most = min(options.workers or processes.cores(), count)
+    with contextlib.nullcontext(given) if given is not None else processes.Processes(most) as executor:
+        there = width(executor) or count  # one that does not say how many it has gets all
+        yield Workers(executor, lambda: there)
+
+
+def width(executor: Executor) -> int:
+    """How many members an executor runs at a time; 0 where it does not say."""
+    return getattr(executor, "_max_workers", None) or 0
 
 
 def send(desk: Desk) -> None:
-    """A batch for every worker that is free; those that came prepare the task, batches of those that went are given up."""
-    now, there = clock.monotonic(), desk.crew.there()
-    for future, sent in list(desk.busy.items()):
-        if sent.worker not in there and now - sent.since > GRACE and not future.done():
-            del desk.busy[future]
-            future.cancel()
-            bury(desk, sent)
-    desk.ready &= there.keys()
-    occupied = {sent.worker for sent in desk.busy.values()}
-    for worker in [worker for worker in there if worker not in occupied]:
-        prepared = worker in desk.ready or desk.options.executor is not None
-        if not prepared:
-            if not (desk.options.first_alone and not desk.most and desk.busy):
-                post(desk, there[worker], Sent((), worker, now, False))
-        elif desk.alone:
-            post(desk, there[worker], Sent((desk.alone.popleft(),), worker, now, True))
-        elif desk.queue:
-            batch = tuple(desk.queue.popleft() for _ in range(choose_length(desk)))
-            post(desk, there[worker], Sent(batch, worker, now, False))
-    desk.most = max(desk.most, len(desk.ready))
+    """As many batches as there are workers: those that came back first."""
+    now, there = clock.monotonic(), desk.workers.count()
+    desk.most = max(desk.most, min(there, desk.prepared))
     desk.seen = now if there else desk.seen
     if now - desk.seen > PATIENCE:
         raise InputError(say("sweep", "a worker", f"none for {PATIENCE:g} s", "start workers; the records so far are kept"))
+    if desk.options.first_alone and not desk.prepared:
+        there = min(there, 1)
+    while len(desk.busy) < there and (desk.back or desk.queue):
+        if desk.back:
+            batch = desk.back.popleft()
+        else:
+            batch = Batch(tuple(desk.queue.popleft() for _ in range(choose_length(desk, there))))
+        if desk.prepared:
+            desk.began = desk.began or now
+        try:
+            future = desk.workers.executor.submit(desk.work, batch.members, desk.options.timeout, batch.at_once)
+        except BrokenExecutor as error:
+            got, remedy = f"one that lost its workers ({error})", "the records so far are kept: go on with resume"
+            raise InputError(say("sweep: executor", "an executor that runs", got, remedy)) from error
+        desk.busy[future] = replace(batch, since=now)
+        future.add_done_callback(desk.done.put)
 
 
-def choose_length(desk: Desk) -> int:
+def choose_length(desk: Desk, there: int) -> int:
     """Members of the next batch: one at first, then as many as take the wanted time, fewer towards the end."""
-    settled = desk.counts[Status.OK] + desk.counts[Status.FAILED]
-    if not settled:
+    if not desk.settled:
         return 1
-    mean = max(desk.busy_s / settled, SHORTEST)
-    return max(1, min(round(desk.options.batch / mean), math.ceil(len(desk.queue) / (2 * max(1, len(desk.ready))))))
+    mean = max(desk.busy_s / len(desk.settled), SHORTEST)
+    return max(1, min(round(desk.options.batch / mean), math.ceil(len(desk.queue) / (2 * there))))
 
 
-def post(desk: Desk, worker: Executor, sent: Sent) -> None:
-    """Send members to a worker, and nowhere else."""
-    if sent.members:
-        desk.began = desk.began or sent.since
-    future = worker.submit(desk.work, sent.members, desk.options.timeout)
-    desk.busy[future] = sent
-    future.add_done_callback(desk.done.put)
-
-
-def settle(desk: Desk, future: Future[Any], sent: Sent) -> None:
+def settle(desk: Desk, future: Future[Any], batch: Batch) -> None:
     """Take what a worker gives back."""
     try:
         found = future.result()
-    except desk.crew.losses:
-        bury(desk, sent)
+    except desk.workers.losses:
+        bury(desk, batch)
         return
-    except BrokenExecutor as error:
-        got, remedy = f"one that lost its workers ({error})", "the records so far are kept: go on with resume"
-        raise InputError(say("sweep: executor", "an executor that runs", got, remedy)) from error
     if isinstance(found, tuple):  # of a task that cannot be prepared
         kind, message, reason = found
         raise kind(message) if reason is None else SolverError(message, reason)
-    desk.ready.add(sent.worker)
-    desk.unprepared = 0
+    if found is None:
+        desk.prepared += 1
+        desk.back.appendleft(replace(batch, at_once=True))
+        return
     for record in found:
         enter(desk, record)
 
@@ -305,34 +302,31 @@ def show_others(heard: Heard) -> None:
 
 
 def enter(desk: Desk, record: Record) -> None:
-    """A member is settled; threads of this process, which catch the notices of their own, would catch its notices as well."""
+    """A member is settled."""
     if desk.options.executor is None:
         hear(desk.heard, record)
-    else:
-        desk.late.append(replace(record, result=None))
     desk.keep(record)
-    desk.counts[record.status] += 1
+    desk.settled.append(replace(record, result=None))
     desk.busy_s += record.wall_s
-    desk.cpu_s += record.cpu_s
 
 
-def bury(desk: Desk, sent: Sent) -> None:
+def bury(desk: Desk, batch: Batch) -> None:
     """A worker ended: its members are tried alone; one that was alone and has ended a worker before is listed."""
-    took, limit = clock.monotonic() - sent.since, desk.options.timeout
-    desk.ready.discard(sent.worker)
-    if not sent.members:
+    took, limit = clock.monotonic() - batch.since, desk.options.timeout
+    if not desk.prepared:
+        desk.back.append(batch)
         desk.unprepared += 1
         if desk.unprepared >= ATTEMPTS:
             got = f"{ATTEMPTS} that ended while they prepared it"
             raise InputError(say("sweep", "workers that can run the task", got, "run one sample with fmbs run to see why"))
         return
     desk.deaths += 1
-    late = len(sent.members) == 1 and limit is not None and took >= limit
-    if not late and not sent.again:
-        desk.alone.extend(sent.members)
+    late = len(batch.members) == 1 and limit is not None and took >= limit
+    if not late and not batch.again:
+        desk.back.extend(Batch((member,), again=True) for member in batch.members)
         return
     status, text = Status.KILLED, "its worker process ended twice: crash, kill or lack of memory"
     if late:
         status, text = Status.TIMEOUT, f"took longer than {limit:g} s"
-    member = sent.members[0]
+    member = batch.members[0]
     enter(desk, Record(member.number, member.values, status, status.value, text, wall_s=took))

@@ -145,7 +145,7 @@ def train(
     work = replace(begin(task, search, options, folder, tolerance), savable=savable, proofs=proofs, aim=aim)
     with durable.writing(Path(folder or ""), ROOM):
         work.must_pay = must_pay
-        if must_pay and not store.read(work.folder).runs:
+        if must_pay and not work.files.numbers(store.RUN):
             require_worth(work)
         work.fast = replace(work.fast, family=with_polynomials(work.task).family)
         done = resume(work)
@@ -173,34 +173,34 @@ def begin(
     task: TrainingTask, search: Search, options: Options, folder: Path | str | None, tolerance: float | None
 ) -> TrainingState:
     """The start of a training; a wanted error replaces the tolerances of the plan by those tried first."""
-    place = None
+    files = store.store_of(None)
     if folder is not None:
         mark = store.fingerprint(task, search, replace(options, iterations=1), tolerance)
         with durable.writing(Path(folder)):
-            place = store.open_folder(folder, mark)
+            files = store.open_folder(folder, mark)
     if tolerance is not None:
         lowest = error_budget.first_eps(tolerance) * LOWER_EPS**LOWERINGS
         task = replace(task, plan=replace(task.plan, tolerance=lowest, modes=None))
-    return TrainingState(task, task, search, place, tolerance)
+    return TrainingState(task, task, search, files, tolerance)
 
 
 def resume(work: TrainingState) -> tuple[Iteration, ...]:
     """Take over what the folder holds; its complete iterations."""
-    known = store.read(work.folder)
-    work.runs, work.points = [stored.run for stored in known.runs], [stored.point for stored in known.runs]
+    known = work.files.series(store.RUN, store.StoredRun)
+    work.runs, work.points = [one.run for one in known], [one.point for one in known]
     for number in range(1, len(work.runs) + 1):
-        if (notes := store.notes_of(work.folder, number)) is None:
+        if (notes := work.files.read(store.NOTES, number, store.Notes)) is None:
             break
         work.pairs, work.lowered, work.discarded = list(notes.pairs), notes.lowered, notes.discarded
         if notes.choice is not None:
             take_choice(work, notes.choice)
-        work.models.append(store.read_model(work.folder, number) or make_savable(work, work.runs[:number]))
-    work.checks |= store.read_checks(work.folder)
+        work.models.append(store.read_model(work.files, number) or make_savable(work, work.runs[:number]))
+    work.checks |= store.read_checks(work.files)
     if len(work.models) == len(work.runs):
-        work.indicators = dict(known.indicators)
+        work.indicators = (work.files.read(store.INDICATORS, len(known), store.Indicators) or store.Indicators({})).values
         if work.models and work.checks:
             recalibrate(work)
-    return known.iterations[: len(work.models)]
+    return work.files.series(store.ITERATION, Iteration)[: len(work.models)]
 
 
 def loop(
@@ -221,7 +221,7 @@ def loop(
         if work.tolerance is None or good_enough(work, last.largest):
             return outcome, last
         if outcome.stop is StopReason.TOLERANCE and options.tolerance is None and len(work.runs) < options.iterations:
-            store.keep_iteration(work.folder, last)
+            keep_iteration(work, last)
             done = [*before, last]
         elif outcome.stop in LIMITS and lower(work, last):
             done = before
@@ -246,13 +246,18 @@ def run_greedy(work: TrainingState, options: Options, done: Sequence[Iteration],
         work.search.samples,
         work.search.first,
         options,
-        keep=functools.partial(store.keep_iteration, work.folder),
+        keep=functools.partial(keep_iteration, work),
         truncates=functools.partial(truncates, work),
         name=lambda point: boxes.text(work.task.parameters, values_at(work, point)),
         enough=functools.partial(good_enough, work),
         pays=functools.partial(pays, work),
     )
     return greedy.run(problem, done)
+
+
+def keep_iteration(work: TrainingState, iteration: Iteration) -> None:
+    """Store a complete iteration."""
+    work.files.append(store.ITERATION, iteration.number, iteration)
 
 
 def good_enough(work: TrainingState, largest: float) -> bool:

@@ -17,12 +17,12 @@ import functools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field, replace
-from pathlib import Path
 
 import numpy as np
 
 from ..core.errors import NoModel, SolverError
 from ..core.storage.records import dataclass
+from ..core.storage.store import Store
 from ..dynamics.trajectory import Trajectory
 from ..reduction import full_runs, reduced_models
 from ..reduction import parameters as boxes
@@ -59,7 +59,7 @@ class TrainingState:
     task: TrainingTask
     fast: TrainingTask  #: the same, with full systems that are not assembled again
     search: Search
-    folder: Path | None
+    files: Store
     tolerance: float | None
     runs: list[FullRun] = field(default_factory=list)
     points: list[int] = field(default_factory=list)
@@ -161,8 +161,13 @@ def evaluate(work: TrainingState, point: int) -> float:
     """
     if point not in work.indicators:
         measure(work, point)
-        store.keep_indicators(work.folder, len(work.runs), work.indicators)
+        keep_indicators(work, len(work.runs))
     return work.indicators[point]
+
+
+def keep_indicators(work: TrainingState, number: int) -> None:
+    """Store the indicators of the model of the first `number` runs."""
+    work.files.append(store.INDICATORS, number, store.Indicators(work.indicators))
 
 
 def measure(work: TrainingState, point: int) -> Trajectory | None:
@@ -246,7 +251,7 @@ def extend(work: TrainingState, point: int) -> None:
     run = work.runs[number] if known else work.checks.get(point) or full_run(work.task, values)
     if not known:
         work.runs, work.points = [*work.runs, run], [*work.points, point]
-        store.keep(store.file_of(work.folder, "run", number + 1), store.StoredRun(run, point))
+        work.files.append(store.RUN, number + 1, store.StoredRun(run, point))
     before = pairs_at(work, [(number, point, run)]) if number == len(work.models) and work.models else []
     if work.tolerance is not None and work.choice is None:
         step = full_runs.step_error(work.task, values, run)
@@ -260,8 +265,8 @@ def extend(work: TrainingState, point: int) -> None:
         first, motion = work.runs[0], work.motions.get(work.points[0])
         worth.require_fast(work.fast, first, model.cases(first.values), run_s=motion.statistics.cpu_s if motion else math.inf)
     notes = store.Notes(tuple(work.pairs), work.choice, work.lowered, work.discarded)
-    store.keep_model(work.folder, number + 1, model, notes)
-    store.keep_indicators(work.folder, number + 1, work.indicators)
+    store.keep_model(work.files, number + 1, model, notes)
+    keep_indicators(work, number + 1)
 
 
 def make_savable(work: TrainingState, runs: Sequence[FullRun]) -> ReducedModel:
@@ -299,7 +304,8 @@ def lower(work: TrainingState, last: greedy.Iteration) -> bool:
         return False
     take_choice(work, replace(choice, eps=eps, eta=eta))
     work.lowered, work.discarded, work.stale = work.lowered + 1, work.discarded + len(last.samples), True
-    store.forget(work.folder, last.number)
+    for name in (store.ITERATION, store.INDICATORS):
+        work.files.forget(name, last.number)
     return True
 
 
@@ -363,5 +369,4 @@ def average_pairs(pairs: Sequence[Pair]) -> list[Pair]:
 
 def run_check(work: TrainingState, point: int, values: Mapping[str, float]) -> FullRun:
     """The full run of a check, kept in the folder."""
-    path = work.folder and work.folder / f"check-{point:05d}.h5"
-    return store.read_or_make(path, functools.partial(full_run, work.task, values))
+    return store.read_or_make(work.files, store.CHECK, point, functools.partial(full_run, work.task, values))

@@ -1,9 +1,4 @@
-"""Workers of a sweep: executors of one process each, of this machine or of a cluster of dask, or an executor that is given.
-
-    there() -> {name: Executor}        workers at this moment; a name is never that of another process
-
-A process that ends leaves its name out, and the call that it had raises one of `losses`. On this machine another one takes its
-place at once.
+"""Where a sweep runs: on an executor of any kind, among them a cluster of dask.
 
 M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduling, Proc. 14th Python in Science Conf. (2015)
 126-132, doi 10.25080/Majora-7b98e3ed-013.
@@ -12,55 +7,33 @@ M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduli
 from __future__ import annotations
 
 import contextlib
-import itertools
 import time as clock
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor
+from typing import TYPE_CHECKING, Any
 
 from ..core import extras
 from ..core.errors import InputError, say
-from ..core.processes import WorkerProcess
 from ..core.storage.records import dataclass
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 CONNECT = 10.0  #: longest wait for a given cluster to answer [s]
 SETTLED = 0.3  #: after which a worker of a cluster may end and be started again: one that ends while its nanny starts it is not [s]
 
 
 @dataclass(frozen=True)
-class Crew:
-    """Where a sweep runs.
+class Workers:
+    """Where a sweep runs."""
 
-    An executor of workers that nobody can tell apart stands under several names, one for each member that it runs at a time.
-    """
-
-    there: Callable[[], Mapping[str, Executor]]  #: workers by name
-    losses: tuple[type[Exception], ...]  #: errors of a call whose worker ended
+    executor: Executor
+    count: Callable[[], int]  #: how many there are at this moment
+    losses: tuple[type[Exception], ...] = (BrokenExecutor, CancelledError)  #: errors of a call whose worker ended
 
 
 @contextlib.contextmanager
-def of_machine(count: int) -> Iterator[Crew]:
-    """So many processes of this machine."""
-    names = map("process {}".format, itertools.count())
-    workers: dict[str, WorkerProcess] = {}
-
-    def there() -> Mapping[str, Executor]:
-        for name in [name for name, worker in workers.items() if worker.ended]:
-            workers.pop(name).shutdown()
-        while len(workers) < count:
-            workers[next(names)] = WorkerProcess()
-        return dict(workers)
-
-    try:
-        yield Crew(there, (BrokenExecutor, CancelledError))
-    finally:
-        for worker in workers.values():
-            worker.shutdown(wait=False)
-        for worker in workers.values():
-            worker.wait()
-
-
-@contextlib.contextmanager
-def of_cluster(address: str) -> Iterator[Crew]:
+def of_cluster(address: str) -> Iterator[Workers]:
     """Workers of a cluster of dask that runs; InputError where there is none."""
     extras.need("cluster", f"sweep: scheduler {address}")
     from distributed import Client, KilledWorker
@@ -69,26 +42,34 @@ def of_cluster(address: str) -> Iterator[Crew]:
         client = Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(say(f"scheduler {address}", "the address of a running scheduler", error)) from error
-    own = {"allow_other_workers": False, "pure": False}
     met: dict[str, float] = {}  #: when workers were first seen [s]
 
-    def there() -> Mapping[str, Executor]:
-        now = clock.monotonic()
-        known = client.nthreads()
+    def count() -> int:
+        now, known = clock.monotonic(), client.nthreads()
         for name in met.keys() - known.keys():
             del met[name]
-        return {name: client.get_executor(workers=[name], **own) for name in known if now - met.setdefault(name, now) >= SETTLED}
+        return sum(now - met.setdefault(name, now) >= SETTLED for name in known)
 
-    with client, client.as_current():
-        yield Crew(there, (KilledWorker, CancelledError))
-
-
-def of_executor(executor: Executor, count: int) -> Crew:
-    """An executor that is given, as so many workers where it does not say how many it has."""
-    given = dict.fromkeys(map(str, range(width(executor) or count)), executor)
-    return Crew(lambda: given, (CancelledError,))
+    with client, client.as_current(), tried_once(client):
+        yield Workers(client.get_executor(pure=False), count, (KilledWorker, CancelledError))
 
 
-def width(executor: Executor) -> int:
-    """How many members an executor runs at a time; 0 where it does not say."""
-    return getattr(executor, "_max_workers", None) or 0
+@contextlib.contextmanager
+def tried_once(client: Client) -> Iterator[None]:
+    """Calls of this client fail with their worker: dask would run them on three other ones, which may end as well."""
+    from distributed.diagnostics.plugin import SchedulerPlugin
+
+    class TriedOnce(SchedulerPlugin):  # goes to the scheduler by value
+        def __init__(self, client: str) -> None:
+            self.client, self.name = client, f"fmbs {client}"
+
+        def update_graph(self, scheduler: Any, *, client: str, keys: set[Any], **_: Any) -> None:
+            for key in keys if client == self.client else ():
+                scheduler.tasks[key].suspicious = scheduler.allowed_failures
+
+    plugin = TriedOnce(client.id)
+    client.register_plugin(plugin)
+    try:
+        yield
+    finally:
+        client.unregister_scheduler_plugin(plugin.name)

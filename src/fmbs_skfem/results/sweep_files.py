@@ -26,6 +26,7 @@ from ..core.notices import notify
 from ..core.storage import container, durable
 from ..core.storage.container import Dataset, FileKind
 from ..core.storage.records import dataclass
+from ..core.storage.store import Store
 from ..core.values import tables
 from ..core.values.ranges import Parameter
 from ..core.values.units import add_unit
@@ -57,22 +58,19 @@ class Sweep:
     ends: dict[str, np.ndarray] = field(default_factory=dict)  #: output -> smallest and largest value (k, 2), where known apart
 
 
-def path(folder: Path, number: int) -> Path:
-    """The file of a member."""
-    return folder / MEMBERS / f"{number:06d}.h5"
+def store_of(folder: Path) -> Store:
+    """The records of a sweep."""
+    return Store(folder / MEMBERS, KIND, 6, RESUME)
 
 
-def write(folder: Path, record: Record) -> Path:
+def write(folder: Path, record: Record) -> None:
     """Store the record of a member: complete under its name, or not at all."""
-    target = path(folder, record.number)
-    with durable.writing(target, RESUME):
-        target.parent.mkdir(parents=True, exist_ok=True)
-    return container.write(target, KIND, RESUME, record=record)
+    store_of(folder).append("", record.number, record)
 
 
-def read(place: Path) -> Record:
-    """The record in a file; CorruptFile where it is not as it was written."""
-    found: Record = container.read(place, KIND, record=Record)["record"]
+def read(folder: Path, number: int) -> Record:
+    """The record of a member; CorruptFile where it is not as it was written, or not there."""
+    found: Record = store_of(folder).read("", number, Record, needed=True)
     return found
 
 
@@ -82,28 +80,19 @@ def read_settled(folder: Path, points: np.ndarray, names: Sequence[str]) -> dict
     Those that took too long or too much memory, or whose process ended, are missing as well.
     """
     found: dict[int, Record] = {}
-    for number, row in enumerate(points):
-        place = path(folder, number)
-        if not place.exists():
+    for number in store_of(folder).numbers(""):
+        if number >= len(points):
             continue
         try:
-            record = read(place)
+            record = read(folder, number)
         except CorruptFile as problem:
             notify(f"{problem}; the sample counts as missing")
             continue
-        if record.values == dict(zip(names, row.tolist(), strict=True)):
-            if record.final:
-                found[number] = record
-        else:
-            notify(f"{place}: a record of another sample; the sample counts as missing")
+        if record.values != dict(zip(names, points[number].tolist(), strict=True)):
+            notify(f"{store_of(folder).path('', number)}: a record of another sample; the sample counts as missing")
+        elif record.final:
+            found[number] = record
     return found
-
-
-def forget(folder: Path) -> None:
-    """Remove the records of an earlier sweep."""
-    for place in (folder / MEMBERS).glob("*.h5*"):
-        if place.name.split(".")[0].isdigit():
-            place.unlink()
 
 
 def collect(parameters: Sequence[Parameter], points: np.ndarray, records: Mapping[int, Record]) -> Sweep:

@@ -205,7 +205,7 @@ def folder(job: Job, scene: Scene, resume: bool) -> Path | None:
         return None
     if job.force and (out / STORE).is_dir():
         shutil.rmtree(out / STORE)
-    unfinished = (out / STORE / store.TITLE).is_file() and not (out / reports.REPORT).exists()
+    unfinished = store.store_of(out / STORE).there(store.TITLE, None) and not (out / reports.REPORT).exists()
     return jobs.settle_folder(job, () if unfinished else (MODEL, reports.REPORT), reports.fingerprint(scene))
 
 

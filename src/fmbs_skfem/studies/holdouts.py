@@ -112,8 +112,9 @@ def read_or_run(found: FinishedTraining, task: TrainingTask, out: Path | None, s
             return known[-1]
         signals = () if task.signals is None else (task.signals,)
         text = repr((sorted(values.items()), task.plan.tolerance, task.plan.modes, *signals))
-        path = out / "training" / f"{'full' if sharp else 'own'}-{hashlib.sha256(text.encode()).hexdigest()[:16]}.h5"
-        return store.read_or_make(path, functools.partial(full_runs.full_run, task, values, sharp))
+        name, number = "full-" if sharp else "own-", int(hashlib.sha256(text.encode()).hexdigest()[:16], 16)
+        make = functools.partial(full_runs.full_run, task, values, sharp)
+        return store.read_or_make(store.store_of(out / "training"), name, number, make)
 
     return full
 

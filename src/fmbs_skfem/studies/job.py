@@ -19,6 +19,7 @@ from ..core import consents
 from ..core.compiling import compilation
 from ..core.errors import Contradiction, FmbsError, InputError, MissingFeature, Warned, say
 from ..core.notices import Labelled, Notice, Progress, Remark, notify
+from ..core.storage import durable
 from ..core.storage.records import dataclass
 from . import notebooks, reports
 from .result import Figures, describe_error
@@ -402,7 +403,7 @@ def deliver(
     out, missing = job.made, None
     if out is None:
         return None
-    with segments.room(out, out):
+    with durable.room(out, segments.remedy(out)):
         report["files"] = [*write(out), out / record, *(figures.save(out) if figures and job.plots else [])]
         reports.write_report(out, report, record)
         if orders is not None:

@@ -143,16 +143,16 @@ def open_folder(
     out = jobs.settle_folder(job, names, mark)
     if out is None:
         return None, {}
-    same = reports.read_fingerprint(out / reports.REPORT) == mark
-    there = (out / sweep_files.MEMBERS).exists()
-    if there and same and not (resume or job.force):
+    files = sweep_files.store_of(out)
+    found: dict[int, Record] = {}
+    same = bool(files.numbers("")) and reports.read_fingerprint(out / reports.REPORT) == mark
+    if same and resume:
+        found = sweep_files.read_settled(out, points, [own.name for own in members.parameters])
+    elif same and not job.force:
         remedy = "--resume computes what is missing, --force starts anew"
         raise InputError(say(f"--out {out}", "a new folder", "this sweep, begun before", remedy))
-    found: dict[int, Record] = {}
-    if there and same and resume:
-        found = sweep_files.read_settled(out, points, [own.name for own in members.parameters])
-    elif there:
-        sweep_files.forget(out)
+    else:
+        files.forget("")
     begun = {"status": "running", "fingerprint": mark, "members": len(points), "provenance": origin}
     reports.write_json(out / reports.REPORT, begun)
     return out, found

@@ -91,9 +91,23 @@ def write(path: str | Path, kind: FileKind, remedy: str = durable.AGAIN, /, **pa
     """
     arrays: Arrays = []
     tree = {name: encode(part, arrays, name) for name, part in parts.items()}
-    data = image({"tree": text(tree), "arrays": {str(number): array for number, array in enumerate(arrays)}}, HEADER)
+    content = {"tree": text(tree), "arrays": {str(number): array for number, array in enumerate(arrays)}}
+    return put(path, kind, content, remedy)
+
+
+def put(path: str | Path, kind: FileKind, content: Mapping[str, Any], remedy: str = durable.AGAIN) -> Path:
+    """A file of a kind whose content is plain HDF5 for other programs, see `image`; NoRoom and InputError as of `durable`."""
+    data = image(content, HEADER)
     data[:HEADER] = header(data[HEADER:], kind)
     return durable.write(path, data, remedy)
+
+
+def get(path: Path, kind: FileKind) -> dict[str, Any]:
+    """What `put` has written; CorruptFile where it is not as it was written."""
+    data = path.read_bytes()
+    with reading(path, kind):
+        check_header(data, kind)
+        return unpack(data)
 
 
 def require_file(path: Path, name: str, remedy: str) -> None:
@@ -109,10 +123,8 @@ def read(path: str | Path, kind: FileKind, **types: type) -> dict[str, Any]:
     """The named parts of a file of a kind, each of the given type; CorruptFile where it is not as it was written."""
     place = Path(path)
     require_file(place, kind.name, "save one first")
-    data = place.read_bytes()
+    content = get(place, kind)
     with reading(place, kind):
-        check_header(data, kind)
-        content = unpack(data)
         arrays = [content["arrays"][str(number)] for number in range(len(content["arrays"]))]
         tree = json.loads(content["tree"].tobytes())
         parts = {name: decode(tree[name], arrays, name) for name in types}
@@ -145,6 +157,8 @@ def check_header(data: bytes, kind: FileKind) -> None:
     require(title == kind.title, "", f"'{kind.title}' in its first line", f"{title[:40]!r}", remedy)
     facts = dict(line.split(" ", 1) for line in lines if line.count(" ") == 1)
     check_version(facts.get("version"), kind)
+    rest = lines[-1].strip(" ")
+    require(not rest, "", "spaces behind its first lines", f"{rest[:40]!r}")
     check_seal(data[HEADER:], facts)
 
 

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import importlib
 import os
+from collections.abc import Iterator
+from pathlib import Path
 from typing import IO, Any
 
+from ..errors import InputError, say
+from ..notices import notify
+from . import durable, endings
+
+LOCK = "run.lock"
 BYTE = 2**30  #: which is locked on Windows: beyond all text, so that others can read who holds the lock
 
 
@@ -36,3 +44,56 @@ def take_byte(file: IO[str], wait: bool) -> None:
                     raise BlockingIOError(errno.EAGAIN, "another process has the lock") from problem
     finally:
         file.seek(before)
+
+
+@contextlib.contextmanager
+def own(folder: Path) -> Iterator[None]:
+    """The folder belongs to this process; a lock left by one that is gone is taken over with a warning.
+
+    The lock is that of the system on `run.lock`, which ends with the process; the file says who holds it, and goes with it, also
+    where a signal ends the process that can be taken.
+    """
+    with endings.raised(), held(folder / LOCK):
+        yield
+
+
+@contextlib.contextmanager
+def held(path: Path) -> Iterator[None]:
+    """The lock of a file."""
+    with durable.room(path):
+        file = grab(path)
+    try:
+        left = file.read().strip()
+        file.seek(0)
+        file.truncate()
+        with durable.room(path):
+            file.write(f"process {os.getpid()}\n")
+            file.flush()
+        if left:
+            notify(f"{path.parent}: the lock of {left}, which is gone, is taken over")
+        yield
+    finally:
+        with contextlib.suppress(PermissionError):  # Windows keeps the name of an open file, which is left empty
+            file.truncate(0)
+            path.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            file.close()
+
+
+def grab(path: Path) -> IO[str]:
+    """The lock file, opened and locked; InputError where another process has it."""
+    while True:
+        file = path.open("a+", encoding="utf-8")
+        try:
+            take(file)
+        except BlockingIOError as problem:
+            file.seek(0)
+            holder = file.read().strip() or "another process"
+            file.close()
+            remedy = "wait for it, or choose another folder"
+            raise InputError(say(f"{path.parent}", "a folder no other run writes into", holder, remedy)) from problem
+        file.seek(0)
+        with contextlib.suppress(FileNotFoundError):
+            if os.fstat(file.fileno()).st_ino == path.stat().st_ino:
+                return file
+        file.close()  # its holder removed it between opening and locking

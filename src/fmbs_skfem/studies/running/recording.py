@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from ...core.errors import FmbsError, InputError, say
-from ...core.storage import endings
+from ...core.storage import endings, locks
 from ...dynamics.checkpoint import RunState
 from ...results import segments
 from ...results.segments import Recorder
@@ -44,7 +44,7 @@ def place(job: Job, names: Iterable[str], mark: str) -> Iterator[Path | None]:
     if out is None:
         yield None
         return
-    with segments.lock(out):
+    with locks.own(out):
         if (out / segments.FOLDER).exists():
             clear(job, out, mark)
         yield out
@@ -91,7 +91,7 @@ def stoppable(record: Recorder | None, limit: float) -> Iterator[Watch | None]:
             return record(moment)
         record.write(moment)
         at = f"at t = {moment.time:.6g} s, after {moment.done} of {moment.steps} steps"
-        remedy = f"go on with: fmbs resume {record.folder.parent}"
+        remedy = f"go on with: fmbs resume {record.folder}"
         if arrived:
             raise Interrupted(arrived[0], f"stopped by {signal.Signals(arrived[0]).name} {at}; {remedy}")
         raise TimeOver(f"stopped by --time-limit {limit:g} {at}; {remedy}")

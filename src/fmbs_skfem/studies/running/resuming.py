@@ -9,6 +9,7 @@ from typing import Any
 
 from ...core.errors import CorruptFile, InputError, say
 from ...core.notices import notify
+from ...core.storage import locks
 from ...dynamics.checkpoint import differences
 from ...results import segments
 from .. import job as jobs
@@ -25,7 +26,7 @@ def resume_run(job: Job) -> Run:
     if job.out is not None:
         raise InputError(say("--out", "no folder beside DIR", f"{job.out}", "results go into DIR"))
     segments.manifest(out)
-    with segments.lock(out):
+    with locks.own(out):
         found = segments.manifest(out)
         asked = found.job
         same = {name: asked[name] for name in ("changes", "allow_outside", "repair", "duration", "checkpoint")}
@@ -38,7 +39,7 @@ def resume_run(job: Job) -> Run:
         compare(out, asked["provenance"], reports.plain(task.facts["provenance"]))
         solving.warm_up(task, compiling.announce(own))
         record = segments.Recorder(out, asked, asked["checkpoint"], found)
-        return solving.finish(own, task, None, record, segments.read(out, found))
+        return solving.finish(own, task, None, record, segments.read(out))
 
 
 def compare(out: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:

@@ -161,14 +161,13 @@ def of_folder(job: Job) -> tuple[Scene | None, RunTask, Trajectory | None]:
     if job.changes:
         raise InputError(say("--set", "none beside a folder of results", ", ".join(job.changes), "name the scene instead"))
     if segments.exists(folder):
-        manifest = segments.manifest(folder)
-        asked = manifest.job
+        asked = segments.manifest(folder).job
         same = {name: asked[name] for name in ("changes", "allow_outside", "repair", "duration")}
         own = replace(job, path=Path(asked["scene"]), **same)
         own.plan = read_plan(folder / segments.FOLDER, asked["plan"]) if asked.get("plan") else None
         scene, task = planned(own)
         require_same(folder, asked["fingerprint"], task)
-        rows = segments.read(folder, manifest).rows
+        rows = segments.read(folder).rows
         found = Trajectory(task.system, rows.times, rows.x, rows.v, rows.a, rows.multipliers, memory=rows.memory, work=rows.work)
         return scene, task, replace(found, trace=rows.trace, kept=rows.kept)
     report = read_report(folder)
