@@ -20,7 +20,7 @@ from fmbs_skfem.core.errors import CorruptFile, InputError, NoRoom
 from fmbs_skfem.core.notices import Notice
 from fmbs_skfem.core.storage import container
 from fmbs_skfem.families import members
-from fmbs_skfem.families.members import Member, Record, Result, Status
+from fmbs_skfem.families.members import Member, Record, MemberResult, Status
 from fmbs_skfem.reduction.parameters import Parameter, Scale
 from fmbs_skfem.results import sweep_files
 
@@ -43,7 +43,7 @@ def record(k: int) -> Record:
         return Record(k, values, Status.FAILED, "diverged", "t = 0.5 s: expected convergence,\n got none", 0.25, 0.5)
     if k == 2:
         return Record(k, values, Status.KILLED, "killed", "its worker ended", wall_s=0.5)
-    result = Result(TIMES, {"C_z": history(k), "speed": TIMES**k}, {"C_z": "", "speed": "m/s"}, {"predicted error": 1e-5 * k})
+    result = MemberResult(TIMES, {"C_z": history(k), "speed": TIMES**k}, {"C_z": "", "speed": "m/s"}, {"predicted error": 1e-5 * k})
     return Record(k, values, Status.OK, cpu_s=0.1 * k, wall_s=0.2, result=result, notices=("mind the gap",))
 
 
@@ -140,7 +140,7 @@ def test_members_without_an_end_of_their_own_are_missing(tmp_path: Path) -> None
     assert sorted(sweep_files.read_settled(tmp_path, POINTS, ("E", "d", "n"))) == [0, 2]
 
 
-def exhaust(values: Mapping[str, float]) -> Result:
+def exhaust(values: Mapping[str, float]) -> MemberResult:
     """More than the addresses of a process: 1 EiB."""
     raise AssertionError(np.empty(1 << 60, dtype=np.int8))
 
@@ -205,7 +205,7 @@ def test_the_histories_are_stored_with_units(tmp_path: Path) -> None:
 
 def test_members_of_other_lengths_stand_side_by_side(tmp_path: Path) -> None:
     """Steps and durations may depend on parameters: short histories end with NaN, and every member has its times."""
-    short = Result(TIMES[:3] / 2, {"C_z": np.array([1.0, -2.0, 0.5])})
+    short = MemberResult(TIMES[:3] / 2, {"C_z": np.array([1.0, -2.0, 0.5])})
     table = sweep_files.collect((E, D, N), POINTS, {0: record(0), 1: replace(record(0), number=1, result=short)})
     found = sweep_files.extremes(table, "C_z")
     assert [found[kind][1] for kind in sweep_files.EXTREMES] == [-2.0, 1.0, 0.5]

@@ -63,7 +63,7 @@ class Member:
 
 
 @dataclass(frozen=True)
-class Result:
+class MemberResult:
     """What a member that ran gives.
 
     Histories are at s instants, of a motion 601 at most unless the task says otherwise; its `extremes` are those of all steps, or
@@ -91,7 +91,7 @@ class Record:
     message: str = ""
     cpu_s: float = 0.0
     wall_s: float = 0.0
-    result: Result | None = None
+    result: MemberResult | None = None
     notices: tuple[str, ...] = ()
 
     @property
@@ -100,14 +100,14 @@ class Record:
         return self.status is Status.OK or (self.status is Status.FAILED and self.reason != MEMORY)
 
 
-Work: TypeAlias = Callable[[Mapping[str, float]], Result]
+Work: TypeAlias = Callable[[Mapping[str, float]], MemberResult]
 
 
 class Task(Protocol):
     """What a sweep runs; it is pickled and sent to the workers.
 
     `prepare()` is called once in a worker and gives a function of the values of the parameters by name [SI], which gives a
-    Result.
+    MemberResult.
     """
 
     def prepare(self) -> Work:
@@ -259,7 +259,7 @@ def warm_up() -> Iterator[None]:
         yield
 
 
-def run_case(case: Case, instants: int) -> Result:
+def run_case(case: Case, instants: int) -> MemberResult:
     """What a case gives; other threads of the worker get their turn now and then."""
     from ..reduction import cases
 
@@ -277,7 +277,7 @@ def run_case(case: Case, instants: int) -> Result:
     return replace(found, times=found.times[kept], columns=columns, extremes=ends)
 
 
-def keep_outputs(motion: Trajectory) -> Result:
+def keep_outputs(motion: Trajectory) -> MemberResult:
     """The outputs at all stored states, and how many parts leave their training in them."""
     from ..dynamics import outputs
     from ..parts import departures
@@ -285,7 +285,7 @@ def keep_outputs(motion: Trajectory) -> Result:
 
     outside = departures.count_parts(motion)
     numbers = {} if outside is None else {OUTSIDE: float(outside)}
-    return Result(motion.times, outputs(motion), probes.column_units(motion.system.outputs), numbers)
+    return MemberResult(motion.times, outputs(motion), probes.column_units(motion.system.outputs), numbers)
 
 
 def choose_steps(case: Case, instants: int) -> np.ndarray:

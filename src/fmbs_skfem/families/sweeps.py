@@ -39,7 +39,7 @@ from ..core.notices import Progress, notify
 from ..core.storage import endings
 from ..core.storage.records import dataclass
 from . import members, workers
-from .members import Member, Record, Result, Status, Task, Work
+from .members import Member, Record, MemberResult, Status, Task, Work
 from .workers import Workers
 
 __all__ = ["Task", "Work", "Member", "Result", "Record", "Status", "SweepOptions", "SweepOutcome", "run"]

@@ -21,7 +21,7 @@ COMPARISONS = ABOVE + BELOW
 BOTH, EITHER = ("*", "min"), ("+", "max")  #: of two conditions
 
 
-class Operand(NamedTuple):
+class Side(NamedTuple):
     """An operand as a text, and its margin; none where it is no condition."""
 
     text: str
@@ -45,7 +45,7 @@ def margin_of(value: OfState) -> OfState | None:
 
 def margin(value: OfState) -> str:
     """The same as a text, of a program in postfix order."""
-    stack: list[Operand] = []
+    stack: list[Side] = []
     for step in value.program:
         count = 1 if is_call(step) else ARITY.get(step, 0) if isinstance(step, str) else 0
         parts = stack[len(stack) - count :]
@@ -53,18 +53,18 @@ def margin(value: OfState) -> str:
     return stack[0].margin
 
 
-def joined(step: float | str, parts: list[Operand]) -> Operand:
+def joined(step: float | str, parts: list[Side]) -> Side:
     """What a step makes of its operands."""
     texts = [one.text for one in parts]
     if step in COMPARISONS:
         a, b = texts if step in ABOVE else texts[::-1]
-        return Operand(f"({texts[0]} {step} {texts[1]})", f"({a} - {b})")
+        return Side(f"({texts[0]} {step} {texts[1]})", f"({a} - {b})")
     if step in BINARY:
         text = f"({texts[0]} {step} {texts[1]})"
     elif parts:
         text = f"{str(step).removesuffix('()') if step != 'neg' else '-'}({', '.join(texts)})"
     else:
-        return Operand(str(step) if isinstance(step, str) else repr(step))
+        return Side(str(step) if isinstance(step, str) else repr(step))
     if step in BOTH + EITHER and all(one.margin for one in parts):
-        return Operand(text, f"{'min' if step in BOTH else 'max'}({', '.join(one.margin for one in parts)})")
-    return Operand(f"({text})" if step == "neg" else text)
+        return Side(text, f"{'min' if step in BOTH else 'max'}({', '.join(one.margin for one in parts)})")
+    return Side(f"({text})" if step == "neg" else text)
